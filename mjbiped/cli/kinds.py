@@ -18,7 +18,7 @@ from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain
+from mjbiped.utils.domains import Count, Domain, Ends
 from mjbiped.utils.files import check_writable
 
 
@@ -96,8 +96,10 @@ def number(text: Any, domain: Domain | Count) -> Any:
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
-def quantity(domain: Domain | Count) -> Kind:
-    """Return the type of a number in a domain."""
+def quantity(domain: Domain | Count | Ends) -> Kind:
+    """Return the type of a number, or of two ends, in a domain."""
+    if isinstance(domain, Ends):
+        return Kind("X[,X]", lambda value: domain.read("", value), domain.words)
     return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)
 
 
@@ -143,7 +145,7 @@ def _push(value: str) -> tuple[float, float]:
 
 def _model_error(value: str) -> tuple[str, float]:
     name, factor = pair(value)
-    return domains.known_name("parameter of the robot", name, OWNERS), number(factor, domains.MODEL_ERROR)
+    return domains.known_name("parameter of the robot", name, _NUMBERS), number(factor, domains.MODEL_ERROR)
 
 
 def _controller(value: str) -> str:
@@ -192,6 +194,7 @@ def _of_look(argument: str) -> Callable[[str], str]:
 _PARAMETERS = {name: named(name)[0].parameters() for name in NAMED}
 OWNERS = {key: [name for name in NAMED if key in _PARAMETERS[name]] for own in _PARAMETERS.values() for key in own}
 """Names of the robots that have a parameter, by the parameter's name."""
+_NUMBERS = [key for key in OWNERS if any(key in kind.numbers() for kind in KINDS.values())]
 
 _STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
@@ -207,7 +210,7 @@ PUSH = Kind("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")
 MODEL_ERROR = Kind(
     "NAME=FACTOR",
     _model_error,
-    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(OWNERS)}, and {domains.MODEL_ERROR.words}",
+    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(_NUMBERS)}, and {domains.MODEL_ERROR.words}",
 )
 CONTROLLER = Kind("NAME", _controller)
 OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)

@@ -161,7 +161,7 @@ def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
     if not errors:
         return robot
     for name, _ in errors:
-        known_name("parameter of the robot", name, robot.parameters())
+        known_name("parameter of the robot", name, robot.numbers())
     changed = {name: factor * getattr(robot, name) for name, factor in errors}
     return replace(robot, **changed)  # type: ignore[type-var]  # every robot is a dataclass
 

@@ -348,6 +348,10 @@ def _constraints(
         found["torque limit"] = np.concatenate([goal.torque_limit - torques, goal.torque_limit + torques], axis=-1) / (
             weight * length
         )
+    if model.robot.sole is not None:
+        (behind, ahead), ankle = model.robot.sole, course.torques[..., 0]
+        ends = [behind * course.normal_force - ankle, ahead * course.normal_force + ankle]
+        found["centre of pressure within the sole"] = np.concatenate(ends, axis=-1) / (weight * length)
     return found
 
 
@@ -413,4 +417,5 @@ def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str
     if not broken:
         return "the search failed; ask for another speed"
     name = max(broken, key=broken.__getitem__)
-    return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction"
+    sole = "" if model.robot.sole is None else ", or give the robot a longer sole"
+    return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction{sole}"

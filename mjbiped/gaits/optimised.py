@@ -270,7 +270,8 @@ def find_reference(
     folder, or where the environment variable MJBIPED_CACHE_DIR says.
 
     Args:
-        robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times.
+        robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times. If it
+            has a sole, the centre of pressure stays within it.
         speed: Mean speed, m/s.
         clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
             of its path but where it lands. With knees the foot rises to it within the first quarter of

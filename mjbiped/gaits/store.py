@@ -65,6 +65,7 @@ def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str,
     Raises:
         GaitError: The search finds none.
     """
+    robot = robot.mechanism
     asked = {"passive": robot.to_dict(), "slope": slope}
     kept = load(asked)
     if kept is None or not _repeats(robot, kept):

@@ -82,6 +82,7 @@ def _samples_of(robot: type[Robot]) -> dict[str, Column]:
         "q": _of_angles(robot, "rad", "angles from the ground's normal under the stance foot"),
         "dq": _of_angles(robot, "rad/s", "rates of the angles"),
         "torque": Column(len(robot.joints), "N m", "joint torques from now on", finite=False, parts=robot.joints),
+        "ankle_asked": _from_controller("N m", "ankle torque that the law asks for; a sole transmits less", since=6),
         "slope": Column(1, "rad", "slope of the ground under the stance foot"),
         "slope_estimate": _from_controller("rad", "slope that the controller estimates; NaN if it makes no estimate"),
         "stance": Column(1, "", "number of the stance leg; of a biped 0 left, 1 right"),
@@ -124,6 +125,9 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
         ),
         "pressure_behind": _from_controller(
             "m", "farthest centre of pressure behind the old stance foot; -inf where it hardly bore load", since=4
+        ),
+        "sole_bound_time": _from_controller(
+            "s", "time since the start in which the sole did not transmit the ankle torque asked for", since=6
         ),
     }
     if "knee" in robot.joints:

@@ -80,6 +80,11 @@ def _transport(work: float, robot: Robot, distance: float) -> float:
     return work / (robot.weight * distance) if distance > 0.0 else math.nan
 
 
+def _share_bound(last: Mapping[str, float], robot: Robot) -> float:
+    """Share of the time in which the sole has not transmitted the ankle torque asked for; NaN without a sole."""
+    return last["sole_bound_time"] / last["time"] if robot.sole is not None and last["time"] > 0.0 else math.nan
+
+
 def speed(walk: Walk) -> float:
     """Mean horizontal speed up to the last touchdown, m/s; NaN without a touchdown."""
     return _speed(distance(walk), float(walk.touchdowns["time"][-1])) if walk.steps else math.nan
@@ -219,7 +224,7 @@ class Summary:
         self._robot = robot
         works = (name for name in tables_of(type(robot)).touchdowns if name.endswith(("_work", *WORK_KINDS)))
         self._last = {"x": 0.0, "z": terrain.height_at(0.0), "slope": terrain.slope_at(0.0), "time": 0.0}
-        self._last |= dict.fromkeys(works, 0.0)
+        self._last |= dict.fromkeys((*works, "sole_bound_time"), 0.0)
         self._last_error = math.nan
         self._largest: dict[str, float] = {}
         self._least_force = math.inf  # N
@@ -314,6 +319,7 @@ class Summary:
             "pressure_ahead_m": ahead,
             "pressure_behind_m": behind,
             "foot_length_99_percent_m": sole.length(),
+            "share_of_time_at_sole_bound": _share_bound(last, robot),
             "strikes": int(self._sums["strikes"]),
         }
         return {
@@ -362,6 +368,7 @@ def measures_of(robot: type[Robot]) -> tuple[Shown, ...]:
         ("centre of pressure, ahead of the ankle at most", "pressure_ahead_m", 1e2, ".2f", "cm"),
         ("centre of pressure, behind it at most", "pressure_behind_m", 1e2, ".2f", "cm"),
         ("foot that holds it 99 % of the time, length", "foot_length_99_percent_m", 1e2, ".1f", "cm"),
+        ("time in which the sole transmits less than asked", "share_of_time_at_sole_bound", 1e2, ".1f", "%"),
         ("impacts on vertical faces", "strikes", 1, "d", ""),
     ]
     return tuple(row for row in shown if row[1] not in OF_STANCE_KNEE or "knee" in robot.joints)

@@ -67,6 +67,7 @@ class Signal(NamedTuple):
         line: Line style, which also tells lines apart.
         made: Function that computes the values of a walk in SI units; None for a column of the flat samples.
         column: Column of the flat samples that a walk must have; the signal's own name unless given.
+        optional: Whether nothing is said where it has no value.
     """
 
     panel: str
@@ -76,6 +77,7 @@ class Signal(NamedTuple):
     line: Any
     made: Callable[[Walk], Values] | None = None
     column: str = ""
+    optional: bool = False
 
     @property
     def label(self) -> str:
@@ -116,6 +118,20 @@ def _pressure(walk: Walk) -> Values:
     return np.clip(centre_of_pressure(walk), -most, most)
 
 
+def _asked(walk: Walk) -> Values:
+    """Ankle torque that the law asks for, N m, where the sole transmits less; NaN elsewhere."""
+    asked = walk.samples["ankle_asked"]
+    bound = (asked != walk.samples["torque"][:, 0]) & (walk.robot.sole is not None)
+    return np.where(bound, asked, np.nan)
+
+
+def _end_of_sole(end: int, sign: float) -> Callable[[Walk], Values]:
+    """Return a function that tells where an end of the sole is at each sample, m; NaN without a sole."""
+    return lambda walk: np.full(
+        len(walk.samples["time"]), math.nan if walk.robot.sole is None else sign * walk.robot.sole[end]
+    )
+
+
 def _flexion(walk: Walk) -> Values:
     """Flexion of the swing knee, rad."""
     swing, shank = (walk.robot.angles.index(name) for name in ("swing", "shank"))
@@ -131,10 +147,13 @@ SIGNALS: Mapping[str, Signal] = {
     "slope_estimate": Signal("slope", "estimate", "φ̂", GREEN, SOLID),
     "slope": Signal("slope", "true slope", "φ", BLACK, DOTTED),
     "torque_ankle": Signal("torque", "ankle", "τ₁", PURPLE, SOLID),
+    "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
     "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, stance_knee.torque, "stance_knee_torque"),
     "torque_knee": Signal("knee torque", "swing knee", "τ₃", SKY, SOLID),
     "pressure": Signal("pressure", "ankle", "", PURPLE, SOLID, _pressure, "torque_ankle"),
+    "toe": Signal("pressure", "toe", "", BLACK, DASHED, _end_of_sole(1, 1.0), "torque_ankle", optional=True),
+    "heel": Signal("pressure", "heel", "", BLUE, DOTTED, _end_of_sole(0, -1.0), "torque_ankle", optional=True),
     "flexion": Signal("flexion", "swing knee", "q₃ − q₂", SKY, SOLID, _flexion, "q_shank"),
     "q_stance": Signal("angle", "stance leg", "q₁", BLUE, SOLID),
     "q_swing": Signal("angle", "swing leg", "q₂", ORANGE, DASHED),
@@ -196,7 +215,7 @@ def lines_of(walk: Walk) -> Iterator[Lines]:
     for name, signals in panels_of(type(walk.robot)):
         panel, every = PANELS[name], {signal: values_of(walk, signal) for signal in signals}
         values = {signal: line for signal, line in every.items() if np.isfinite(line).any()}
-        missing = [signals[signal].name for signal in every if signal not in values]
+        missing = [signals[name].name for name in every if name not in values and not signals[name].optional]
         events = panel.events[1](walk) if panel.events else np.empty(0)
         yield Lines(panel, {signal: signals[signal] for signal in values}, values, missing, events)
 

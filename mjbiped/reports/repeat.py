@@ -130,7 +130,8 @@ def _options(walk: Walk) -> Iterator[Option]:
     named = min(parameters, key=lambda each: len(parameters[each]))
     if named != Compass.kind:
         yield "robot", named
-    yield from parameters[named].items()
+    for name, value in parameters[named].items():
+        yield name, ",".join(map(repr, value)) if name == "sole" else value
     disturbances = dict(settings.get("disturbances", {}))
     yield from (("push", f"{time!r}:{impulse!r}") for time, impulse in disturbances.pop("pushes", ()))
     yield from (("disturb", f"{name}={value!r}") for name, value in disturbances.items())

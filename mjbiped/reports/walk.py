@@ -124,7 +124,11 @@ def _number(value: float) -> str:
 def _data(walk: Walk) -> dict[str, Any]:
     """Data by name that the page's program needs to show a moment, at the samples that are drawn."""
     keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
-    told = {name: signal for name, signal in signals_of(robot).items() if PANELS[signal.panel].in_words}
+    told = {
+        name: signal
+        for name, signal in signals_of(robot).items()
+        if PANELS[signal.panel].in_words and not (signal.optional and walk.robot.sole is None)
+    }
     legs = walk.robot.limbs(samples["qpos"][keep])
     rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {

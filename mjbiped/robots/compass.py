@@ -8,7 +8,6 @@ J leg inertia about its own COM, g gravity; q1 stance and q2 swing leg from the 
 slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md derives the equations.
 """
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -234,6 +233,8 @@ class Compass(Robot):
         leg_inertia: Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given. The symbol is J.
             None is replaced by the rod's m l^2/12 (which `dataclasses.replace` then keeps).
         gravity: Acceleration of gravity, m/s^2. The symbol is g.
+        sole: Distances from the ankle to the heel and to the toe of a flat, massless sole, m, or one for both. They
+            bound the ankle's torque; without a sole it is not bounded.
 
     Raises:
         InputError: a value is not a finite number of its domain; see `mjbiped.utils.domains`.
@@ -245,6 +246,7 @@ class Compass(Robot):
     upper_length: Annotated[float, domains.LENGTH] = 0.5
     leg_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
     gravity: Annotated[float, domains.GRAVITY] = 9.81
+    sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "compass"
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
@@ -332,7 +334,7 @@ class Compass(Robot):
 
     def to_dict(self) -> dict[str, Any]:
         """The parameters alone: records had no other robots once."""
-        return dataclasses.asdict(self)
+        return self._told()
 
 
 def _angles(q: ArrayLike) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.wheel import RimlessWheel
-from mjbiped.utils.domains import known_name
+from mjbiped.utils.domains import SOLE, known_name
 
 KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel)}
 
@@ -37,6 +37,8 @@ def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
     kind, parameters = named(name)
     for key in given:
         known_name(f"parameter of the robot {name}", key, kind.parameters())
+    if isinstance(given.get("sole"), str):  # as in study files, whose values are single
+        given = {**given, "sole": SOLE.read("sole", given["sole"])}
     return kind(**{**parameters, **given})
 
 

@@ -55,6 +55,8 @@ class KneedBiped(Robot):
             that of a uniform rod, m l^2/12 (which `dataclasses.replace` then keeps).
         shank_inertia: Inertia of a shank about its centre of mass, kg m^2; a rod's unless given.
         gravity: Acceleration of gravity, m/s^2.
+        sole: Distances from the ankle to the heel and to the toe of a flat, massless sole, m, or one for both. They
+            bound the ankle's torque; without a sole it is not bounded.
 
     Raises:
         InputError: a value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
@@ -70,6 +72,7 @@ class KneedBiped(Robot):
     thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
     shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
     gravity: Annotated[float, domains.GRAVITY] = 9.81
+    sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "kneed"
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")

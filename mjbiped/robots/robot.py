@@ -6,7 +6,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +35,8 @@ class Robot(ABC):
             decides when it can.
         equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: Acceleration of gravity, m/s^2.
+        sole: Distances from the ankle to the heel and to the toe of the flat, massless sole on which the stance leg
+            stands, m: they bound the ankle's torque (`mjbiped.rules.sole`). None: the ankle is not bounded.
     """
 
     kind: ClassVar[str]
@@ -44,6 +46,12 @@ class Robot(ABC):
     collides_from_lift_off: ClassVar[bool]
     equations: ClassVar[Equations]
     gravity: float
+    sole: tuple[float, float] | None = None
+
+    @property
+    def mechanism(self) -> Self:
+        """The robot without its sole, on which neither its equations of motion nor its passive gaits depend."""
+        return self if self.sole is None else dataclasses.replace(self, sole=None)  # type: ignore[type-var]  # subclasses
 
     @property
     @abstractmethod
@@ -210,9 +218,20 @@ class Robot(ABC):
         """Names of the parameters, which are the dataclass's fields."""
         return tuple(field.name for field in dataclasses.fields(cls))  # type: ignore[arg-type]  # subclasses are dataclasses
 
+    @classmethod
+    def numbers(cls) -> tuple[str, ...]:
+        """Names of the parameters that are single numbers."""
+        return tuple(name for name in cls.parameters() if name != "sole")
+
     def to_dict(self) -> dict[str, Any]:
         """Kind and parameters in plain JSON types; `mjbiped.robots.kinds.robot_from` reads it."""
-        return {"kind": self.kind, **dataclasses.asdict(self)}  # type: ignore[call-overload]  # subclasses are dataclasses
+        return {"kind": self.kind, **self._told()}
+
+    def _told(self) -> dict[str, Any]:
+        """The parameters in plain JSON types; without a sole none is told, as in records of old."""
+        told: dict[str, Any] = dataclasses.asdict(self)  # type: ignore[call-overload]  # subclasses are dataclasses
+        sole = told.pop("sole", None)
+        return told if sole is None else {**told, "sole": list(sole)}
 
 
 def _rates(dq: ArrayLike, angles: Array) -> Array:

@@ -269,6 +269,43 @@ class Interval:
         return low, high
 
 
+@dataclass(frozen=True)
+class Ends:
+    """Distances of two ends, behind a point and ahead of it, both in a domain; one number stands for two equal ones.
+
+    Attributes:
+        distance: Domain of the distances.
+    """
+
+    distance: Domain
+
+    @property
+    def words(self) -> str:
+        """Description of valid distances."""
+        return f"one distance {self.distance}, or two, behind and ahead, as 0.05,0.15"
+
+    def check(self, name: str, value: object) -> tuple[float, float]:
+        """Check distances, given as a number or a pair.
+
+        Raises:
+            InputError: There are neither one nor two, or one is outside the domain.
+        """
+        each = entries(value) or (value,)
+        if len(each) not in (1, 2) or not all(self.distance.low <= as_float(end) <= self.distance.high for end in each):
+            raise InputError(f"{name} = {shown(value)}: must be {self.words}")
+        return as_float(each[0]), as_float(each[-1])
+
+    def read(self, name: str, value: object) -> tuple[float, float]:
+        """Check distances that may also be given as a text, such as "0.05,0.15".
+
+        Raises:
+            InputError: They are not valid.
+        """
+        with suppress(ValueError):
+            return self.check(name, [float(part) for part in value.split(",")] if isinstance(value, str) else value)
+        return self.check(name, value)
+
+
 def entries(value: object) -> tuple[Any, ...] | None:
     """Return the entries of a list, a tuple or an array; None for a single value, text or a mapping."""
     if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
@@ -304,6 +341,7 @@ LEG = Domain(1e-3, 2e3, "m")
 SPOKES = Count(5, 100)  # an impact stops a wheel with fewer
 INERTIA = Domain(0.0, 1e12, "kg m^2")
 GRAVITY = Domain(1e-3, 1e3, "m/s^2")
+SOLE = Ends(Domain(0.0, 1e3, "m"))
 MUJOCO_LEG = Domain(0.01, 10.0, "m")
 
 # ---- its state -------------------------------------------------------------------------------------------------------

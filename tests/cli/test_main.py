@@ -181,7 +181,7 @@ def test_options_agree_with_what_they_set() -> None:
     sections = {name: getattr(parameter, "section", "") for name, parameter in options.items()}
     named = ("", " compass", " kneed, halved-rods", " wheel")
     shared, legs, knees, wheel = ({name for name in sections if sections[name] == f"Robot{each}"} for each in named)
-    assert shared == {"robot", "hip_mass", "gravity"}
+    assert shared == {"robot", "hip_mass", "gravity", "sole"}
     assert legs == {field.name for field in dataclasses.fields(mjbiped.Compass)} - shared
     assert knees == {field.name for field in dataclasses.fields(mjbiped.KneedBiped)} - shared
     assert wheel == {field.name for field in dataclasses.fields(mjbiped.RimlessWheel)} - shared
@@ -307,7 +307,7 @@ def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:
     assert (law["replanning_delay"], law["estimate_update"]) == (None, False)
     assert law["initial_slope_estimate"] == pytest.approx(math.radians(0.5))
     assert law["gait"]["slope"] == pytest.approx(math.radians(1.5))
-    assert law["robot"] == settings["robot"] == dataclasses.asdict(mjbiped.Compass(hip_mass=3.0))
+    assert law["robot"] == settings["robot"] == mjbiped.Compass(hip_mass=3.0).to_dict()
     assert (settings["timestep"], settings["control_period"]) == (5e-4, 1e-3)
     assert (settings["steps"], settings["distance"]) == (None, 0.2)
     assert settings["initial"] == [-0.15, 0.15, 0.9, 0.7]

@@ -52,6 +52,8 @@ def test_robots_by_name_and_parameter(walks: list[tuple[Any, Robot]]) -> None:
     # a rod's inertia follows its mass
     assert rods == replace(mjbiped.KneedBiped.halved_rods(), shank_mass=2.0, shank_inertia=2.0 * 0.25 / 12)
     assert asked(walks, "--leg-mass", 4) == mjbiped.Compass(leg_mass=4.0)
+    assert asked(walks, "--sole", 0.12) == mjbiped.Compass(sole=(0.12, 0.12))
+    assert asked(walks, "--robot", "kneed", "--sole", "0.05,0.15") == mjbiped.KneedBiped(sole=(0.05, 0.15))
 
 
 def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
@@ -76,6 +78,12 @@ def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
             "--hip-mass is for --robot compass, kneed, halved-rods; wheel has no such",
         ),
         (("--thigh-mass", -1), "Invalid value for '--thigh-mass': '-1'; expected a number from 1e-09 to 1e+06 kg."),
+        (
+            ("--sole", "0.1,0.1,0.1"),
+            "'--sole': '0.1,0.1,0.1'; expected one distance from 0 to 1000 m, or two, behind",
+        ),
+        (("--robot", "wheel", "--sole", 0.1), "--sole is for --robot compass, kneed, halved-rods; wheel has no such"),
+        (("--model-error", "sole=2"), "expected NAME=FACTOR"),
         (("--robot", "wheel", "--spokes", 4), "'--spokes': '4'; expected a whole number from 5 to 100."),
         (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
         (("--robot", "odd.toml"), "unknown parameter of the robot in 'odd.toml'"),

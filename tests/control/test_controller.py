@@ -129,7 +129,7 @@ def test_a_users_memory_is_integrated_and_changed_at_touchdown() -> None:
 def test_description_is_json_whatever_the_parameters(gait: Gait) -> None:
     description = Everything(TABLE_ONE, gait).describe()
     assert json.loads(json.dumps(description, allow_nan=False)) == description
-    robot = dataclasses.asdict(TABLE_ONE)
+    robot = TABLE_ONE.to_dict()
     assert description == {
         "name": "Everything",
         "robot": robot,

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -229,8 +230,8 @@ class Landing:
 def landing(random: np.random.Generator, same_slope: bool = False) -> Landing:
     """Draw a state that ends in an impact as the paper has it: plastic, without slip, the trailing foot leaves."""
     while True:
-        masses = {"leg_mass": random.uniform(1.0, 20.0), "hip_mass": random.uniform(0.0, 30.0)}
-        lengths = {"lower_length": random.uniform(0.2, 0.8), "upper_length": random.uniform(0.2, 0.8)}
+        masses: dict[str, Any] = {"leg_mass": random.uniform(1.0, 20.0), "hip_mass": random.uniform(0.0, 30.0)}
+        lengths: dict[str, Any] = {"lower_length": random.uniform(0.2, 0.8), "upper_length": random.uniform(0.2, 0.8)}
         robot = Compass(**masses, **lengths, gravity=random.uniform(1.6, 20.0))
         old = random.uniform(-0.2, 0.2)
         new = old if same_slope else random.uniform(-0.2, 0.2)

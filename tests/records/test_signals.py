@@ -114,3 +114,20 @@ def test_the_report_of_a_walk_with_knees_shows_them(kneed: mjbiped.Walk, tmp_pat
     limbs = kneed.robot.limbs(kneed.samples["qpos"][half])[1 - kneed.samples["stance"][half]]
     assert np.array(legs["swing leg now"])[:, :, half] == pytest.approx(limbs, abs=1e-4)
     assert "greatest flexion (°)" in page
+
+
+def test_a_sole_is_drawn_where_there_is_one(straight: mjbiped.Walk, controller: AdaptiveController) -> None:
+    """Its ends beside the centre of pressure, and the torque asked for where it transmits less."""
+    robot = mjbiped.Compass(sole=(0.03, 0.05))
+    walk = mjbiped.walk(controller, mjbiped.Terrain.stairs(rise=-0.01), engine="hybrid", robot=robot, steps=6)
+    lines = {name: line for each in signals.lines_of(walk) for name, line in each.values.items()}
+    assert {*lines["toe"]} == {5.0}
+    assert {*lines["heel"]} == {-3.0}
+    asked, given = lines["torque_asked"], walk.samples["torque"][:, 0]
+    bound = np.isfinite(asked)
+    assert bound.any()
+    assert (np.abs(given[bound]) < np.abs(asked[bound])).all()
+    assert (given[~bound] == walk.samples["ankle_asked"][~bound]).all()
+    without = list(signals.lines_of(straight))
+    assert not {"toe", "heel", "torque_asked"} & {name for each in without for name in each.values}
+    assert not any(name in each.missing for each in without for name in ("toe", "heel", "ankle, asked for"))

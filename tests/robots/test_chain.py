@@ -1,6 +1,5 @@
 """The equations of a planar chain against SymPy's derivation from the masses' positions, MuJoCo, and laws."""
 
-import dataclasses
 import math
 from collections.abc import Callable
 from functools import cache
@@ -75,7 +74,7 @@ def derived(n: int) -> dict[str, Callable[..., object]]:
 
 def value(name: str, robot: KneedBiped, q: Array, rates: Array, slope: float = 0.0) -> Array:
     """One of `derived`; the rates are of the angles, or of the stance foot's place and then of the angles."""
-    numbers = [getattr(robot, field.name) for field in dataclasses.fields(robot)]
+    numbers = [getattr(robot, name) for name in robot.numbers()]
     whole = rates if len(rates) > len(q) else np.concatenate([np.zeros(2), rates])
     return np.squeeze(np.asarray(derived(len(q))[name]((*numbers, slope), q.tolist(), whole.tolist())))
 

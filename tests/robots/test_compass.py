@@ -222,6 +222,7 @@ def test_defaults_are_table_one() -> None:
         "upper_length": 0.5,
         "leg_inertia": 5 / 12,
         "gravity": 9.81,
+        "sole": None,
     }
     assert robot == Compass(**asdict(robot))
     assert hash(robot) == hash(Compass(leg_mass=5))

@@ -45,9 +45,9 @@ def test_widths_are_the_robots(kind: type[Robot]) -> None:
 
 
 def test_the_compass_has_its_columns_of_old() -> None:
-    """Records of earlier versions stay readable: names and widths of format 2, and the two columns of format 4."""
-    assert list(SAMPLES) == ["time", "q", "dq", "torque", "slope", "slope_estimate", "stance", "qpos"]
-    assert (width(SAMPLES), width(TOUCHDOWNS)) == (14, 29)
+    """Records of earlier versions stay readable: names and widths of format 2, and the columns of formats 4 and 6."""
+    assert list(SAMPLES) == ["time", "q", "dq", "torque", "ankle_asked", "slope", "slope_estimate", "stance", "qpos"]
+    assert (width(SAMPLES), width(TOUCHDOWNS)) == (15, 30)
     knees = tables_of(mjbiped.KneedBiped)
     assert list(knees.samples)[: len(SAMPLES)] == list(SAMPLES)
     assert list(knees.touchdowns)[: len(TOUCHDOWNS)] == list(TOUCHDOWNS)

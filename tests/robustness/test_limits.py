@@ -97,7 +97,7 @@ def test_what_a_controller_believes_wrongly_of_knees(name: str, factors: dict[st
     cell = Cell(0, None, {"robot.kind": "kneed", "robot.hip_mass": 4.0, "controller.name": "adaptive", **told})
     believed = cell.controller(find_kneed_gait(KneedBiped(), math.radians(2.5))).robot
     assert cell.robot() == robot
-    for parameter in KneedBiped.parameters():
+    for parameter in KneedBiped.numbers():
         wanted = factors.get(parameter, 1.0) * getattr(robot, parameter)
         assert getattr(believed, parameter) == pytest.approx(wanted, rel=1e-12)
 

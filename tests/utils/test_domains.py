@@ -100,6 +100,11 @@ def test_arrays_have_a_shape_and_numbers_of_the_domain() -> None:
 
 def test_the_other_checks() -> None:
     assert Interval(domains.STEP).check("rise", [0, 0.5]) == (0.0, 0.5)
+    for value, ends in ((0.1, (0.1, 0.1)), ((0, 0.2), (0.0, 0.2)), ("0.1", (0.1, 0.1)), ("0.1, 0.2", (0.1, 0.2))):
+        assert domains.SOLE.read("sole", value) == ends
+    for wrong in (-0.1, (0.1, 0.2, 0.3), "0.1,", "heel", (0.1, math.nan), (), True, None, {"behind": 0.1}):
+        with pytest.raises(InputError, match=r"sole = .*one distance from 0 to 1000 m, or two"):
+            domains.SOLE.read("sole", wrong)
     assert check_states("state", (1, 2, 3e5, 4), (4,)).tolist() == [1.0, 2.0, 3e5, 4.0]
     with pytest.raises(InputError, match="its angles: 300000"):
         check_states("state", (3e5, 0, 0, 0), (4,))
@@ -199,7 +204,7 @@ NONSENSE: tuple[object, ...] = (
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
 OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
-OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction"}
+OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction", "sole"}
 
 
 def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:

@@ -14,6 +14,7 @@ from typing import Any
 from mjbiped.engines.hybrid.dynamics import component_at, dense_state, ensure_dense, is_motion
 from mjbiped.engines.hybrid.events import flexion_within
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
+from mjbiped.engines.hybrid.stance import on_sole
 from mjbiped.engines.hybrid.state import Walk, hand_over, hip, pose_of
 from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGES, dense_rate_at
 from mjbiped.robots.equations import LOCKED
@@ -120,6 +121,14 @@ def _asked(s: Walk, t: float, state: Any) -> Any:
     return laws.torque(s.law, w.memory, min(max(t, w.after), w.before), laws.q(state), laws.dq(state))
 
 
+def _given(s: Walk, state: Any, asked: Any) -> Any:
+    """What the sole transmits of what `_asked` returns; all of it without a sole."""
+    if s.c.behind == math.inf:
+        return asked
+    given, _ = on_sole(s, state, s.laws.q(state), s.laws.dq(state), asked)
+    return given
+
+
 def _note_peak_within(s: Walk, h: float, joint: int, place: float) -> None:
     """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
@@ -147,7 +156,7 @@ def _torque_within(s: Walk, h: float, piece: int, joint: int) -> float:
     """A joint's torque so many sixteenths into the step, N m."""
     x = piece / PIECES
     dense_state(s, x)
-    return float(_asked(s, s.w.elapsed + x * h, s.w.spare)[joint])
+    return float(_given(s, s.w.spare, _asked(s, s.w.elapsed + x * h, s.w.spare))[joint])
 
 
 def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
@@ -240,14 +249,23 @@ def _take_samples(s: Walk, h: float) -> bool:
 def take_sample(s: Walk, time: float, t: float, state: Any) -> None:
     """Write a row of the samples, with the torques of the law in a state at time t since the support transfer."""
     w = s.w
-    given = _asked(s, t, state)
-    estimate = s.laws.slope_estimate(s.law, w.memory)
-    write_state(s, s.laws.tables(s.c.tables).samples[w.samples], time, state, given, estimate)
+    asked = _asked(s, t, state)
+    row, torques = s.laws.tables(s.c.tables).samples[w.samples], (asked[0], _given(s, state, asked))
+    write_state(s, row, time, state, torques, s.laws.slope_estimate(s.law, w.memory))
     w.samples += 1
 
 
-def write_state(s: Walk, row: Any, time: float, state: Any, torque: Any, estimate: float) -> None:
-    """Fill a row of the samples with a state, torques (N m), a slope estimate (rad) and the controller's states."""
+def write_state(s: Walk, row: Any, time: float, state: Any, torques: tuple[float, Any], estimate: float) -> None:
+    """Fill a row of the samples.
+
+    Args:
+        s: The walk.
+        row: To be filled.
+        time: Since the start, s.
+        state: State of motion, the controller's states behind it.
+        torques: Torque that the ankle is asked for, then the torques of all joints, N m.
+        estimate: Of the slope, rad.
+    """
     w, laws = s.w, s.laws
     q = laws.q(state)
     laws.write_sample(
@@ -256,7 +274,8 @@ def write_state(s: Walk, row: Any, time: float, state: Any, torque: Any, estimat
         time=time,
         q=q,
         dq=laws.dq(state),
-        torque=torque,
+        torque=torques[1],
+        ankle_asked=torques[0],
         slope=w.slope,
         slope_estimate=estimate,
         stance=w.stance,

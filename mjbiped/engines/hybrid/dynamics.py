@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mjbiped.engines.hybrid.stance import on_sole, push_torque
 from mjbiped.engines.hybrid.state import Walk, hand_over
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
-from mjbiped.robots.bent_leg import LENGTH
 
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
@@ -24,8 +24,11 @@ def rates(s: Walk, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
     if push != 0.0:
         q = dq = laws.still(state)
     given = laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
-    if w.push != 0.0:  # what a horizontal force at the hip is to the stance leg: its torque about the foot
-        push += w.push * s.c.robot.stance[LENGTH] * math.cos(q[0] + w.slope)
+    if s.c.behind < math.inf:
+        w.asked[w.stage] = given[0]
+        given, w.normals[w.stage] = on_sole(s, state, q, dq, given)
+    if w.push != 0.0:
+        push += push_torque(s, q[0])
     accelerations = laws.accelerations(s.c.robot, w, q, dq, given, push)
     joints = len(w.peak_torque)
     for joint in range(joints):
@@ -60,6 +63,7 @@ def carry_over(w: Any) -> None:
         w.k[component] = w.k[STAGES * n + component]
     for joint in range(joints):
         w.torques[joint] = w.torques[STAGES * joints + joint]
+    w.asked[0], w.normals[0] = w.asked[STAGES], w.normals[STAGES]
 
 
 def ensure_dense(s: Walk, h: float) -> None:

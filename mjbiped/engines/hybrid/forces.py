@@ -12,50 +12,15 @@ from itertools import pairwise
 from typing import Any
 
 from mjbiped.engines.hybrid.dynamics import dense_state
+from mjbiped.engines.hybrid.stance import ground_force, stance_force, turned
 from mjbiped.engines.hybrid.state import Walk, pose_of
 from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, dense_rate_at
 from mjbiped.records.pressure import note_pressure
-from mjbiped.robots.bent_leg import ACROSS, force_beside
-from mjbiped.robots.chain import segment_force
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for
 _BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
 SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
-
-
-def ground_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
-    """Force on the feet, forward and upward, N: the rate of the momentum of the robot's chain, and its weight.
-
-    Args:
-        s: The walk.
-        pose: Pose in the state.
-        state: Angles and rates.
-        ddq: Holds the accelerations, rad/s^2.
-        first: Index of the first of them.
-    """
-    robot, gravity = s.c.robot, s.c.gravity
-    moments, across = robot.chain.moments, robot.stance[ACROSS]
-    n = len(moments)
-    forward, upward = 0.0, s.c.mass * gravity
-    for i in range(n):
-        sine, cosine = pose[2 * i], pose[2 * i + 1]
-        ahead, above = segment_force(moments[i] / gravity, sine, cosine, state[n + i], ddq[first + i])
-        forward, upward = forward + ahead, upward + above
-    if across != 0.0:
-        ahead, above = force_beside(across, gravity, state[0] + s.w.slope, state[n], ddq[first])
-        forward, upward = forward + ahead, upward + above
-    return forward, upward
-
-
-def turned(s: Walk, force: tuple[float, float]) -> tuple[float, float]:
-    """A force on the feet along the stance foot's ground and normal to it, N, without a push at the hip."""
-    w, (forward, upward) = s.w, force
-    along, normal = forward * w.cosine - upward * w.sine, forward * w.sine + upward * w.cosine
-    if w.push != 0.0:  # is none of the ground's
-        along -= w.push * w.cosine
-        normal -= w.push * w.sine
-    return along, normal
 
 
 def note_ground_force(s: Walk, pose: Any, state: Any, first: int) -> None:
@@ -70,10 +35,7 @@ def note_ground_force(s: Walk, pose: Any, state: Any, first: int) -> None:
         first: Index in `k` of the first acceleration.
     """
     w = s.w
-    along, normal = turned(s, ground_force(s, pose, state, w.k, first))
-    if w.face != 0.0 or w.sliding:  # what pushes at the swing foot does not at the stance foot
-        along -= w.press * (w.pushed_x * w.cosine - w.pushed_z * w.sine)
-        normal -= w.press * (w.pushed_x * w.sine + w.pushed_z * w.cosine)
+    along, normal = stance_force(s, pose, state, w.k, first)
     w.along_now, w.normal_now = along, normal
     note_force(s, along, normal)
 
@@ -114,13 +76,19 @@ def parabola_top(left: float, middle: float, right: float) -> float:
 def note_pressures(s: Walk, before: float, h: float) -> None:
     """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
 
-    The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end.
+    The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
+    on a sole it is known at each stage.
     """
-    w = s.w
+    w, soled = s.w, s.c.behind < math.inf
     change, light = w.normal_now - before, LIGHT_CONTACT * s.c.mass * s.c.gravity
     for i in range(len(IN_ORDER)):
-        torque, normal = w.torques[IN_ORDER[i] * len(w.peak_torque)], before + PLACES[i] * change
-        note_pressure(w.pressure, 0, 2, torque, normal, light, s.c.length, SHARES[i] * h)
+        stage, time = IN_ORDER[i], SHARES[i] * h
+        torque, normal = w.torques[stage * len(w.peak_torque)], before + PLACES[i] * change
+        if soled:
+            normal = w.normals[stage]
+            if torque != w.asked[stage]:
+                w.bound_time += time
+        note_pressure(w.pressure, 0, 2, torque, normal, light, s.c.length, time)
 
 
 def momentum(s: Walk) -> tuple[float, float]:

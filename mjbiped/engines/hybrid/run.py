@@ -23,6 +23,7 @@ from mjbiped.engines.base import Run, Show
 from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import rates
 from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.stance import on_sole
 from mjbiped.engines.hybrid.state import Constants, Ground, Laws, State, Tables, Walk
 from mjbiped.engines.hybrid.transfer import begin_gait_step
 from mjbiped.engines.hybrid.tuples import Tuples, tuples_of
@@ -115,7 +116,7 @@ class HybridRun(Run):
             if robot.equations.inlined:
                 inlined += (robot.equations.accelerations,)
             functions = (*machine_code.LAWS, unpack, *self.functions)
-            self.advance: Any = compiled(advance, Laws, functions, inlined=inlined, apart=(hold_end,))
+            self.advance: Any = compiled(advance, Laws, functions, inlined=inlined, apart=(hold_end, on_sole))
         else:
             self.advance = partial(advance, self.plain.laws)
 
@@ -156,10 +157,13 @@ class HybridRun(Run):
         """Collect robot, rules and limits as plain numbers."""
         robot, terms = self.plan.robot, self.plan.terms
         tested = 2 * len(robot.angles) + self._own
+        behind, ahead = robot.sole or (math.inf, math.inf)
         return Constants(
             robot=robot.equations.constants(robot),
             tables=0,
             length=robot.leg_length,
+            behind=behind,
+            ahead=ahead,
             mass=robot.total_mass,
             gravity=robot.gravity,
             legs=len(robot.bodies.limbs),
@@ -201,6 +205,8 @@ class HybridRun(Run):
             dense=[0.0] * (len(y) * POWERS),
             memory=memory,
             torques=[0.0] * (joints * STAGES_WITH_DENSE),
+            asked=[0.0] * STAGES_WITH_DENSE,
+            normals=[0.0] * STAGES_WITH_DENSE,
             peak_torque=[0.0] * joints,
             pressure=[0.0] * (2 + BINS),
             strike_q=[0.0] * angles,
@@ -277,7 +283,8 @@ class HybridRun(Run):
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         row, w = np.empty((1, self.tables.samples.shape[1])), self.state
         estimate = self.controller.slope_estimate(self._memory())
-        write_state(self.plain, row[0], w.time, [float(value) for value in w.y], w.torques, estimate)
+        torques = (float((w.torques if self.plan.robot.sole is None else w.asked)[0]), w.torques)
+        write_state(self.plain, row[0], w.time, [float(value) for value in w.y], torques, estimate)
         self.recorder.add(self.tables.rows[:0], self._recorded(row))
 
     def _recorded(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -29,6 +29,9 @@ class State:
         dense: Coefficients of the step's dense output.
         memory: The controller's.
         torques: Torques of all joints at each stage of the current step, N m; the first are those in the state `y`.
+        asked: On a sole, torque that the law asks of the ankle at each of these stages, N m.
+        normals: On a sole, normal force on the stance foot at each of them, N.
+        bound_time: Time since the start in which the sole has not transmitted what was asked, s.
         peak_torque: Greatest magnitude of each joint's torque since the start, N m.
         pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
             the time that it has spent in each bin of `records.pressure` since the start (s).
@@ -108,6 +111,8 @@ class State:
     dense: Any
     memory: Any
     torques: Any
+    asked: Any
+    normals: Any
     peak_torque: Any
     pressure: Any
     strike_q: Any
@@ -159,6 +164,7 @@ class State:
     work_absolute: float = 0.0
     work_net: float = 0.0
     work_positive: float = 0.0
+    bound_time: float = 0.0
     stage: int = 0
     has_dense: bool = False
     first_step: float = math.inf
@@ -218,6 +224,8 @@ class Constants:
         robot: The robot's constants, as its `Equations` take them.
         tables: Address of the walk's `Tables` where compiled, from which `Laws.tables` makes them.
         length: Length of a leg, m.
+        behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
+        ahead: Distance from the ankle to its toe, m.
         mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
         gravity: m/s^2.
         legs: Number of legs, which stand in turn.
@@ -237,6 +245,8 @@ class Constants:
     robot: Any
     tables: int
     length: float
+    behind: float
+    ahead: float
     mass: float
     gravity: float
     legs: int
@@ -270,6 +280,7 @@ class Laws(NamedTuple):
         q: Angles of a state; see `mjbiped.engines.hybrid.tuples`.
         dq: Rates of a state.
         own: Rates of the controller's states, of what its law returns.
+        with_ankle: What a law returns, with another torque of the ankle.
         still: As many zeros as there are angles.
         powers: Powers of the joints.
         pose: Sines and cosines of the angles from the vertical.
@@ -297,6 +308,7 @@ class Laws(NamedTuple):
     q: Any
     dq: Any
     own: Any
+    with_ankle: Any
     still: Any
     powers: Any
     pose: Any

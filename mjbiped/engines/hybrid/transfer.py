@@ -95,6 +95,7 @@ def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estima
         normal_force=w.normal_force,
         pressure_ahead=w.pressure[0],
         pressure_behind=w.pressure[1],
+        sole_bound_time=w.bound_time,
         knee_strike=w.strike_time,
         knee_q=w.strike_q,
         knee_dq_before=w.strike_dq,

@@ -19,6 +19,7 @@ class Tuples(NamedTuple):
         q: (state) -> angles, rad.
         dq: (state) -> their rates, rad/s.
         own: (what a law returns) -> rates of the controller's states, which stand behind the torques.
+        with_ankle: (what a law returns, torque) -> the same with another first torque.
         still: (state) -> as many zeros as there are angles.
         powers: (torques, dq) -> power of each joint, W: the first moves the first segment, the others turn two segments
             against each other.
@@ -30,6 +31,7 @@ class Tuples(NamedTuple):
     q: Callable[..., Any]
     dq: Callable[..., Any]
     own: Callable[..., Any]
+    with_ankle: Callable[..., Any]
     still: Callable[..., Any]
     powers: Callable[..., Any]
     pose: Callable[..., Any]
@@ -45,12 +47,13 @@ def tuples_of(angles: int, joints: int, own: int) -> Tuples:
         joints: Number of its joints.
         own: Number of the controller's integrated states.
     """
-    every = range(angles)
+    every, others = range(angles), range(1, joints + own)
     pose = [f"    sine_{i}, cosine_{i} = sine_cosine(q[{i}] + slope)" for i in every]
     source = [
         f"def q(state):\n    return {_tuple(f'state[{i}]' for i in every)}",
         f"def dq(state):\n    return {_tuple(f'state[{angles + i}]' for i in every)}",
         f"def own(given):\n    return {_tuple(f'given[{joints + i}]' for i in range(own))}",
+        f"def with_ankle(given, ankle):\n    return {_tuple(['ankle', *(f'given[{i}]' for i in others)])}",
         f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
         f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i)}' for i in range(joints))}",
         "\n".join(["def pose(q, slope):", *pose, f"    return {_tuple(f'sine_{i}, cosine_{i}' for i in every)}"]),

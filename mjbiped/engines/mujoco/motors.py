@@ -10,6 +10,7 @@ from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.mujoco import leapfrog, servo
 from mjbiped.engines.mujoco.observation import observe, see_places
 from mjbiped.engines.mujoco.state import Constants, Userdata, angles_of, stance_of, swing_of
+from mjbiped.rules.sole import bounded
 
 NOTHING_LEFT = 1e-12  # of a push's impulse: rounding
 NOW = 1e-9  # times so close are the same, s
@@ -126,8 +127,14 @@ def control(
     due = time > u.next_control - NOW
     if due:
         u.next_control += constants.control_period
+    if u.torque[0] != u.ankle:
+        u.bound_time += u.effective_step
     if due or (u.transferred and u.outcome):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata)
+    # the force of the step before; that of an impact tells nothing of the step to come
+    u.torque[0] = bounded(u.ankle, u.force if u.turns else 0.0, constants.behind, constants.ahead)
+    if not u.outcome:
+        _note_peaks(u, len(constants.joints))
     drive(constants, u, ctrl)
     if u.turns:
         count_work(constants, u, before, hold)
@@ -195,8 +202,13 @@ def _tick(setting: Setting, userdata: Userdata) -> None:
         u.torque[joint] = values[joint]
     if u.locked:
         u.torque[2] = 0.0
-    for joint in range(len(zeros)):
-        if not u.outcome and abs(u.torque[joint]) > u.peak[joint]:
+    u.ankle = u.torque[0]
+
+
+def _note_peaks(u: Any, joints: int) -> None:
+    """Keep the greatest magnitudes of the torques held from now on."""
+    for joint in range(joints):
+        if abs(u.torque[joint]) > u.peak[joint]:
             u.peak[joint] = abs(u.torque[joint])
 
 
@@ -286,6 +298,7 @@ def take_sample(setting: Setting, userdata: Userdata) -> None:
         q=u.angles,
         dq=u.turning,
         torque=u.torque,
+        ankle_asked=u.ankle,
         slope=u.slope,
         slope_estimate=parts.slope_estimate(parameters, memory),
         stance=u.stance,

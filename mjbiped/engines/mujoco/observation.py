@@ -341,6 +341,7 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
     u.count += 1.0
     write_row(parts, constants, u, row, dq_before)
     # until the controller ticks: the motors that drive other joints now are off, the hip's goes on
+    u.ankle = 0.0
     put(u.torque, (0.0, -u.torque[1], 0.0))
     begin_step(u)
     judge_touchdown(u, limits)
@@ -376,6 +377,7 @@ def write_row(parts: Any, constants: Constants, u: Any, row: MutableSequence[flo
         normal_force=least_normal_force(u),
         pressure_ahead=u.pressure[0],
         pressure_behind=u.pressure[1],
+        sole_bound_time=u.bound_time,
         knee_strike=u.strike_time,
         knee_q=u.strike_q,
         knee_dq_before=u.strike_rates,

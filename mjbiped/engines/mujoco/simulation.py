@@ -148,6 +148,7 @@ class Simulation:
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
         scuffs, shortest = not robot.collides_from_lift_off, self._shortest
+        behind, ahead = robot.sole or (math.inf, math.inf)
         return Constants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places,
@@ -169,6 +170,8 @@ class Simulation:
             sampled_columns=self._rows.sampled,
             pushes=plan.disturbances.schedule,
             servo=servo_of(robot) if options.stance_knee == MOTOR else NONE,
+            behind=behind,
+            ahead=ahead,
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:

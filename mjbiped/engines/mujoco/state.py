@@ -66,6 +66,8 @@ class State(ctypes.Structure):
     work_absolute: float  # since the start, J
     work_net: float
     work_positive: float
+    bound_time: float  # in which the sole did not transmit the ankle torque asked for, since the start, s
+    ankle: float  # torque that the law asks of the ankle, held, N m
     turns: float  # 1: motors have turned the joints since the observation before
     slip: float  # greatest distance that the stance foot slid along the ground in this gait step, m
     slides: float  # gait steps in which it slid farther than a standing foot does
@@ -266,6 +268,8 @@ class Constants(NamedTuple):
         sampled_columns: Floats of a sample; the controller's integrated states stand behind them.
         pushes: At the hip.
         servo: At the stance knee.
+        behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
+        ahead: Distance from the ankle to its toe, m.
     """
 
     limits: Limits
@@ -287,6 +291,8 @@ class Constants(NamedTuple):
     sampled_columns: int
     pushes: Pushes
     servo: Servo
+    behind: float
+    ahead: float
 
 
 class Userdata(NamedTuple):

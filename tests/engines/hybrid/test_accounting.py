@@ -13,7 +13,8 @@ from simulations import hybrid_simulation
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.hybrid.accounting import _total_variation, _turns
-from mjbiped.engines.hybrid.forces import parabola_top, turned
+from mjbiped.engines.hybrid.forces import parabola_top
+from mjbiped.engines.hybrid.stance import turned
 from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
 from mjbiped.records.pressure import centre_of_pressure
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from simulations import UNEQUAL, hybrid_simulation
 
 from mjbiped.engines.hybrid.dynamics import rates
-from mjbiped.engines.hybrid.forces import ground_force
+from mjbiped.engines.hybrid.stance import ground_force
 from mjbiped.engines.hybrid.state import Walk, pose_of
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.equations import FREE, LOCKED

@@ -1,6 +1,7 @@
 """The scene against the terrain and the robot it was built from."""
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -89,7 +90,7 @@ def test_rough_ground_shares_heightfields() -> None:
     leg_inertia=st.floats(1e-3, 2.0),
     gravity=st.floats(1.0, 20.0),
 )
-def test_robot_has_its_parameters(**parameters: float) -> None:
+def test_robot_has_its_parameters(**parameters: Any) -> None:
     robot = mjbiped.Compass(**parameters)
     model = scene_of(TERRAINS["level"], robot=robot).model
     # the compiler stores what it was given; products of it are rounded once or twice
