@@ -1,10 +1,10 @@
 """Which walks stand on a foot: laws of the laboratory on soles of several lengths, on two dozen kinds of ground.
 
 Forty steps, from eight phases of the step at which the ground begins to change, or on eight seeds of random ground. A
-walk counts where it comes through and the ground neither has to pull nor needs friction over 0.8. Some ten minutes on
-two cores. The results stand in `docs/tables/feet.md` and `docs/images/feet.png`.
+walk counts where it comes through and the ground neither has to pull nor needs friction over 0.8. Half an hour on two
+cores, most of it in MuJoCo. The results stand in `docs/feet.md`, `docs/tables/feet.md` and `docs/images/feet.png`.
 
-    python -m scripts.studies.soles_study --page docs/tables/feet.md --plot docs/images/feet.png
+    python -m scripts.studies.soles_study --page docs/tables/feet.md --summary docs/feet.md --plot docs/images/feet.png
 """
 
 from __future__ import annotations
@@ -48,6 +48,9 @@ SOLES: Mapping[str, Sole] = {
     "foot 1/4": (FOOT / 4, FOOT * 3 / 4),
 }
 """Distances behind and ahead of the ankle, m; a foot has its ankle at a half, a third or a quarter of its length."""
+
+DETAILED = ("none", "±12 cm", "foot 1/3")
+"""Soles with a table of their own."""
 
 Ground: TypeAlias = Callable[[int], Terrain]
 
@@ -147,8 +150,9 @@ def draw(found: Found, path: Path) -> None:
 @click.command()
 @click.option("--engine", "engines", multiple=True, default=("hybrid", "mujoco"), help="Engine; may be repeated.")
 @click.option("--page", type=Path, help="Page of docs/ that gets the tables.")
+@click.option("--summary", type=Path, help="Page that gets laws and soles of the hybrid engine.")
 @click.option("--plot", type=Path, help="Figure of the hybrid engine's walks.")
-def main(engines: Sequence[str], page: Path | None, plot: Path | None) -> None:
+def main(engines: Sequence[str], page: Path | None, summary: Path | None, plot: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     names = [name for name, _ in laws(None)]
     kinds = [name for name, _ in grounds()]
@@ -157,8 +161,9 @@ def main(engines: Sequence[str], page: Path | None, plot: Path | None) -> None:
         counts = [[summed(found, name, sole, kinds) for sole in SOLES] for name in names]
         rows = [[name, *row] for name, row in zip(names, counts, strict=True)]
         title = f"{engine}: grounds of {len(kinds)} with {PHASES} of {PHASES} through (share of all walks)"
-        show_table(title, ["law", *SOLES], rows, page, f"laws {engine}")
-        for sole in SOLES:
+        place = summary if engine == "hybrid" else page
+        show_table(title, ["law", *SOLES], rows, place, f"laws {engine}")
+        for sole in DETAILED:
             rows = [[kind, *(told(*found[name, sole, kind]) for name in names)] for kind in kinds]
             show_table(f"{engine}, sole {sole}", ["ground", *names], rows, page, f"{sole} {engine}")
         if plot is not None and engine == "hybrid":
