@@ -1,6 +1,8 @@
 """Control laws for bipeds with and without knees: plain functions of a state and a memory, without any simulator."""
 
 from controllers.adaptive import AdaptiveController
+from controllers.bounded.bounded_ankle import BoundedAnkleController
+from controllers.bounded.supervisor import SupervisedController
 from controllers.comparison.energy_constraint import EnergyConstraintController
 from controllers.comparison.kinetic_energy import KineticEnergyController
 from controllers.comparison.limit_cycle import LimitCycleController
@@ -12,6 +14,7 @@ from mjbiped.control.controller import Controller, Memory
 
 __all__ = [
     "AdaptiveController",
+    "BoundedAnkleController",
     "Controller",
     "EnergyConstraintController",
     "KineticEnergyController",
@@ -21,4 +24,5 @@ __all__ = [
     "Memory",
     "PassiveController",
     "PassivityController",
+    "SupervisedController",
 ]

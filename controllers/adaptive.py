@@ -19,7 +19,8 @@ from mjbiped.gaits.reference import Table, reference_at
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 
-_CURVES = REPLANNED + 1  # index in the memory
+CURVES = REPLANNED + 1
+"""Index in the memory of the control points of re-planned steps."""
 
 
 class Parameters(NamedTuple):
@@ -54,7 +55,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     robot: Compass
     gait: Gait
 
-    memory_size: ClassVar[int] = _CURVES + 2 * POINTS
+    memory_size: ClassVar[int] = CURVES + 2 * POINTS
     with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
@@ -73,12 +74,12 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
-        _plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
+        plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def reference(self, memory: Memory, t: float) -> Motion:
         """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
         parameters = self.parameters_of(memory)
-        return legs_at(parameters.gains, memory, _CURVES, parameters.table, t)
+        return legs_at(parameters.gains, memory, CURVES, parameters.table, t)
 
     def tracking_errors(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Motion:
         """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
@@ -90,7 +91,7 @@ def torque_law(
 ) -> tuple[float, float, float, float]:
     """Ankle and hip torque (14), and the rates of the estimates (17)."""
     constants, gains = parameters.constants, parameters.gains
-    reference = legs_at(gains, memory, _CURVES, parameters.table, t)
+    reference = legs_at(gains, memory, CURVES, parameters.table, t)
     legs = compass.legs_of(q1, q2)
     errors = tracking_errors(gains.position, reference, q1, q2, dq1, dq2)
     ankle, hip = tracking_torque(
@@ -105,7 +106,7 @@ def touchdown_law(
 ) -> None:
     """Estimate update (27) and plan of the new step (IV-B)."""
     update_estimate(parameters.gains, memory, before1, q2)
-    _plan(parameters, memory, q1, q2, dq1, dq2)
+    plan(parameters, memory, q1, q2, dq1, dq2)
 
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
@@ -113,15 +114,15 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
     return discontinuity_after(parameters.gains, memory, parameters.table, t)
 
 
-def _plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: float, dq2: float) -> None:
+def plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: float, dq2: float) -> None:
     """Lay the transition curves if the step starts off the limit cycle."""
     gains = parameters.gains
-    if not begin_step(gains, memory, _CURVES, parameters.cycle, (q1, q2), (dq1, dq2)):
+    if not begin_step(gains, memory, CURVES, parameters.cycle, (q1, q2), (dq1, dq2)):
         return
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
     sine, cosine = math.sin(gains.imitated_slope), math.cos(gains.imitated_slope)
     ddq1, ddq2 = compass.acceleration(parameters.constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)
     duration = gains.transition_time
     end = reference_at(parameters.table, duration)
-    lay(memory, _CURVES, 0, transition(duration, q1, dq1, ddq1, end[0], end[2], end[4]))
-    lay(memory, _CURVES, 1, transition(duration, q2, dq2, ddq2, end[1], end[3], end[5]))
+    lay(memory, CURVES, 0, transition(duration, q1, dq1, ddq1, end[0], end[2], end[4]))
+    lay(memory, CURVES, 1, transition(duration, q2, dq2, ddq2, end[1], end[3], end[5]))

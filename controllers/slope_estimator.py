@@ -74,6 +74,12 @@ def slope_change(stance_before: float, swing_after: float) -> float:
     return stance_before - swing_after
 
 
+def felt_change(threshold: float, stance_before: float, swing_after: float) -> float:
+    """`slope_change` where it is greater than epsilon of (27), rad; smaller ones are taken for noise, and are zero."""
+    change = slope_change(stance_before, swing_after)
+    return change if abs(change) > threshold else 0.0
+
+
 def updated_estimate(
     sin_slope: float, cos_slope: float, threshold: float, stance_before: float, swing_after: float
 ) -> tuple[float, float]:
@@ -91,8 +97,8 @@ def updated_estimate(
     Returns:
         Estimates of sine and cosine at the next step's start; on the unit circle where updated.
     """
-    change = slope_change(stance_before, swing_after)
-    if abs(change) <= threshold:
+    change = felt_change(threshold, stance_before, swing_after)
+    if change == 0.0:
         return sin_slope, cos_slope
     slope = slope_of(sin_slope) + change
     return math.sin(slope), math.cos(slope)

@@ -118,9 +118,5 @@ def computed_torque(
     """
     a1 = commanded(reference[4], on_position, errors[0], on_rate, errors[2])
     a2 = commanded(reference[5], on_position, errors[1], on_rate, errors[3])
-    m11, m12, m22 = compass.mass_terms(constants, legs)
-    c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
-    force1 = (c1 + gc1 * sin_slope + gs1 * cos_slope) + m11 * a1 + m12 * a2
-    force2 = (c2 + gc2 * sin_slope + gs2 * cos_slope) + m12 * a1 + m22 * a2
+    force1, force2 = compass.inverse_dynamics(constants, legs, dq1, dq2, sin_slope, cos_slope, a1, a2)
     return compass.joint_torques(force1, force2)

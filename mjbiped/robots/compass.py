@@ -117,6 +117,25 @@ def acceleration(
     return solve_mass(m11, m12, m22, f1, f2)
 
 
+def inverse_dynamics(
+    constants: Constants,
+    legs: Legs,
+    dq1: float,
+    dq2: float,
+    sin_slope: float,
+    cos_slope: float,
+    ddq1: float,
+    ddq2: float,
+) -> tuple[float, float]:
+    """Generalised forces B tau of eq. (1), M ddq + C dq + g, that make the legs accelerate as given, N m."""
+    m11, m12, m22 = mass_terms(constants, legs)
+    c1, c2 = coriolis_terms(constants, legs, dq1, dq2)
+    gc1, gc2, gs1, gs2 = gravity_terms(constants, legs)
+    force1 = (c1 + gc1 * sin_slope + gs1 * cos_slope) + m11 * ddq1 + m12 * ddq2
+    force2 = (c2 + gc2 * sin_slope + gs2 * cos_slope) + m12 * ddq1 + m22 * ddq2
+    return force1, force2
+
+
 def ground_force(
     constants: Constants, mass: float, gravity: float, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
 ) -> tuple[float, float]:

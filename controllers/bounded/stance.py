@@ -1,0 +1,114 @@
+"""A compass biped on its sole: the ankle torque that the sole transmits, and the accelerations under it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
+from mjbiped.rules.sole import bounded_by_own_force
+
+
+class Model(NamedTuple):
+    """What a law knows of the robot and its sole.
+
+    Attributes:
+        constants: Lumped constants of the robot.
+        mass: Of the whole robot, kg.
+        gravity: m/s².
+        behind: Distance behind the ankle on which the law leans, m; infinite without a sole.
+        ahead: Distance ahead of the ankle on which the law leans, m; infinite without a sole.
+    """
+
+    constants: compass.Constants
+    mass: float
+    gravity: float
+    behind: float
+    ahead: float
+
+
+class Driven(NamedTuple):
+    """Torques, and what they do.
+
+    Attributes:
+        ankle: Ankle torque, N m.
+        hip: Hip torque, N m.
+        ddq1: Acceleration of the stance leg, rad/s².
+        ddq2: Acceleration of the swing leg, rad/s².
+        along: Force of the ground along it, N.
+        normal: Force of the ground normal to it, N.
+    """
+
+    ankle: float
+    hip: float
+    ddq1: float
+    ddq2: float
+    along: float
+    normal: float
+
+
+def model_of(robot: Compass, share: float) -> Model:
+    """What a law knows of a robot, if it leans on a share of its sole."""
+    behind, ahead = robot.sole or (math.inf, math.inf)
+    return Model(robot.constants, robot.total_mass, robot.gravity, share * behind, share * ahead)
+
+
+def driven(
+    model: Model,
+    legs: compass.Legs,
+    dq1: float,
+    dq2: float,
+    slope: tuple[float, float],
+    asked: float,
+    offset: float,
+    share: float,
+) -> Driven:
+    """Bound an ankle torque by the sole, and make the swing leg accelerate by `offset + share * ddq1` nevertheless.
+
+    The stance leg is let go: its acceleration follows from the moments about the ankle, which are the sum of both rows
+    of (1) and hold no hip torque.
+
+    Args:
+        model: What the law knows of the robot.
+        legs: Sine and cosine of stance and swing angle.
+        dq1: Rate of the stance leg, rad/s.
+        dq2: Rate of the swing leg, rad/s.
+        slope: Sine and cosine of the slope, or of its estimate.
+        asked: Ankle torque that is asked for, N m.
+        offset: Acceleration of the swing leg while the stance leg's is zero, rad/s².
+        share: Share of the stance leg's acceleration that the swing leg shares.
+    """
+    constants, (sine, cosine) = model.constants, slope
+    m11, m12, m22 = compass.mass_terms(constants, legs)
+    rest1, rest2 = compass.inverse_dynamics(constants, legs, dq1, dq2, sine, cosine, 0.0, 0.0)
+    rest = rest1 + rest2 + (m12 + m22) * offset
+    inertia = m11 + m12 + (m12 + m22) * share
+    ddq1 = (asked - rest) / inertia
+    ddq2 = offset + share * ddq1
+    along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
+    ankle = asked
+    bears = model.behind == math.inf or -model.ahead * normal <= asked <= model.behind * normal
+    if asked != 0.0 and not bears:
+        free = -rest / inertia
+        _, without = ground_force(model, legs, dq1, dq2, free, offset + share * free, slope)
+        ankle, _ = bounded_by_own_force(asked, normal, without, model.behind, model.ahead)
+        ddq1 = (ankle - rest) / inertia
+        ddq2 = offset + share * ddq1
+        along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
+    return Driven(ankle, rest2 + m12 * ddq1 + m22 * ddq2, ddq1, ddq2, along, normal)
+
+
+def ground_force(
+    model: Model,
+    legs: compass.Legs,
+    dq1: float,
+    dq2: float,
+    ddq1: float,
+    ddq2: float,
+    slope: tuple[float, float],
+) -> tuple[float, float]:
+    """Force of the ground on the stance foot, along the ground and normal to it, N; see `driven`."""
+    weight = model.mass * model.gravity
+    along, normal = compass.ground_force(model.constants, model.mass, model.gravity, legs, dq1, dq2, ddq1, ddq2)
+    return along - weight * slope[0], normal - weight * (1.0 - slope[1])

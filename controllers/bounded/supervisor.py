@@ -1,0 +1,196 @@
+"""Chooses at each touchdown between the tracking law and a recovery step, by simulating both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+from controllers.bounded import bounded_ankle, identifier, prediction, recovery
+from controllers.bounded.bounded_ankle import BoundedAnkleController, slope_law
+from controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
+from controllers.bounded.recovery import RECOVERING, Ankle, Step
+from mjbiped.control.controller import Law, Memory
+from mjbiped.rules.scuffing import ScuffingRule
+
+
+class Range(NamedTuple):
+    """Values of one number of a recovery step that are tried.
+
+    Attributes:
+        first: The least.
+        step: From one to the next.
+        number: How many.
+    """
+
+    first: float
+    step: float
+    number: float
+
+
+class Recovery(NamedTuple):
+    """Recovery steps that are tried, in units of which the law is free: the leg's length l, the mass m, gravity g.
+
+    Attributes:
+        times: T, in sqrt(l/g).
+        halves: alpha, rad.
+        retractions: rho.
+        ankle: Gain in m g l sqrt(l/g), rates in sqrt(g/l).
+    """
+
+    times: Range
+    halves: Range
+    retractions: Range
+    ankle: Ankle
+
+
+class Parameters(NamedTuple):
+    """Parameters of the laws of this module.
+
+    Attributes:
+        prediction: Those of predictions.
+        recovery: Recovery steps that are tried, in SI units.
+        weight: Weight of the robot times the length of its leg, by which a failure counts more than any work, J.
+        unevenness: Difference of height between footholds that a recovery step should bear, m.
+    """
+
+    prediction: prediction.Parameters
+    recovery: Recovery
+    weight: float
+    unevenness: float
+
+
+AHEAD, AFTER = 3, 2
+"""Steps of the tracking law that have to be foreseen: from a touchdown, and after a recovery step."""
+
+UNEVENNESS = 0.01
+"""Difference of height between footholds that a recovery step should bear, in leg lengths."""
+
+
+@dataclass(frozen=True)
+class SupervisedController(BoundedAnkleController):
+    """Tracks a gait while it can foresee that this goes well, and otherwise makes a recovery step.
+
+    At each touchdown the steps to come are simulated with the tracking law of `BoundedAnkleController`, on a plane of
+    the estimated slope. Where one fails, because the foot does not get ahead or the ground would have to pull or to
+    hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
+    which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower.
+
+    Attributes:
+        robot: See `BoundedAnkleController`, as for all attributes.
+    """
+
+    memory_size: ClassVar[int] = recovery.SIZE
+    recovery: ClassVar[Recovery] = Recovery(
+        Range(1.1, 0.31, 6), Range(0.14, 0.05, 6), Range(-1.4, 0.7, 3), Ankle(0.25, 0.35, 0.64)
+    )
+
+    @cached_property
+    def foresight(self) -> Parameters:
+        """The attributes in plain numbers, as the laws take them."""
+        length, mass, gravity = self.robot.leg_length, self.robot.total_mass, self.robot.gravity
+        time, weight = math.sqrt(length / gravity), mass * gravity * length
+        reach = ScuffingRule().reach * length
+        limits = Limits(0.02 * time, 5.0 * time, 0.8, 0.05 * mass * gravity, 0.75, length, reach, 0.6 * length)
+        given, ankle = self.recovery, self.recovery.ankle
+        return Parameters(
+            prediction.Parameters(
+                self.parameters,
+                Ankle(ankle.gain * weight * time, ankle.rate / time, ankle.stiffness / time),
+                limits,
+            ),
+            given._replace(times=Range(given.times.first * time, given.times.step * time, given.times.number)),
+            weight,
+            UNEVENNESS * length,
+        )
+
+    @cached_property
+    def plain_law(self) -> Law:
+        """The laws of this module; see `LawController.plain_law`."""
+        return Law(self.foresight, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+
+    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Choose the first step."""
+        choose(self.foresight, memory, State(q[0], q[1], dq[0], dq[1]))
+
+
+def torque_law(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float, float]:
+    """Ankle and hip torque of the step that was chosen, and the rates of the identifier."""
+    made = motion(parameters.prediction, memory, t, State(q1, q2, dq1, dq2))
+    return bounded_ankle.with_rates(parameters.prediction.bounded.tracking, memory, made, q1, q2, dq1, dq2)
+
+
+def touchdown_law(
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
+) -> None:
+    """Estimate update (27), a new prediction of the momentum, and the choice of the new step."""
+    tracking = parameters.prediction.bounded.tracking
+    identifier.update_slope(tracking.gains, memory, before1, q2)
+    identifier.begin(memory, tracking.constants, q1, q2, dq1, dq2)
+    choose(parameters, memory, State(q1, q2, dq1, dq2))
+
+
+def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
+    """The time at which a recovery step is on its constraint, or the kinks of the tracking law, s."""
+    if memory[RECOVERING] == 0.0:
+        return bounded_ankle.next_discontinuity_law(parameters.prediction.bounded, memory, t)
+    time = recovery.planned(memory).time
+    return time if t < time else math.inf
+
+
+def choose(parameters: Parameters, memory: Memory, state: State) -> None:
+    """Plan the step that begins in a state."""
+    steps, _ = nominal_steps(parameters.prediction, memory, state, AHEAD)
+    if steps < AHEAD:
+        cost, step = cheapest(parameters, memory, state)
+        if cost < math.inf:
+            recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
+            return
+    plan_nominal(parameters.prediction, memory, state)
+
+
+def cheapest(parameters: Parameters, memory: Memory, state: State) -> tuple[float, Step]:
+    """The best recovery step of the grid, and its `cost`; infinite where all fall. The memory's plan is lost."""
+    times, halves, retractions, _ = parameters.recovery
+    best, chosen = math.inf, Step(0.0, 0.0, 0.0)
+    for i in range(int(times.number)):
+        for j in range(int(halves.number)):
+            for k in range(int(retractions.number)):
+                step = Step(
+                    times.first + i * times.step,
+                    halves.first + j * halves.step,
+                    retractions.first + k * retractions.step,
+                )
+                found = cost(parameters, memory, state, step, best)
+                if found < best:
+                    best, chosen = found, step
+    return best, chosen
+
+
+def cost(parameters: Parameters, memory: Memory, state: State, step: Step, best: float) -> float:
+    """Cost of a recovery step, J, or some number over `best` if it is more than that.
+
+    It is the work of this and the following steps, and m g l for each step of `AFTER` that is not foreseen, and for
+    each foothold, higher or lower by the unevenness, from which they are not all foreseen; infinite where this step
+    fails.
+    """
+    found = 0.0
+    for side in range(3):
+        recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
+        rise = parameters.unevenness * (0.0, 1.0, -1.0)[side]
+        work, after = step_ahead(parameters.prediction, memory, state, rise)
+        steps = 0
+        if work < math.inf:
+            steps, more = nominal_steps(parameters.prediction, memory, after, AFTER)
+            work += more
+        if side == 0:
+            found = work + parameters.weight * (AFTER - steps)
+        elif steps < AFTER:
+            found += parameters.weight
+        if found >= best or (steps < AFTER and side == 0):
+            return found
+    return found

@@ -1,0 +1,90 @@
+"""A compass on its sole: the accelerations are those of (1), and the centre of pressure lies on the sole."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mjbiped
+from controllers.bounded.stance import Driven, driven, model_of
+from mjbiped.robots import compass
+
+STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+SLOPES = st.floats(-0.3, 0.3)
+TORQUES = st.floats(-60.0, 60.0)
+OFFSETS = st.floats(-50.0, 50.0)
+SHARES = st.floats(0.0, 2.5)
+SOLES = st.tuples(st.floats(0.02, 0.2), st.floats(0.02, 0.2))
+
+
+def made(
+    robot: mjbiped.Compass, state: tuple[float, ...], slope: float, asked: float, offset: float, share: float
+) -> Driven:
+    q1, q2, dq1, dq2 = state
+    angle = math.sin(slope), math.cos(slope)
+    return driven(model_of(robot, 1.0), compass.legs_of(q1, q2), dq1, dq2, angle, asked, offset, share)
+
+
+@given(sole=SOLES, state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS, share=SHARES)
+def test_its_torques_make_its_accelerations(
+    sole: tuple[float, float],
+    state: tuple[float, ...],
+    slope: float,
+    asked: float,
+    offset: float,
+    share: float,
+) -> None:
+    robot = mjbiped.Compass(sole=sole)
+    found = made(robot, state, slope, asked, offset, share)
+    q1, q2, dq1, dq2 = state
+    force = robot.input_matrix @ [found.ankle, found.hip]
+    ddq = compass.acceleration(robot.constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), *force)
+    scale = max(1.0, abs(found.ddq1), abs(found.ddq2))  # rounding, of numbers of this size
+    np.testing.assert_allclose(ddq, (found.ddq1, found.ddq2), rtol=0, atol=1e-12 * 20 * scale)
+    assert found.ddq2 == pytest.approx(offset + share * found.ddq1, rel=1e-12, abs=1e-12)
+
+
+@given(sole=SOLES, state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS, share=SHARES)
+def test_the_centre_of_pressure_lies_on_the_sole(
+    sole: tuple[float, float],
+    state: tuple[float, ...],
+    slope: float,
+    asked: float,
+    offset: float,
+    share: float,
+) -> None:
+    found = made(mjbiped.Compass(sole=sole), state, slope, asked, offset, share)
+    behind, ahead = sole
+    slack = 1e-12 * max(1.0, abs(found.normal), abs(asked))  # rounding
+    if found.normal > 0.0:
+        assert -ahead * found.normal - slack <= found.ankle <= behind * found.normal + slack
+    else:
+        assert abs(found.ankle) <= slack or found.normal >= -slack
+    assert abs(found.ankle) <= abs(asked) + slack
+    assert found.ankle * asked >= 0.0
+    whole = made(mjbiped.Compass(), state, slope, asked, offset, share)
+    assert whole.ankle == asked
+    if -ahead * whole.normal < asked < behind * whole.normal:
+        assert found == whole
+
+
+@given(state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS)
+def test_the_ground_bears_the_weight_and_the_change_of_momentum(
+    state: tuple[float, ...], slope: float, asked: float, offset: float
+) -> None:
+    """By the force in the vertical frame, turned."""
+    robot = mjbiped.Compass()
+    found = made(robot, state, slope, asked, offset, 0.5)
+    q1, q2, dq1, dq2 = state
+    legs = compass.legs_of(q1 + slope, q2 + slope)
+    forward, upward = compass.ground_force(
+        robot.constants, robot.total_mass, robot.gravity, legs, dq1, dq2, found.ddq1, found.ddq2
+    )
+    sine, cosine = math.sin(slope), math.cos(slope)
+    scale = max(1.0, abs(forward), abs(upward))
+    assert found.along == pytest.approx(forward * cosine - upward * sine, abs=1e-13 * 10 * scale)
+    assert found.normal == pytest.approx(forward * sine + upward * cosine, abs=1e-13 * 10 * scale)

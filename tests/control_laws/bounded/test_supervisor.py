@@ -1,0 +1,125 @@
+"""The supervised law: tracking where that goes well, recovery steps where it does not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import BoundedAnkleController, SupervisedController
+from controllers.bounded import recovery, supervisor
+from controllers.bounded.prediction import State
+from controllers.bounded.recovery import RECOVERING
+from mjbiped.analysis.replay import replayed
+from mjbiped.control.controller import Law
+from mjbiped.errors import InputError
+from mjbiped.gaits.optimised import OptimisedGait
+
+
+@pytest.fixture(scope="module")
+def robot() -> mjbiped.Compass:
+    return mjbiped.Compass(sole=(0.12, 0.12))
+
+
+@pytest.fixture(scope="module")
+def gait(robot: mjbiped.Compass) -> OptimisedGait:
+    return mjbiped.find_reference(robot, clearance=0.077, retraction=False)
+
+
+STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
+
+
+def test_on_level_ground_it_is_the_tracking_law(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
+    laws = (SupervisedController(robot, gait), BoundedAnkleController(robot, gait))
+    walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in laws]
+    for name in ("time", "q", "torque"):
+        assert (walks[0].samples[name] == walks[1].samples[name]).all()  # the same operations
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_it_climbs_stairs_on_which_the_tracking_law_falls(
+    robot: mjbiped.Compass, gait: OptimisedGait, engine: str
+) -> None:
+    supervised, tracking = (
+        mjbiped.walk(each, STAIRS, engine=engine, steps=25)
+        for each in (SupervisedController(robot, gait), BoundedAnkleController(robot, gait))
+    )
+    assert tracking.outcome == "fell"
+    assert supervised.verdict == "through"
+    made = [memory[RECOVERING] for _, memory in replayed(supervised, SupervisedController(robot, gait))]
+    assert 0 < sum(made) < 15
+
+
+def test_it_leans_on_its_share_of_the_sole_only(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
+    """So the engine has nothing to bound, and what the law foresees is what it gets."""
+    walk = mjbiped.walk(SupervisedController(robot, gait), STAIRS, engine="hybrid", steps=25)
+    assert walk.summary()["share_of_time_at_sole_bound"] == 0.0
+    assert walk.touchdowns["pressure_ahead"].max() <= 0.95 * 0.12 + 1e-9
+    assert walk.touchdowns["pressure_behind"].max() <= 0.95 * 0.12 + 1e-9
+    assert walk.touchdowns["pressure_behind"].max() > 0.95 * 0.12 - 1e-6  # and the bound was reached
+
+
+def test_the_best_of_the_grid_is_chosen(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
+    """Early ends of the search change nothing: against all costs, each computed to its end."""
+    law = SupervisedController(robot, gait)
+    state = State(*(gait.start * [1.0, 1.0, 0.72, 0.8]).tolist())
+    memory = [0.0] * law.memory_size
+    times, halves, retractions, _ = law.foresight.recovery
+    few = law.foresight._replace(
+        recovery=law.foresight.recovery._replace(times=times._replace(number=2.0), halves=halves._replace(number=3.0))
+    )
+    found, step = supervisor.cheapest(few, memory, state)
+    costs = {
+        (i, j, k): supervisor.cost(
+            few,
+            memory,
+            state,
+            recovery.Step(
+                times.first + i * times.step,
+                halves.first + j * halves.step,
+                retractions.first + k * retractions.step,
+            ),
+            math.inf,
+        )
+        for i in range(2)
+        for j in range(3)
+        for k in range(int(retractions.number))
+    }
+    best = min(costs, key=lambda index: costs[index])
+    assert found == costs[best]
+    assert step.half == halves.first + best[1] * halves.step
+    assert sum(cost < math.inf for cost in costs.values()) > 1
+
+
+@pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-6), ("mujoco", 0.0)])
+def test_compiled_and_in_python_it_walks_the_same(
+    robot: mjbiped.Compass, gait: OptimisedGait, engine: str, tolerance: float
+) -> None:
+    """Bitwise in MuJoCo; the hybrid engine itself rounds otherwise in Python, and chooses its steps by that."""
+
+    class InPython(SupervisedController):
+        def law(self) -> Law:
+            return None  # type: ignore[return-value]  # as a controller in plain Python does
+
+    ground = mjbiped.Terrain.from_segments([(0.5 * gait.step_length, 0.0, 0.0), (50.0, 0.0, 0.02)])
+    walks = [
+        mjbiped.walk(each(robot, gait), ground, engine=engine, steps=2) for each in (SupervisedController, InPython)
+    ]
+    np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
+
+
+def test_it_scales_with_the_robot(gait: OptimisedGait) -> None:
+    """Legs of half the length and a third of the mass: times shrink by the root, and the same stairs are climbed."""
+    small = mjbiped.Compass(leg_mass=5 / 3, lower_length=0.25, upper_length=0.25, sole=(0.06, 0.06))
+    law = SupervisedController(
+        small, mjbiped.find_reference(small, speed=0.494 / math.sqrt(2), clearance=0.0385, retraction=False)
+    )
+    stairs = mjbiped.Terrain.from_segments([(0.65, 0.0, 0.0), *[(0.9, 0.0, 0.02)] * 6])
+    assert mjbiped.walk(law, stairs, engine="hybrid", steps=25).verdict == "through"
+
+
+def test_a_share_of_more_than_the_sole_is_refused(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
+    with pytest.raises(InputError, match=r"sole_share = 1.1: must be from 0.01 to 1"):
+        SupervisedController(robot, gait, sole_share=1.1)
