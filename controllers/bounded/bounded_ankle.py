@@ -76,6 +76,10 @@ class BoundedAnkleController(PaperSettings, Tracking):
         """The laws of this module; see `LawController.plain_law`."""
         return Law(self.parameters, torque_law, touchdown_law, slope_law, next_discontinuity_law)
 
+    def parameters_of(self, memory: Memory) -> adaptive.Parameters:
+        """Return the parameters of the tracking law."""
+        return self.parameters.tracking
+
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the first step."""
         memory[SLOPE] = self.initial_slope_estimate
@@ -84,11 +88,11 @@ class BoundedAnkleController(PaperSettings, Tracking):
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
-        adaptive.plan(self.parameters.tracking, memory, q[0], q[1], dq[0], dq[1])
+        adaptive.plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
 
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
         """Angles and rates that are tracked at time t of the step, with the stance leg first."""
-        tracking = self.parameters.tracking
+        tracking = self.parameters_of(memory)
         reference = legs_at(tracking.gains, memory, adaptive.CURVES, tracking.table, t)
         return reference[:2], reference[2:4]
 

@@ -84,7 +84,7 @@ class SupervisedController(BoundedAnkleController):
 
     memory_size: ClassVar[int] = recovery.SIZE
     recovery: ClassVar[Recovery] = Recovery(
-        Range(1.1, 0.31, 6), Range(0.14, 0.05, 6), Range(-1.4, 0.7, 3), Ankle(0.25, 0.35, 0.64)
+        Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )
 
     @cached_property
@@ -110,6 +110,11 @@ class SupervisedController(BoundedAnkleController):
     def plain_law(self) -> Law:
         """The laws of this module; see `LawController.plain_law`."""
         return Law(self.foresight, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+
+    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
+        nothing = (math.nan, math.nan)
+        return (nothing, nothing) if memory[RECOVERING] else super().tracked(memory, t)
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Choose the first step."""

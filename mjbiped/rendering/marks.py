@@ -1,4 +1,4 @@
-"""Marks in a scene: torques, ground force, slope estimate, reference posture and paths of the feet.
+"""Marks in a scene: torques, ground force, slope estimate, reference posture, soles and paths of the feet.
 
 They need only an `mujoco.MjvScene` and the values of an instant, so that videos and the viewer's `user_scn` show the
 same marks.
@@ -55,6 +55,7 @@ _SPOT = (0.085, 0.05)  # a shadow's half length and half width
 _SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
 _SPOT_OPACITY = 0.45
 _TRACE_PIXELS = 2.5
+_SOLE_WIDTH = 0.012
 
 
 class Scales(NamedTuple):
@@ -89,6 +90,9 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     if "shadows" in elements:
         for side, (height, slope) in enumerate(moment.ground):
             _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
+    if robot.sole is not None:
+        for side, (_, slope) in enumerate(moment.ground):
+            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], _LEGS[side % len(_LEGS)])
     if "traces" in elements:
         for side, way in enumerate(moment.traces):
             _draw_trace(pen, way, across[side], _LEGS[side % len(_LEGS)])
@@ -175,6 +179,14 @@ def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, l
     pen.spot((foot[0], y * length, height), slope, size, rgba)
 
 
+def _draw_sole(pen: _Pen, foot: Pair, slope: float, sole: Pair, y: float, colour: Colour) -> None:
+    """Draw the sole of a foot, parallel to the ground under it; being massless, it may be held so."""
+    cosine, sine, (behind, ahead) = math.cos(slope), math.sin(slope), sole
+    heel = foot[0] - behind * cosine, foot[1] + behind * sine
+    toe = foot[0] + ahead * cosine, foot[1] - ahead * sine
+    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, heel, toe, y, _SOLE_WIDTH * pen.length, (*colour, 1.0))
+
+
 def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
     """Draw the path of a foot, fainter where it is older."""
     points = way.tolist()
@@ -187,7 +199,7 @@ class _Pen:
     """Adds geoms to a scene, in planes of y in leg lengths."""
 
     def __init__(self, scene: Any, length: float) -> None:
-        self._add, self._length = partial(add_geom, scene, scene.geoms), length
+        self._add, self.length = partial(add_geom, scene, scene.geoms), length
 
     def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """Add a square bar of half width `width` (m) between two points x, z (m) of the plane at y."""
@@ -197,14 +209,14 @@ class _Pen:
             return
         x, z = x / long, z / long
         frame = np.array((x, 0.0, -z, 0.0, 1.0, 0.0, z, 0.0, x))
-        place = np.array((0.5 * (start[0] + stop[0]), y * self._length, 0.5 * (start[1] + stop[1])))
+        place = np.array((0.5 * (start[0] + stop[0]), y * self.length, 0.5 * (start[1] + stop[1])))
         self._add(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
 
     def connect(self, kind: Any, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """Add a capsule of radius `width` (m), or a line `width` pixels wide, between two points of the plane at y."""
         geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
         if geom is not None:
-            y *= self._length
+            y *= self.length
             mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
 
     def spot(self, place: tuple[float, float, float], slope: float, size: Pair, rgba: tuple[float, ...]) -> None:

@@ -83,6 +83,19 @@ def of_colour(geoms: list[mujoco.MjvGeom], colour: tuple[float, float, float]) -
     return found
 
 
+def test_soles_lie_along_the_ground_under_either_foot() -> None:
+    scene, at = mujoco.MjvScene(MODEL, maxgeom=MOST_GEOMS), moment()
+    draw_marks(scene, at, mjbiped.Compass(sole=(0.05, 0.15)), SCALES, ())
+    assert scene.ngeom == 2
+    assert not marks(at, "none")  # without a sole
+    along = np.array((math.cos(at.slope), -math.sin(at.slope)))
+    for side, angle in enumerate((0.05, -0.2)):
+        heel, toe = ends(scene.geoms[side])
+        foot = np.array(foot_of(ROBOT, at.qpos[:2], angle))
+        np.testing.assert_allclose(heel, foot - 0.05 * along, atol=1e-6)  # geoms are of single precision
+        np.testing.assert_allclose(toe, foot + 0.15 * along, atol=1e-6)
+
+
 def arc(torque: Pair, colour: tuple[float, float, float]) -> tuple[float, float]:
     """Angle that an arc goes round, clockwise, and its width."""
     at = moment(torque=torque)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -123,3 +124,17 @@ def test_it_scales_with_the_robot(gait: OptimisedGait) -> None:
 def test_a_share_of_more_than_the_sole_is_refused(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
     with pytest.raises(InputError, match=r"sole_share = 1.1: must be from 0.01 to 1"):
         SupervisedController(robot, gait, sole_share=1.1)
+
+
+def test_figures_show_what_it_tracks(robot: mjbiped.Compass, gait: OptimisedGait, tmp_path: Path) -> None:
+    law = SupervisedController(robot, gait)
+    walk = mjbiped.walk(law, STAIRS, engine="hybrid", steps=6)
+    recovering = [memory for _, memory in replayed(walk, law) if memory[RECOVERING]]
+    assert recovering
+    for _, memory in replayed(walk, law):
+        q, dq = law.tracked(memory, 0.9 * gait.period)
+        assert (
+            all(map(math.isnan, (*q, *dq))) if memory[RECOVERING] else q == tuple(gait.reference(0.9 * gait.period)[0])
+        )
+        assert law.transition_end(memory) in (0.0, 0.8 * gait.period)
+    walk.plot(tmp_path / "walk.png")
