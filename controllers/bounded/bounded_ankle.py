@@ -133,10 +133,16 @@ def touchdown_law(
     parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
     """Estimate update (27), a new prediction of the momentum, and the plan of the new step (IV-B)."""
-    tracking = parameters.tracking
+    feel(parameters.tracking, memory, before1, q1, q2, dq1, dq2)
+    adaptive.plan(parameters.tracking, memory, q1, q2, dq1, dq2)
+
+
+def feel(
+    tracking: adaptive.Parameters, memory: Memory, before1: float, q1: float, q2: float, dq1: float, dq2: float
+) -> None:
+    """Estimate update (27), and a new prediction of the momentum."""
     identifier.update_slope(tracking.gains, memory, before1, q2)
     identifier.begin(memory, tracking.constants, q1, q2, dq1, dq2)
-    adaptive.plan(tracking, memory, q1, q2, dq1, dq2)
 
 
 def slope_law(parameters: object, memory: Memory) -> float:

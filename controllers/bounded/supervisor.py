@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from controllers.bounded import bounded_ankle, identifier, prediction, recovery
-from controllers.bounded.bounded_ankle import BoundedAnkleController, slope_law
+from controllers.bounded import bounded_ankle, prediction, recovery
+from controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
 from controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
 from controllers.bounded.recovery import RECOVERING, Ankle, Step
 from mjbiped.control.controller import Law, Memory
@@ -76,7 +76,8 @@ class SupervisedController(BoundedAnkleController):
     At each touchdown the steps to come are simulated with the tracking law of `BoundedAnkleController`, on a plane of
     the estimated slope. Where one fails, because the foot does not get ahead or the ground would have to pull or to
     hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
-    which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower.
+    which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower. The
+    simulations know the ground as far as it was felt, and the default scuffing rule.
 
     Attributes:
         robot: See `BoundedAnkleController`, as for all attributes.
@@ -133,9 +134,7 @@ def touchdown_law(
     parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
     """Estimate update (27), a new prediction of the momentum, and the choice of the new step."""
-    tracking = parameters.prediction.bounded.tracking
-    identifier.update_slope(tracking.gains, memory, before1, q2)
-    identifier.begin(memory, tracking.constants, q1, q2, dq1, dq2)
+    feel(parameters.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
     choose(parameters, memory, State(q1, q2, dq1, dq2))
 
 
@@ -150,12 +149,17 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
 def choose(parameters: Parameters, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
     steps, _ = nominal_steps(parameters.prediction, memory, state, AHEAD)
-    if steps < AHEAD:
-        cost, step = cheapest(parameters, memory, state)
-        if cost < math.inf:
-            recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
-            return
-    plan_nominal(parameters.prediction, memory, state)
+    if steps == AHEAD or not recovers(parameters, memory, state):
+        plan_nominal(parameters.prediction, memory, state)
+
+
+def recovers(parameters: Parameters, memory: Memory, state: State) -> bool:
+    """Plan the best recovery step, unless all of the grid fall."""
+    found, step = cheapest(parameters, memory, state)
+    if found == math.inf:
+        return False
+    recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
+    return True
 
 
 def cheapest(parameters: Parameters, memory: Memory, state: State) -> tuple[float, Step]:

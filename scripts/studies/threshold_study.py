@@ -1,0 +1,146 @@
+"""What looking ahead is worth: the supervised law beside laws that recover wherever a step begins far from the gait.
+
+The rivals make the same recovery steps, found by the same search, but a threshold decides when: the greatest deviation
+of an angle (rad) or a rate (rad/s) from the gait's at the beginning of a step. With a threshold of zero every step is a
+recovery step. The best threshold is chosen on the training grounds of `recovery_search`. Five minutes on two cores; the
+table stands in `docs/feet.md`.
+
+    python -m scripts.studies.threshold_study --summary docs/feet.md
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+import numpy as np
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import SupervisedController
+from controllers.bounded import supervisor
+from controllers.bounded.bounded_ankle import feel, slope_law
+from controllers.bounded.prediction import State, plan_nominal
+from mjbiped import Terrain
+from mjbiped.control.controller import Law, Memory
+from scripts.pages import show_table
+from scripts.studies.recovery_search import training
+from scripts.studies.soles_study import STEPS, grounds, through
+from scripts.studies.supervised_study import CLEARANCE, SEEDS, SOLES, counted, share
+
+THRESHOLDS = (0.0, 0.1, 0.2, 0.3, 0.5)
+
+
+class Parameters(NamedTuple):
+    """Parameters of the rivals' laws.
+
+    Attributes:
+        supervised: Those of the supervised law.
+        threshold: Deviation from the gait over which a step is a recovery step, rad and rad/s.
+    """
+
+    supervised: supervisor.Parameters
+    threshold: float
+
+
+@dataclass(frozen=True)
+class ThresholdController(SupervisedController):
+    """Recovers where a step begins far from the gait.
+
+    Attributes:
+        threshold: Deviation from the gait over which a step is a recovery step, rad and rad/s.
+    """
+
+    threshold: float = 0.2
+
+    @cached_property
+    def plain_law(self) -> Law:
+        """The laws of this module; see `LawController.plain_law`."""
+        own = Parameters(self.foresight, self.threshold)
+        return Law(own, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+
+    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Choose the first step."""
+        choose(Parameters(self.foresight, self.threshold), memory, State(q[0], q[1], dq[0], dq[1]))
+
+
+def torque_law(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float, float, float]:
+    """Torques of the supervised law."""
+    return supervisor.torque_law(parameters.supervised, memory, t, q1, q2, dq1, dq2)
+
+
+def touchdown_law(
+    parameters: Parameters,
+    memory: Memory,
+    before1: float,
+    before2: float,  # noqa: ARG001 (a law has all of them)
+    q1: float,
+    q2: float,
+    dq1: float,
+    dq2: float,
+) -> None:
+    """What the supervised law feels, and the choice by the threshold."""
+    feel(parameters.supervised.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
+    choose(parameters, memory, State(q1, q2, dq1, dq2))
+
+
+def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
+    """Kinks of the supervised law."""
+    return supervisor.next_discontinuity_law(parameters.supervised, memory, t)
+
+
+def choose(parameters: Parameters, memory: Memory, state: State) -> None:
+    """Plan the step that begins in a state."""
+    given = parameters.supervised
+    cycle = given.prediction.bounded.tracking.cycle
+    off = max(abs(state.q1 - cycle[0]), abs(state.q2 - cycle[1]), abs(state.dq1 - cycle[2]), abs(state.dq2 - cycle[3]))
+    if off < parameters.threshold or not supervisor.recovers(given, memory, state):
+        plan_nominal(given.prediction, memory, state)
+
+
+def row(law: SupervisedController, where: Sequence[Terrain]) -> list[str]:
+    """Shares on the training grounds and on treads of 2 cm, grounds of the tables with all eight, and level cost."""
+    trained = mjbiped.walk_many(law, where, engine="hybrid", steps=STEPS, summaries=True)
+    treads = [Terrain.treads(seed=seed, deviation=0.02, length=60.0) for seed in SEEDS]
+    random = mjbiped.walk_many(law, treads, engine="hybrid", steps=STEPS, summaries=True)
+    found = {name: through(law, made, "hybrid") for name, made in grounds()}
+    whole = sum(part == 1.0 for part, _ in found.values())
+    cost = found["level"][1]
+    return [
+        f"{100 * counted(trained) / len(trained):.0f}",
+        str(whole),
+        share(counted(random), len(random)),
+        f"{cost:.3f}" if np.isfinite(cost) else "–",
+    ]
+
+
+@click.command()
+@click.option("--summary", type=Path, help="Page that gets the table.")
+def main(summary: Path | None) -> None:
+    """Walk, print, and write what was asked for."""
+    where, rows = training(), []
+    for sole, size in SOLES.items():
+        robot = mjbiped.Compass(sole=(size, size))
+        gait = mjbiped.find_reference(robot, clearance=CLEARANCE, retraction=False)
+        rows.append([sole, "simulation", *row(SupervisedController(robot, gait), where)])
+        rivals = [ThresholdController(robot, gait, threshold=threshold) for threshold in THRESHOLDS]
+        rows += [[sole, f"{law.threshold:g}", *row(law, where)] for law in tqdm(rivals, desc=sole, mininterval=30.0)]
+    heads = [
+        "sole",
+        "recovers by",
+        "training, %",
+        f"grounds of {len(list(grounds()))}",
+        "treads of 2 cm, %",
+        "level cost",
+    ]
+    show_table("hybrid: thresholds", heads, rows, summary, "thresholds hybrid")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""The studies of laws for a bounded ankle: their wrong models, their rivals, and grounds that nobody else uses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import BoundedAnkleController, SupervisedController
+from controllers.bounded.recovery import RECOVERING
+from mjbiped.analysis.replay import replayed
+from scripts.studies import recovery_search, soles_study, supervised_study
+from scripts.studies.threshold_study import ThresholdController
+
+
+def test_wrong_models_are_wrong_within_their_bounds() -> None:
+    robot, chance = mjbiped.Compass(sole=(0.12, 0.12)), np.random.default_rng(0)
+    models = [supervised_study.wrong(robot, chance) for _ in range(500)]
+    masses = np.array([model.leg_mass / robot.leg_mass for model in models])
+    lower = np.array([model.lower_length - robot.lower_length for model in models])
+    inertias = np.array([model.leg_inertia / robot.leg_inertia for model in models]) / masses
+    for values, middle, bound in ((masses, 1.0, 0.1), (inertias, 1.0, 0.2), (lower, 0.0, 0.02)):
+        assert 0.95 * bound < np.abs(values - middle).max() <= bound * (1.0 + 1e-12)
+    assert [model.leg_length for model in models] == pytest.approx([1.0] * 500, abs=1e-15)
+    assert {model.sole for model in models} == {robot.sole}
+
+
+def test_intervals_are_wilsons() -> None:
+    assert supervised_study.share(8, 8) == "100.0 (67.6 to 100.0)"  # n / (n + z²): 8 / 11.84
+    assert supervised_study.share(0, 200) == "0.0 (0.0 to 1.9)"
+
+
+def test_no_ground_of_the_tables_is_a_training_ground() -> None:
+    tables = {made(phase) for _, made in soles_study.grounds() for phase in range(soles_study.PHASES)}
+    assert not tables & set(recovery_search.training())
+    assert recovery_search.training() == recovery_search.training()
+
+
+def test_the_search_begins_with_steps_that_can_be_made() -> None:
+    begun, fixed = recovery_search.recovery_of(np.zeros(9)), SupervisedController.recovery
+    assert [each.number for each in begun[:3]] == [each.number for each in fixed[:3]]
+    level = [mjbiped.Terrain.level()]
+    assert recovery_search.loss(begun, level) == pytest.approx(0.5 * 0.0347, rel=5e-3)  # half of the level cost
+
+
+def test_thresholds_recover_always_or_never() -> None:
+    robot = mjbiped.Compass(sole=(0.12, 0.12))
+    gait = mjbiped.find_reference(robot, clearance=0.077, retraction=False)
+    ground = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (50.0, 0.0, 0.02)])
+    always, never = (ThresholdController(robot, gait, threshold=threshold) for threshold in (0.0, 1e6))
+    walk = mjbiped.walk(always, ground, engine="hybrid", steps=6)
+    assert all(memory[RECOVERING] for _, memory in replayed(walk, always))
+    walks = [
+        mjbiped.walk(law, ground, engine="hybrid", steps=6) for law in (never, BoundedAnkleController(robot, gait))
+    ]
+    assert (walks[0].samples["q"] == walks[1].samples["q"]).all()
