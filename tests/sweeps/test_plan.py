@@ -191,7 +191,7 @@ def test_figures_leave_the_study_as_it_is() -> None:
         ('initial = { around = "jump" }', "gait, rest"),
         ('initial = { around = "rest", q1 = "x" }', "initial.q1 = 'x': must be a finite number"),
         ("controller = 3", r"\[controller\]"),
-        ('controller = { name = "pid" }', "unknown controller 'pid': valid are adaptive, energy-constraint"),
+        ('controller = { name = "pid" }', "unknown controller 'pid': valid are adaptive, bounded-ankle"),
         ("controller = { gain = 3 }", "setting of the controller adaptive 'gain'.*position_gain"),
         ("controller = { position_gain = [5, -1] }", r"cell 1 \(controller.position_gain = -1\): position_gain = "),
         ('controller = { position_gain = "high" }', "position_gain = 'high': must be a finite number"),
