@@ -94,6 +94,7 @@ class SupervisedController(BoundedAnkleController):
         length, mass, gravity = self.robot.leg_length, self.robot.total_mass, self.robot.gravity
         time, weight = math.sqrt(length / gravity), mass * gravity * length
         reach = ScuffingRule().reach * length
+        # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
         limits = Limits(0.02 * time, 5.0 * time, 0.8, 0.05 * mass * gravity, 0.75, length, reach, 0.6 * length)
         given, ankle = self.recovery, self.recovery.ankle
         return Parameters(

@@ -1,4 +1,4 @@
-"""Searches the recovery steps that `SupervisedController` tries: twenty minutes of CMA-ES on one core.
+"""Searches the recovery steps that `SupervisedController` tries: 26 minutes of CMA-ES on one core.
 
 What is minimised is the share of walks that do not come through, less for those that get far, and half of the cost of
 transport of those that do; on soles of ±12 and ±8 cm, with the grounds of `training`. None of these grounds, and none

@@ -55,15 +55,19 @@ DETAILED = ("none", "±12 cm", "foot 1/3")
 Ground: TypeAlias = Callable[[int], Terrain]
 
 
-def grounds() -> Iterator[tuple[str, Ground]]:
-    """What is walked on, by name: a function of the phase, or of the seed, from 0 to `PHASES` - 1."""
+def grounds(before: float = BEFORE) -> Iterator[tuple[str, Ground]]:
+    """What is walked on, by name: a function of the phase, or of the seed, from 0 to `PHASES` - 1.
+
+    Args:
+        before: Level ground before the first change at the earliest phase, less half of a phase, m.
+    """
 
     def placed(*rows: tuple[float, float, float]) -> Ground:
-        return lambda phase: Terrain.from_segments([(BEFORE + _late(phase), 0.0, 0.0), *rows])
+        return lambda phase: Terrain.from_segments([(before + _late(phase), 0.0, 0.0), *rows])
 
     def mixed(phase: int) -> Terrain:
-        ground = Terrain.mixed()
-        return Terrain((ground.x[0], *(x + _late(phase) for x in ground.x[1:])), ground.z, ground.angle)
+        ground, late = Terrain.mixed(), before - BEFORE + _late(phase)
+        return Terrain((ground.x[0], *(x + late for x in ground.x[1:])), ground.z, ground.angle)
 
     def treads(deviation: float) -> Ground:
         return lambda seed: Terrain.treads(seed=9000 + seed, deviation=deviation, length=60.0)

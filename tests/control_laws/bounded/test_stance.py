@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -19,6 +20,9 @@ TORQUES = st.floats(-60.0, 60.0)
 OFFSETS = st.floats(-50.0, 50.0)
 SHARES = st.floats(0.0, 2.5)
 SOLES = st.tuples(st.floats(0.02, 0.2), st.floats(0.02, 0.2))
+CASES = st.tuples(SOLES, STATES, SLOPES, TORQUES, OFFSETS, SHARES)
+
+Case: TypeAlias = tuple[tuple[float, float], tuple[float, ...], float, float, float, float]
 
 
 def made(
@@ -29,15 +33,9 @@ def made(
     return driven(model_of(robot, 1.0), compass.legs_of(q1, q2), dq1, dq2, angle, asked, offset, share)
 
 
-@given(sole=SOLES, state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS, share=SHARES)
-def test_its_torques_make_its_accelerations(
-    sole: tuple[float, float],
-    state: tuple[float, ...],
-    slope: float,
-    asked: float,
-    offset: float,
-    share: float,
-) -> None:
+@given(case=CASES)
+def test_its_torques_make_its_accelerations(case: Case) -> None:
+    sole, state, slope, asked, offset, share = case
     robot = mjbiped.Compass(sole=sole)
     found = made(robot, state, slope, asked, offset, share)
     q1, q2, dq1, dq2 = state
@@ -48,15 +46,9 @@ def test_its_torques_make_its_accelerations(
     assert found.ddq2 == pytest.approx(offset + share * found.ddq1, rel=1e-12, abs=1e-12)
 
 
-@given(sole=SOLES, state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS, share=SHARES)
-def test_the_centre_of_pressure_lies_on_the_sole(
-    sole: tuple[float, float],
-    state: tuple[float, ...],
-    slope: float,
-    asked: float,
-    offset: float,
-    share: float,
-) -> None:
+@given(case=CASES)
+def test_the_centre_of_pressure_lies_on_the_sole(case: Case) -> None:
+    sole, state, slope, asked, offset, share = case
     found = made(mjbiped.Compass(sole=sole), state, slope, asked, offset, share)
     behind, ahead = sole
     slack = 1e-12 * max(1.0, abs(found.normal), abs(asked))  # rounding
