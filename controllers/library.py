@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
 from controllers import adaptive
 from controllers.adaptive import AdaptiveController
+from controllers.gait_library import GaitLibrary, Switch, count_steps
 from controllers.slope_estimator import slope_estimate_law
 from mjbiped.control.controller import Law, Memory
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.optimised import find_reference
-from mjbiped.robots import compass
 from mjbiped.utils import domains
 
 _CLIMBING = AdaptiveController.memory_size
@@ -25,74 +23,36 @@ class Parameters(NamedTuple):
     Attributes:
         economical: Parameters of the adaptive laws with the economical gait.
         climbing: Parameters of the adaptive laws with the climbing gait.
-        length: Leg length, m.
-        threshold: Height change above which the ground counts as uneven, m.
-        steps: Number of steps made with the climbing gait after such a change.
+        switch: When the one takes the place of the other.
     """
 
     economical: adaptive.Parameters
     climbing: adaptive.Parameters
-    length: float
-    threshold: float
-    steps: float
+    switch: Switch
 
 
 @dataclass(frozen=True)
-class LibraryController(AdaptiveController):
-    r"""Walks economically on even ground, and lifts its feet where it has felt a step.
-
-    At touchdown both feet are on the ground, and the legs' angles tell by how much the new foothold is higher than the
-    old one, along the normal of the ground under the old one:
-
-    .. math:: \Delta = l \, (\cos q_1^- - \cos q_2^-)
-
-    Where that is more than a threshold, up or down, the next steps are made with a gait of more clearance; after the
-    last of them the economical one returns. The re-planning, additive by default, leads from one gait to the other.
+class LibraryController(GaitLibrary, AdaptiveController):
+    """Walks as `AdaptiveController`, with one of two gaits: see `GaitLibrary`.
 
     The first step up is met with the economical gait: what that one cannot climb, this controller cannot either.
 
     Attributes:
         gait: The economical gait.
-        climbing_gait: The climbing gait; unless given, the optimised reference of the economical one's speed and of
-            `climbing_clearance`.
-        climbing_clearance: Clearance of that reference, m; see `mjbiped.find_reference`.
-        climbing_steps: Number of steps made with the climbing gait after a height change.
-        height_threshold: Height change that counts, m.
-        replanning: See `AdaptiveController`, as for all attributes not named here.
+        climbing_clearance: See `GaitLibrary`, as for the attributes of the climbing gait, and `AdaptiveController` for
+            the others.
     """
 
-    replanning: str = "additive"
     climbing_clearance: Annotated[float, domains.CLEARANCE] = 0.1
-    climbing_steps: Annotated[int, domains.STEPS] = 5
     height_threshold: Annotated[float, domains.CLEARANCE] = 0.005
-    climbing_gait: Gait | None = None
 
     memory_size: ClassVar[int] = _CLIMBING + 1
     with_knees: ClassVar[str | None] = None
 
-    def __post_init__(self) -> None:
-        """Refuse parameters outside their domain, and find the climbing gait.
-
-        Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
-            GaitError: There is no such climbing gait.
-        """
-        super().__post_init__()
-        if self.climbing_gait is None:
-            found = find_reference(self.gait.robot, speed=self.gait.speed, clearance=self.climbing_clearance)
-            object.__setattr__(self, "climbing_gait", found)
-        self._with(self.climbing_gait)  # refuses what is no gait
-
     @cached_property
     def library(self) -> Parameters:
         """The attributes in plain numbers, as the laws take them."""
-        return Parameters(
-            economical=self.parameters,
-            climbing=self._with(self.climbing_gait).parameters,
-            length=self.robot.leg_length,
-            threshold=self.height_threshold,
-            steps=float(self.climbing_steps),
-        )
+        return Parameters(self.parameters, self.climbing.parameters, self.switch)
 
     def parameters_of(self, memory: Memory) -> adaptive.Parameters:
         """Return the parameters of the gait with which the current step is made."""
@@ -102,11 +62,6 @@ class LibraryController(AdaptiveController):
     def plain_law(self) -> Law:
         """The laws of `AdaptiveController`, with the gait of the step; see `LawController.plain_law`."""
         return Law(self.library, _torque, _touchdown, slope_estimate_law, _next_discontinuity)
-
-    def _with(self, gait: Gait | None) -> AdaptiveController:
-        """Make the adaptive controller of one gait."""
-        given = {each.name: getattr(self, each.name) for each in fields(AdaptiveController)}
-        return AdaptiveController(**{**given, "gait": gait})
 
 
 def _of_step(parameters: Parameters, memory: Memory) -> adaptive.Parameters:
@@ -123,11 +78,7 @@ def _torque(
 def _touchdown(
     parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
-    _, change = compass.swing_foot(parameters.length, compass.legs_of(before1, before2))
-    if abs(change) > parameters.threshold:
-        memory[_CLIMBING] = parameters.steps
-    elif memory[_CLIMBING] > 0.0:
-        memory[_CLIMBING] -= 1.0
+    count_steps(parameters.switch, memory, _CLIMBING, before1, before2)
     adaptive.touchdown_law(_of_step(parameters, memory), memory, before1, before2, q1, q2, dq1, dq2)
 
 

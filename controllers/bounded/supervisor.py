@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
+from controllers import adaptive
 from controllers.bounded import bounded_ankle, prediction, recovery
 from controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
 from controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
 from controllers.bounded.recovery import RECOVERING, Ankle, Step
+from controllers.gait_library import GaitLibrary, Switch, count_steps
 from mjbiped.control.controller import Law, Memory
 from mjbiped.rules.scuffing import ScuffingRule
 
@@ -46,11 +48,11 @@ class Recovery(NamedTuple):
     ankle: Ankle
 
 
-class Parameters(NamedTuple):
-    """Parameters of the laws of this module.
+class Foresight(NamedTuple):
+    """What a choice takes.
 
     Attributes:
-        prediction: Those of predictions.
+        prediction: Parameters of predictions.
         recovery: Recovery steps that are tried, in SI units.
         weight: Weight of the robot times the length of its leg, by which a failure counts more than any work, J.
         unevenness: Difference of height between footholds that a recovery step should bear, m.
@@ -62,6 +64,23 @@ class Parameters(NamedTuple):
     unevenness: float
 
 
+class Parameters(NamedTuple):
+    """Parameters of the laws of this module.
+
+    Attributes:
+        economical: Of choices with the economical gait.
+        climbing: Of choices with the climbing gait.
+        switch: When the one takes the place of the other.
+    """
+
+    economical: Foresight
+    climbing: Foresight
+    switch: Switch
+
+
+_CLIMBING = recovery.SIZE
+"""Index in the memory of the number of steps left with the climbing gait, this one included."""
+
 AHEAD, AFTER = 3, 2
 """Steps of the tracking law that have to be foreseen: from a touchdown, and after a recovery step."""
 
@@ -70,34 +89,36 @@ UNEVENNESS = 0.01
 
 
 @dataclass(frozen=True)
-class SupervisedController(BoundedAnkleController):
+class SupervisedController(GaitLibrary, BoundedAnkleController):
     """Tracks a gait while it can foresee that this goes well, and otherwise makes a recovery step.
 
     At each touchdown the steps to come are simulated with the tracking law of `BoundedAnkleController`, on a plane of
     the estimated slope. Where one fails, because the foot does not get ahead or the ground would have to pull or to
     hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
     which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower. The
-    simulations know the ground as far as it was felt, and the default scuffing rule.
+    simulations know the ground as far as it was felt, and the default scuffing rule. Where the foot landed much higher
+    or lower than expected, the steps that follow track a gait of more clearance.
 
     Attributes:
-        robot: See `BoundedAnkleController`, as for all attributes.
+        robot: See `BoundedAnkleController`, as for all attributes but those of the climbing gait; for those
+            `GaitLibrary`.
     """
 
-    memory_size: ClassVar[int] = recovery.SIZE
+    memory_size: ClassVar[int] = _CLIMBING + 1
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )
 
     @cached_property
-    def foresight(self) -> Parameters:
-        """The attributes in plain numbers, as the laws take them."""
+    def foresight(self) -> Foresight:
+        """What choices with the economical gait take, in plain numbers."""
         length, mass, gravity = self.robot.leg_length, self.robot.total_mass, self.robot.gravity
         time, weight = math.sqrt(length / gravity), mass * gravity * length
         reach = ScuffingRule().reach * length
         # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
         limits = Limits(0.02 * time, 5.0 * time, 0.8, 0.05 * mass * gravity, 0.75, length, reach, 0.6 * length)
         given, ankle = self.recovery, self.recovery.ankle
-        return Parameters(
+        return Foresight(
             prediction.Parameters(
                 self.parameters,
                 Ankle(ankle.gain * weight * time, ankle.rate / time, ankle.stiffness / time),
@@ -111,7 +132,16 @@ class SupervisedController(BoundedAnkleController):
     @cached_property
     def plain_law(self) -> Law:
         """The laws of this module; see `LawController.plain_law`."""
-        return Law(self.foresight, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+        return Law(self.library, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+
+    @cached_property
+    def library(self) -> Parameters:
+        """The attributes in plain numbers, as the laws take them."""
+        return Parameters(self.foresight, self.climbing.foresight, self.switch)
+
+    def parameters_of(self, memory: Memory) -> adaptive.Parameters:
+        """Return the parameters of the tracking law with the gait of the step."""
+        return _of_step(self.library, memory).prediction.bounded.tracking
 
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
         """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
@@ -123,65 +153,87 @@ class SupervisedController(BoundedAnkleController):
         choose(self.foresight, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
+def _of_step(parameters: Parameters, memory: Memory) -> Foresight:
+    """What the choice of the current step takes."""
+    return parameters.climbing if memory[_CLIMBING] > 0.0 else parameters.economical
+
+
 def torque_law(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
     """Ankle and hip torque of the step that was chosen, and the rates of the identifier."""
-    made = motion(parameters.prediction, memory, t, State(q1, q2, dq1, dq2))
-    return bounded_ankle.with_rates(parameters.prediction.bounded.tracking, memory, made, q1, q2, dq1, dq2)
+    given = _of_step(parameters, memory).prediction
+    made = motion(given, memory, t, State(q1, q2, dq1, dq2))
+    return bounded_ankle.with_rates(given.bounded.tracking, memory, made, q1, q2, dq1, dq2)
 
 
 def touchdown_law(
     parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
-    """Estimate update (27), a new prediction of the momentum, and the choice of the new step."""
-    feel(parameters.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
-    choose(parameters, memory, State(q1, q2, dq1, dq2))
+    """Estimate update (27), a new prediction of the momentum, and the choice of the new step and of its gait."""
+    given = begin_step(parameters, memory, before1, before2, q1, q2, dq1, dq2)
+    choose(given, memory, State(q1, q2, dq1, dq2))
+
+
+def begin_step(
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
+) -> Foresight:
+    """Take up what a touchdown tells, and return what the choice of the new step takes."""
+    count_steps(parameters.switch, memory, _CLIMBING, before1, before2)
+    given = _of_step(parameters, memory)
+    feel(given.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
+    return given
 
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
     """The time at which a recovery step is on its constraint, or the kinks of the tracking law, s."""
     if memory[RECOVERING] == 0.0:
-        return bounded_ankle.next_discontinuity_law(parameters.prediction.bounded, memory, t)
+        return bounded_ankle.next_discontinuity_law(_of_step(parameters, memory).prediction.bounded, memory, t)
     time = recovery.planned(memory).time
     return time if t < time else math.inf
 
 
-def choose(parameters: Parameters, memory: Memory, state: State) -> None:
+def choose(foresight: Foresight, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
-    steps, _ = nominal_steps(parameters.prediction, memory, state, AHEAD)
-    if steps == AHEAD or not recovers(parameters, memory, state):
-        plan_nominal(parameters.prediction, memory, state)
+    steps, _ = nominal_steps(foresight.prediction, memory, state, AHEAD)
+    if steps == AHEAD or not recovers(foresight, memory, state):
+        plan_nominal(foresight.prediction, memory, state)
 
 
-def recovers(parameters: Parameters, memory: Memory, state: State) -> bool:
+def recovers(foresight: Foresight, memory: Memory, state: State) -> bool:
     """Plan the best recovery step, unless all of the grid fall."""
-    found, step = cheapest(parameters, memory, state)
+    found, step = cheapest(foresight, memory, state)
     if found == math.inf:
         return False
     recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
     return True
 
 
-def cheapest(parameters: Parameters, memory: Memory, state: State) -> tuple[float, Step]:
+def cheapest(foresight: Foresight, memory: Memory, state: State) -> tuple[float, Step]:
     """The best recovery step of the grid, and its `cost`; infinite where all fall. The memory's plan is lost."""
-    times, halves, retractions, _ = parameters.recovery
     best, chosen = math.inf, Step(0.0, 0.0, 0.0)
-    for i in range(int(times.number)):
-        for j in range(int(halves.number)):
-            for k in range(int(retractions.number)):
-                step = Step(
-                    times.first + i * times.step,
-                    halves.first + j * halves.step,
-                    retractions.first + k * retractions.step,
-                )
-                found = cost(parameters, memory, state, step, best)
-                if found < best:
-                    best, chosen = found, step
+    for index in range(number_of_steps(foresight.recovery)):
+        step = step_of(foresight.recovery, index)
+        found = cost(foresight, memory, state, step, best)
+        if found < best:
+            best, chosen = found, step
     return best, chosen
 
 
-def cost(parameters: Parameters, memory: Memory, state: State, step: Step, best: float) -> float:
+def number_of_steps(recovery: Recovery) -> int:
+    """How many recovery steps are tried."""
+    return int(recovery.times.number * recovery.halves.number * recovery.retractions.number)
+
+
+def step_of(recovery: Recovery, index: int) -> Step:
+    """One of the recovery steps that are tried."""
+    times, halves, retractions, _ = recovery
+    pair, k = divmod(index, int(retractions.number))
+    i, j = divmod(pair, int(halves.number))
+    return Step(times.first + i * times.step, halves.first + j * halves.step, retractions.first + k * retractions.step)
+
+
+def cost(foresight: Foresight, memory: Memory, state: State, step: Step, best: float) -> float:
     """Cost of a recovery step, J, or some number over `best` if it is more than that.
 
     It is the work of this and the following steps, and m g l for each step of `AFTER` that is not foreseen, and for
@@ -191,16 +243,16 @@ def cost(parameters: Parameters, memory: Memory, state: State, step: Step, best:
     found = 0.0
     for side in range(3):
         recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
-        rise = parameters.unevenness * (0.0, 1.0, -1.0)[side]
-        work, after = step_ahead(parameters.prediction, memory, state, rise)
+        rise = foresight.unevenness * (0.0, 1.0, -1.0)[side]
+        work, after = step_ahead(foresight.prediction, memory, state, rise)
         steps = 0
         if work < math.inf:
-            steps, more = nominal_steps(parameters.prediction, memory, after, AFTER)
+            steps, more = nominal_steps(foresight.prediction, memory, after, AFTER)
             work += more
         if side == 0:
-            found = work + parameters.weight * (AFTER - steps)
+            found = work + foresight.weight * (AFTER - steps)
         elif steps < AFTER:
-            found += parameters.weight
+            found += foresight.weight
         if found >= best or (steps < AFTER and side == 0):
             return found
     return found

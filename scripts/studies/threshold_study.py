@@ -2,14 +2,15 @@
 
 The rivals make the same recovery steps, found by the same search, but a threshold decides when: the greatest deviation
 of an angle (rad) or a rate (rad/s) from the gait's at the beginning of a step. With a threshold of zero every step is a
-recovery step. The best threshold is chosen on the training grounds of `recovery_search`. A quarter of an hour on two
-cores; the table stands in `docs/feet.md`.
+recovery step, the cheapest of which three in a row are foreseen. The best threshold is chosen on the training grounds
+of `recovery_search`. A quarter of an hour on two cores; the table stands in `docs/feet.md`.
 
     python -m scripts.studies.threshold_study --summary docs/feet.md
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,9 +23,11 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import SupervisedController
-from controllers.bounded import supervisor
-from controllers.bounded.bounded_ankle import feel, slope_law
-from controllers.bounded.prediction import State, plan_nominal
+from controllers.bounded import recovery, supervisor
+from controllers.bounded.bounded_ankle import slope_law
+from controllers.bounded.prediction import State, plan_nominal, step_ahead
+from controllers.bounded.recovery import Step
+from controllers.bounded.supervisor import Foresight
 from mjbiped import Terrain
 from mjbiped.control.controller import Law, Memory
 from scripts.pages import show_table
@@ -40,7 +43,7 @@ class Parameters(NamedTuple):
 
     Attributes:
         supervised: Those of the supervised law.
-        threshold: Deviation from the gait over which a step is a recovery step, rad and rad/s.
+        threshold: Deviation from the gait over which a step is a recovery step, rad and rad/s; zero where all are.
     """
 
     supervised: supervisor.Parameters
@@ -60,12 +63,16 @@ class ThresholdController(SupervisedController):
     @cached_property
     def plain_law(self) -> Law:
         """The laws of this module; see `LawController.plain_law`."""
-        own = Parameters(self.foresight, self.threshold)
-        return Law(own, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+        return Law(self.rival, torque_law, touchdown_law, slope_law, next_discontinuity_law)
+
+    @cached_property
+    def rival(self) -> Parameters:
+        """The attributes in plain numbers, as the laws take them."""
+        return Parameters(self.library, self.threshold)
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Choose the first step."""
-        choose(Parameters(self.foresight, self.threshold), memory, State(q[0], q[1], dq[0], dq[1]))
+        choose(self.foresight, self.threshold, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
 def torque_law(
@@ -76,18 +83,11 @@ def torque_law(
 
 
 def touchdown_law(
-    parameters: Parameters,
-    memory: Memory,
-    before1: float,
-    before2: float,  # noqa: ARG001 (a law has all of them)
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
     """What the supervised law feels, and the choice by the threshold."""
-    feel(parameters.supervised.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
-    choose(parameters, memory, State(q1, q2, dq1, dq2))
+    given = supervisor.begin_step(parameters.supervised, memory, before1, before2, q1, q2, dq1, dq2)
+    choose(given, parameters.threshold, memory, State(q1, q2, dq1, dq2))
 
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
@@ -95,13 +95,32 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
     return supervisor.next_discontinuity_law(parameters.supervised, memory, t)
 
 
-def choose(parameters: Parameters, memory: Memory, state: State) -> None:
+def choose(foresight: Foresight, threshold: float, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
-    given = parameters.supervised
-    cycle = given.prediction.bounded.tracking.cycle
+    if threshold == 0.0:
+        recovery.begin(memory, lasting(foresight, memory, state), state.q1, state.q2, state.dq1, state.dq2)
+        return
+    cycle = foresight.prediction.bounded.tracking.cycle
     off = max(abs(state.q1 - cycle[0]), abs(state.q2 - cycle[1]), abs(state.dq1 - cycle[2]), abs(state.dq2 - cycle[3]))
-    if off < parameters.threshold or not supervisor.recovers(given, memory, state):
-        plan_nominal(given.prediction, memory, state)
+    if off < threshold or not supervisor.recovers(foresight, memory, state):
+        plan_nominal(foresight.prediction, memory, state)
+
+
+def lasting(foresight: Foresight, memory: Memory, state: State) -> Step:
+    """The recovery step that can be made most often in a row, `AHEAD` times at most, and of those the cheapest."""
+    least, chosen = math.inf, Step(0.0, 0.0, 0.0)
+    for index in range(supervisor.number_of_steps(foresight.recovery)):
+        step, after, found = supervisor.step_of(foresight.recovery, index), state, 0.0
+        for made in range(supervisor.AHEAD):
+            recovery.begin(memory, step, after.q1, after.q2, after.dq1, after.dq2)
+            work, after = step_ahead(foresight.prediction, memory, after, 0.0)
+            if work == math.inf:
+                found += foresight.weight * (supervisor.AHEAD - made)
+                break
+            found += work
+        if found < least:
+            least, chosen = found, step
+    return chosen
 
 
 def row(law: SupervisedController, where: Sequence[Terrain]) -> list[str]:
@@ -130,7 +149,10 @@ def main(summary: Path | None) -> None:
         gait = mjbiped.find_reference(robot, clearance=CLEARANCE, retraction=False)
         rows.append([sole, "simulation", *row(SupervisedController(robot, gait), where)])
         rivals = [ThresholdController(robot, gait, threshold=threshold) for threshold in THRESHOLDS]
-        rows += [[sole, f"{law.threshold:g}", *row(law, where)] for law in tqdm(rivals, desc=sole, mininterval=30.0)]
+        rows += [
+            [sole, f"{law.threshold:g}" if law.threshold else "every step", *row(law, where)]
+            for law in tqdm(rivals, desc=sole, mininterval=30.0)
+        ]
     heads = [
         "sole",
         "recovers by",

@@ -1,0 +1,110 @@
+"""An economical gait, and one of more clearance for some steps after uneven ground was felt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Annotated, NamedTuple, Self
+
+from controllers.settings import PaperSettings
+from mjbiped.control.controller import Memory
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.optimised import OptimisedGait, find_reference
+from mjbiped.robots import compass
+from mjbiped.robots.compass import Compass
+from mjbiped.utils import domains
+
+CLEARANCE, THRESHOLD = 0.14, 0.025
+"""Clearance of the climbing gait and height change that counts, in leg lengths, where no others are given."""
+
+
+class Switch(NamedTuple):
+    """When the climbing gait takes the place of the economical one.
+
+    Attributes:
+        length: Leg length, m.
+        threshold: Height change above which the ground counts as uneven, m.
+        steps: Number of steps made with the climbing gait after such a change.
+    """
+
+    length: float
+    threshold: float
+    steps: float
+
+
+@dataclass(frozen=True)
+class GaitLibrary(PaperSettings):
+    r"""Settings of controllers that walk economically on even ground, and lift their feet where they have felt a step.
+
+    At touchdown both feet are on the ground, and the legs' angles tell by how much the new foothold is higher than the
+    old one, along the normal of the ground under the old one:
+
+    .. math:: \Delta = l \, (\cos q_1^- - \cos q_2^-)
+
+    Where that is more than a threshold, up or down, the next steps are made with a gait of more clearance; after the
+    last of them the economical one returns. The re-planning, additive by default, leads from one gait to the other.
+
+    Attributes:
+        climbing_clearance: Clearance of the climbing gait, m; see `mjbiped.find_reference`. None: `CLEARANCE`.
+        climbing_steps: Number of steps made with the climbing gait after a height change.
+        height_threshold: Height change that counts, m. None: `THRESHOLD`.
+        climbing_gait: The climbing gait; unless given, the optimised reference of the economical one's speed and of
+            `climbing_clearance`, with retraction unless the economical one is without.
+        replanning: See `PaperSettings`, as for all attributes not named here.
+    """
+
+    robot: Compass
+    gait: Gait
+    replanning: str = "additive"
+    climbing_clearance: Annotated[float | None, domains.CLEARANCE] = None
+    climbing_steps: Annotated[int, domains.STEPS] = 5
+    height_threshold: Annotated[float | None, domains.CLEARANCE] = None
+    climbing_gait: Gait | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse parameters outside their domain, and find the climbing gait.
+
+        Raises:
+            InputError: One is; see `mjbiped.utils.domains`.
+            GaitError: There is no such climbing gait.
+        """
+        super().__post_init__()
+        if self.climbing_gait is None:
+            gait, clearance = self.gait, self.climbing_clearance
+            found = find_reference(
+                gait.robot,
+                speed=gait.speed,
+                clearance=CLEARANCE * gait.robot.leg_length if clearance is None else clearance,
+                retraction=gait.goal.retraction if isinstance(gait, OptimisedGait) else True,
+            )
+            object.__setattr__(self, "climbing_gait", found)
+        if self.climbing_gait is not self.gait:
+            self.climbing  # noqa: B018 (refuses what is no gait)
+
+    @cached_property
+    def climbing(self) -> Self:
+        """The controller that walks with the climbing gait always."""
+        return replace(self, gait=self.climbing_gait or self.gait)
+
+    @property
+    def switch(self) -> Switch:
+        """When the climbing gait takes the place of the economical one, as the laws take it."""
+        length, threshold = self.robot.leg_length, self.height_threshold
+        return Switch(length, THRESHOLD * length if threshold is None else threshold, float(self.climbing_steps))
+
+
+def count_steps(switch: Switch, memory: Memory, place: int, before1: float, before2: float) -> None:
+    """Count how many steps are left with the climbing gait, the one that begins included.
+
+    Args:
+        switch: When the climbing gait takes the place of the economical one.
+        memory: Memory of the controller.
+        place: Index of the number in it.
+        before1: Stance angle just before the support transfer, rad.
+        before2: Swing angle, rad.
+    """
+    _, change = compass.swing_foot(switch.length, compass.legs_of(before1, before2))
+    if abs(change) > switch.threshold:
+        memory[place] = switch.steps
+    elif memory[place] > 0.0:
+        memory[place] -= 1.0
