@@ -2,6 +2,7 @@
 
 from controllers.adaptive import AdaptiveController
 from controllers.bounded.bounded_ankle import BoundedAnkleController
+from controllers.bounded.kneed import BoundedKneedController
 from controllers.bounded.supervisor import SupervisedController
 from controllers.comparison.energy_constraint import EnergyConstraintController
 from controllers.comparison.kinetic_energy import KineticEnergyController
@@ -15,6 +16,7 @@ from mjbiped.control.controller import Controller, Memory
 __all__ = [
     "AdaptiveController",
     "BoundedAnkleController",
+    "BoundedKneedController",
     "Controller",
     "EnergyConstraintController",
     "KineticEnergyController",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, ClassVar, NamedTuple, Self
 
 from controllers.settings import PaperSettings
 from mjbiped.control.controller import Memory
@@ -23,12 +24,14 @@ class Switch(NamedTuple):
 
     Attributes:
         length: Leg length, m.
-        threshold: Height change above which the ground counts as uneven, m.
+        up: Height change above which the ground counts as uneven, m.
+        down: Height change below which it does so, m.
         steps: Number of steps made with the climbing gait after such a change.
     """
 
     length: float
-    threshold: float
+    up: float
+    down: float
     steps: float
 
 
@@ -41,8 +44,8 @@ class GaitLibrary(PaperSettings):
 
     .. math:: \Delta = l \, (\cos q_1^- - \cos q_2^-)
 
-    Where that is more than a threshold, up or down, the next steps are made with a gait of more clearance; after the
-    last of them the economical one returns. The re-planning, additive by default, leads from one gait to the other.
+    Where that is more than a threshold, the next steps are made with a gait of more clearance; after the last of them
+    the economical one returns. The re-planning, additive by default, leads from one gait to the other.
 
     Attributes:
         climbing_clearance: Clearance of the climbing gait, m; see `mjbiped.find_reference`. None: `CLEARANCE`.
@@ -60,6 +63,9 @@ class GaitLibrary(PaperSettings):
     climbing_steps: Annotated[int, domains.STEPS] = 5
     height_threshold: Annotated[float | None, domains.CLEARANCE] = None
     climbing_gait: Gait | None = None
+
+    lifts_after_drop: ClassVar[bool] = False
+    """Whether a step down counts, too."""
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain, and find the climbing gait.
@@ -90,7 +96,8 @@ class GaitLibrary(PaperSettings):
     def switch(self) -> Switch:
         """When the climbing gait takes the place of the economical one, as the laws take it."""
         length, threshold = self.robot.leg_length, self.height_threshold
-        return Switch(length, THRESHOLD * length if threshold is None else threshold, float(self.climbing_steps))
+        up = THRESHOLD * length if threshold is None else threshold
+        return Switch(length, up, -up if self.lifts_after_drop else -math.inf, float(self.climbing_steps))
 
 
 def count_steps(switch: Switch, memory: Memory, place: int, before1: float, before2: float) -> None:
@@ -104,7 +111,7 @@ def count_steps(switch: Switch, memory: Memory, place: int, before1: float, befo
         before2: Swing angle, rad.
     """
     _, change = compass.swing_foot(switch.length, compass.legs_of(before1, before2))
-    if abs(change) > switch.threshold:
+    if change > switch.up or change < switch.down:
         memory[place] = switch.steps
     elif memory[place] > 0.0:
         memory[place] -= 1.0

@@ -165,9 +165,7 @@ class KneedController(PaperSettings, Tracking):
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
-        # walks in threads begin at the same time
-        own = self.parameters._replace(free=_segments(self.robot, ANGLES), standing=straight_leg(self.robot.leg_length))
-        plan(own, memory, 0.0, tuple(q), tuple(dq))
+        plan(own_room(self.parameters, self.robot), memory, 0.0, tuple(q), tuple(dq))
 
     def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
         """Tracked angle, rate and acceleration of stance leg, swing thigh and swing shank at time t of the step.
@@ -190,10 +188,43 @@ def _segments(robot: KneedBiped, n: int) -> Segments:
     return Segments(*(each.copy() for each in chain[:3]), *np.zeros((5, n)), *np.zeros((2, n, n)))
 
 
+def own_room(parameters: Parameters, robot: KneedBiped) -> Parameters:
+    """The same parameters with room of their own, for walks in threads that begin at the same time."""
+    return parameters._replace(
+        free=_segments(robot, ANGLES), locked=_segments(robot, 2), standing=straight_leg(robot.leg_length)
+    )
+
+
 def torque_law(
     parameters: Parameters, memory: Memory, t: float, *state: float
 ) -> tuple[float, float, float, float, float]:
     """Torque (14) of ankle, hip and swing knee, and the rates of the estimates (17), in a state q1, ..., dq3."""
+    sine, cosine = memory[SIN], memory[COS]
+    segments = track(parameters, memory, t, sine, cosine, state)
+    solve(segments.even, segments.errors)
+    across, gain = parameters.standing[ACROSS], parameters.gains.adaptation
+    sin_rate, cos_rate = estimate_rates_of_chain(segments.moments, across, gain, segments.q, segments.errors)
+    ankle, hip, knee = joint_torques(segments.forces)
+    return ankle, hip, knee, sin_rate, cos_rate
+
+
+def track(
+    parameters: Parameters, memory: Memory, t: float, sine: float, cosine: float, state: tuple[float, ...]
+) -> Segments:
+    """Write the forces of the tracking law (12), and what they come from, into the chain that moves now.
+
+    Args:
+        parameters: Of the law.
+        memory: Memory of the controller.
+        t: Time since the support transfer, s.
+        sine: Estimate of the slope's sine.
+        cosine: Estimate of its cosine.
+        state: q1, ..., dq3.
+
+    Returns:
+        That chain, of two segments once the knee is locked: its state, M in `even`, the motion that is asked for, z2
+        in `errors`, and the generalised forces that make the motion.
+    """
     gains, locked = parameters.gains, memory[LOCKED] != 0.0
     if locked:
         segments, table = parameters.locked, parameters.straight
@@ -203,21 +234,24 @@ def torque_law(
     legs = legs_at(gains, memory, CURVES, table, t)
     for leg in range(2):
         _aim(gains, segments, leg, (legs[leg], legs[2 + leg], legs[4 + leg]), state)
-    _stand(parameters, memory[BENT])
+    stand_bent(parameters, memory[BENT])
     across = parameters.standing[ACROSS]
-    weights, moments, _, q, dq, motion, forces, errors, even, odd = segments
+    weights, moments, _, q, dq, motion, forces, _, even, odd = segments
     weighted(weights, q, q, even, odd)
-    inverse_dynamics(moments, memory[SIN], memory[COS], q, dq, even, odd, motion, forces)
+    inverse_dynamics(moments, sine, cosine, q, dq, even, odd, motion, forces)
     if across != 0.0:
-        forces[0] += gravity_beside(across, state[0], memory[SIN], memory[COS])
-    solve(even, errors)
-    sin_rate, cos_rate = estimate_rates_of_chain(moments, across, gains.adaptation, q, errors)
-    knee = 0.0 if locked else forces[2]
+        forces[0] += gravity_beside(across, q[0], sine, cosine)
+    return segments
+
+
+def joint_torques(forces: Array) -> tuple[float, float, float]:
+    """Torques of ankle, hip and swing knee of generalised forces on two or three segments, N m; 0 of a locked knee."""
+    knee = forces[2] if len(forces) == ANGLES else 0.0
     hip = forces[1] + knee
-    return forces[0] + hip, hip, knee, sin_rate, cos_rate
+    return forces[0] + hip, hip, knee
 
 
-def _stand(parameters: Parameters, flexion: float) -> None:
+def stand_bent(parameters: Parameters, flexion: float) -> None:
     """Adapt the model to a stance leg whose knee is locked at a flexion, rad."""
     if flexion == parameters.standing[FLEXION]:
         return
@@ -235,14 +269,24 @@ def _aim(gains: Gains, segments: Segments, index: int, wanted: Angle, state: tup
 
 def touchdown_law(parameters: Parameters, memory: Memory, *postures: float) -> None:
     """Estimate update (27) and plan of the new step (IV-B); `postures` are q1 to q3 before, then after, dq1 to dq3."""
-    before, q, dq = postures[:3], postures[3:6], postures[6:]
-    _stand(parameters, memory[BENT])
+    q, dq = postures[3:6], postures[6:]
+    thigh, height = feel(parameters, memory, postures[:3])
+    update_estimate(parameters.gains, memory, thigh, q[1])
+    plan(parameters, memory, height, q, dq)
+
+
+def feel(parameters: Parameters, memory: Memory, before: tuple[float, ...]) -> tuple[float, float]:
+    """What a touchdown tells by the angles before it, rad; the memory keeps how the new stance leg is bent.
+
+    Returns:
+        The angle of the thigh of the leg that stood, rad, and how much higher or lower the new foothold is, m.
+    """
+    stand_bent(parameters, memory[BENT])
     standing, reach = parameters.standing, parameters.free.reach
     thigh = before[0] + standing[LEAN] - standing[FLEXION]  # q1 is the angle of the line from foot to hip
-    felt = reach[0] * math.cos(before[0]) + reach[1] * math.cos(before[1]) + reach[2] * math.cos(before[2])
+    height = reach[0] * math.cos(before[0]) + reach[1] * math.cos(before[1]) + reach[2] * math.cos(before[2])
     memory[BENT] = 0.0 if memory[LOCKED] != 0.0 else max(0.0, before[2] - before[1])
-    update_estimate(parameters.gains, memory, thigh, q[1])
-    plan(parameters, memory, abs(felt), q, dq)
+    return thigh, abs(height)
 
 
 def knee_strike_law(parameters: Parameters, memory: Memory, t: float, *state: float) -> None:
@@ -291,7 +335,7 @@ def plan(parameters: Parameters, memory: Memory, felt: float, q: tuple[float, ..
         return
     memory[_BUMP] += parameters.bump
     # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
-    _stand(parameters, memory[BENT])
+    stand_bent(parameters, memory[BENT])
     weights, moments, _, angles, rates, motion, _, _, even, odd = parameters.free
     for index in range(ANGLES):
         angles[index], rates[index], motion[index] = q[index], dq[index], 0.0

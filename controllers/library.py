@@ -33,7 +33,7 @@ class Parameters(NamedTuple):
 
 @dataclass(frozen=True)
 class LibraryController(GaitLibrary, AdaptiveController):
-    """Walks as `AdaptiveController`, with one of two gaits: see `GaitLibrary`.
+    """Walks as `AdaptiveController`, with one of two gaits: see `GaitLibrary`. A step down counts as one up does.
 
     The first step up is met with the economical gait: what that one cannot climb, this controller cannot either.
 
@@ -46,6 +46,7 @@ class LibraryController(GaitLibrary, AdaptiveController):
     climbing_clearance: Annotated[float, domains.CLEARANCE] = 0.1
     height_threshold: Annotated[float, domains.CLEARANCE] = 0.005
 
+    lifts_after_drop: ClassVar[bool] = True
     memory_size: ClassVar[int] = _CLIMBING + 1
     with_knees: ClassVar[str | None] = None
 

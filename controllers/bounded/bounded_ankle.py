@@ -9,8 +9,7 @@ from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
 from controllers import adaptive
-from controllers.bounded import identifier
-from controllers.bounded.identifier import SLOPE, identifier_rates
+from controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates, update_slope
 from controllers.bounded.stance import Driven, Model, driven, model_of
 from controllers.replanning import POINTS, legs_at
 from controllers.settings import PaperSettings, check_imitation
@@ -58,6 +57,7 @@ class BoundedAnkleController(PaperSettings, Tracking):
     sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
+    with_knees: ClassVar[str | None] = "controllers.bounded.kneed:BoundedKneedController"
     memory_size: ClassVar[int] = adaptive.CURVES + 2 * POINTS
 
     def check_imitated(self) -> None:
@@ -83,7 +83,7 @@ class BoundedAnkleController(PaperSettings, Tracking):
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the initial estimate, and plan the first step."""
         memory[SLOPE] = self.initial_slope_estimate
-        identifier.begin(memory, self.robot.constants, *q, *dq)
+        begin(self.robot.constants, memory, *q, *dq)
         self.plan_first_step(memory, q, dq)
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
@@ -122,10 +122,9 @@ def with_rates(
     tracking: adaptive.Parameters, memory: Memory, made: Driven, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
     """Torques together with the identifier's rates."""
-    legs = compass.legs_of(q1, q2)
-    slope_rate, momentum_rate = identifier_rates(
-        tracking.constants, tracking.gains.adaptation, memory, legs, dq1, dq2, made.ankle
-    )
+    sine, cosine = math.sin(memory[SLOPE]), math.cos(memory[SLOPE])
+    about = compass_about_foot(tracking.constants, compass.legs_of(q1, q2), dq1, dq2, sine, cosine)
+    slope_rate, momentum_rate = identifier_rates(tracking.gains.adaptation, memory, about, made.ankle)
     return made.ankle, made.hip, slope_rate, momentum_rate
 
 
@@ -141,8 +140,13 @@ def feel(
     tracking: adaptive.Parameters, memory: Memory, before1: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> None:
     """Estimate update (27), and a new prediction of the momentum."""
-    identifier.update_slope(tracking.gains, memory, before1, q2)
-    identifier.begin(memory, tracking.constants, q1, q2, dq1, dq2)
+    update_slope(tracking.gains, memory, before1, q2)
+    begin(tracking.constants, memory, q1, q2, dq1, dq2)
+
+
+def begin(constants: compass.Constants, memory: Memory, q1: float, q2: float, dq1: float, dq2: float) -> None:
+    """Let the prediction begin with the momentum that a step begins with."""
+    memory[MOMENTUM] = compass_about_foot(constants, compass.legs_of(q1, q2), dq1, dq2, 0.0, 1.0).momentum
 
 
 def slope_law(parameters: object, memory: Memory) -> float:

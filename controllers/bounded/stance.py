@@ -7,25 +7,36 @@ from typing import NamedTuple
 
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded_by_own_force
 
 
-class Model(NamedTuple):
-    """What a law knows of the robot and its sole.
+class Footing(NamedTuple):
+    """What presses on the sole, and how large it is.
 
     Attributes:
-        constants: Lumped constants of the robot.
         mass: Of the whole robot, kg.
         gravity: m/s².
         behind: Distance behind the ankle on which the law leans, m; infinite without a sole.
         ahead: Distance ahead of the ankle on which the law leans, m; infinite without a sole.
     """
 
-    constants: compass.Constants
     mass: float
     gravity: float
     behind: float
     ahead: float
+
+
+class Model(NamedTuple):
+    """What a law knows of a compass and its sole.
+
+    Attributes:
+        constants: Lumped constants of the robot.
+        footing: What presses on the sole, and how large it is.
+    """
+
+    constants: compass.Constants
+    footing: Footing
 
 
 class Driven(NamedTuple):
@@ -49,9 +60,32 @@ class Driven(NamedTuple):
 
 
 def model_of(robot: Compass, share: float) -> Model:
-    """What a law knows of a robot, if it leans on a share of its sole."""
+    """What a law knows of a compass that leans on a share of its sole."""
+    return Model(robot.constants, footing_of(robot, share))
+
+
+def footing_of(robot: Robot, share: float) -> Footing:
+    """What presses on the sole of a robot that leans on a share of it."""
     behind, ahead = robot.sole or (math.inf, math.inf)
-    return Model(robot.constants, robot.total_mass, robot.gravity, share * behind, share * ahead)
+    return Footing(robot.total_mass, robot.gravity, share * behind, share * ahead)
+
+
+def holds(footing: Footing, torque: float, normal: float) -> bool:
+    """Whether the sole transmits an ankle torque, N m, under a normal force, N."""
+    return footing.behind == math.inf or -footing.ahead * normal <= torque <= footing.behind * normal
+
+
+def turned(footing: Footing, along: float, normal: float, slope: tuple[float, float]) -> tuple[float, float]:
+    """A force of the ground on a slope, along it and normal to it, N, of one on level ground: gravity leans.
+
+    Args:
+        footing: What presses on the sole.
+        along: Force along level ground under the same motion relative to the ground, N.
+        normal: Force normal to it, N.
+        slope: Sine and cosine of the slope, or of its estimate.
+    """
+    weight = footing.mass * footing.gravity
+    return along - weight * slope[0], normal - weight * (1.0 - slope[1])
 
 
 def driven(
@@ -79,7 +113,7 @@ def driven(
         offset: Acceleration of the swing leg while the stance leg's is zero, rad/s².
         share: Share of the stance leg's acceleration that the swing leg shares.
     """
-    constants, (sine, cosine) = model.constants, slope
+    constants, footing, (sine, cosine) = model.constants, model.footing, slope
     m11, m12, m22 = compass.mass_terms(constants, legs)
     rest1, rest2 = compass.inverse_dynamics(constants, legs, dq1, dq2, sine, cosine, 0.0, 0.0)
     rest = rest1 + rest2 + (m12 + m22) * offset
@@ -88,11 +122,10 @@ def driven(
     ddq2 = offset + share * ddq1
     along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
     ankle = asked
-    bears = model.behind == math.inf or -model.ahead * normal <= asked <= model.behind * normal
-    if asked != 0.0 and not bears:
+    if asked != 0.0 and not holds(footing, asked, normal):
         free = -rest / inertia
         _, without = ground_force(model, legs, dq1, dq2, free, offset + share * free, slope)
-        ankle, _ = bounded_by_own_force(asked, normal, without, model.behind, model.ahead)
+        ankle, _ = bounded_by_own_force(asked, normal, without, footing.behind, footing.ahead)
         ddq1 = (ankle - rest) / inertia
         ddq2 = offset + share * ddq1
         along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
@@ -109,6 +142,6 @@ def ground_force(
     slope: tuple[float, float],
 ) -> tuple[float, float]:
     """Force of the ground on the stance foot, along the ground and normal to it, N; see `driven`."""
-    weight = model.mass * model.gravity
-    along, normal = compass.ground_force(model.constants, model.mass, model.gravity, legs, dq1, dq2, ddq1, ddq2)
-    return along - weight * slope[0], normal - weight * (1.0 - slope[1])
+    constants, footing = model.constants, model.footing
+    level = compass.ground_force(constants, footing.mass, footing.gravity, legs, dq1, dq2, ddq1, ddq2)
+    return turned(footing, level[0], level[1], slope)

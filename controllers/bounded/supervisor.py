@@ -13,6 +13,7 @@ from controllers.bounded import bounded_ankle, prediction, recovery
 from controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
 from controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
 from controllers.bounded.recovery import RECOVERING, Ankle, Step
+from controllers.bounded.stance import model_of
 from controllers.gait_library import GaitLibrary, Switch, count_steps
 from mjbiped.control.controller import Law, Memory
 from mjbiped.rules.scuffing import ScuffingRule
@@ -52,12 +53,14 @@ class Foresight(NamedTuple):
     """What a choice takes.
 
     Attributes:
-        prediction: Parameters of predictions.
+        walked: Parameters of the steps that are walked.
+        prediction: Those of predictions, which count on less of the sole.
         recovery: Recovery steps that are tried, in SI units.
         weight: Weight of the robot times the length of its leg, by which a failure counts more than any work, J.
         unevenness: Difference of height between footholds that a recovery step should bear, m.
     """
 
+    walked: prediction.Parameters
     prediction: prediction.Parameters
     recovery: Recovery
     weight: float
@@ -84,6 +87,9 @@ _CLIMBING = recovery.SIZE
 AHEAD, AFTER = 3, 2
 """Steps of the tracking law that have to be foreseen: from a touchdown, and after a recovery step."""
 
+MARGIN = 0.9
+"""Share that simulations count on, of the sole on which the law leans; errors of its model may take the rest."""
+
 UNEVENNESS = 0.01
 """Difference of height between footholds that a recovery step should bear, in leg lengths."""
 
@@ -97,7 +103,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
     which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower. The
     simulations know the ground as far as it was felt, and the default scuffing rule. Where the foot landed much higher
-    or lower than expected, the steps that follow track a gait of more clearance.
+    than expected, the steps that follow track a gait of more clearance.
 
     Attributes:
         robot: See `BoundedAnkleController`, as for all attributes but those of the climbing gait; for those
@@ -105,6 +111,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     """
 
     memory_size: ClassVar[int] = _CLIMBING + 1
+    with_knees: ClassVar[str | None] = None
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )
@@ -118,12 +125,13 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
         # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
         limits = Limits(0.02 * time, 5.0 * time, 0.8, 0.05 * mass * gravity, 0.75, length, reach, 0.6 * length)
         given, ankle = self.recovery, self.recovery.ankle
+        walked = prediction.Parameters(
+            self.parameters, Ankle(ankle.gain * weight * time, ankle.rate / time, ankle.stiffness / time), limits
+        )
+        cautious = self.parameters._replace(model=model_of(self.robot, MARGIN * self.sole_share))
         return Foresight(
-            prediction.Parameters(
-                self.parameters,
-                Ankle(ankle.gain * weight * time, ankle.rate / time, ankle.stiffness / time),
-                limits,
-            ),
+            walked,
+            walked._replace(bounded=cautious),
             given._replace(times=Range(given.times.first * time, given.times.step * time, given.times.number)),
             weight,
             UNEVENNESS * length,
@@ -141,7 +149,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
 
     def parameters_of(self, memory: Memory) -> adaptive.Parameters:
         """Return the parameters of the tracking law with the gait of the step."""
-        return _of_step(self.library, memory).prediction.bounded.tracking
+        return _of_step(self.library, memory).walked.bounded.tracking
 
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
         """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
@@ -162,7 +170,7 @@ def torque_law(
     parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
 ) -> tuple[float, float, float, float]:
     """Ankle and hip torque of the step that was chosen, and the rates of the identifier."""
-    given = _of_step(parameters, memory).prediction
+    given = _of_step(parameters, memory).walked
     made = motion(given, memory, t, State(q1, q2, dq1, dq2))
     return bounded_ankle.with_rates(given.bounded.tracking, memory, made, q1, q2, dq1, dq2)
 
@@ -181,14 +189,14 @@ def begin_step(
     """Take up what a touchdown tells, and return what the choice of the new step takes."""
     count_steps(parameters.switch, memory, _CLIMBING, before1, before2)
     given = _of_step(parameters, memory)
-    feel(given.prediction.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
+    feel(given.walked.bounded.tracking, memory, before1, q1, q2, dq1, dq2)
     return given
 
 
 def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
     """The time at which a recovery step is on its constraint, or the kinks of the tracking law, s."""
     if memory[RECOVERING] == 0.0:
-        return bounded_ankle.next_discontinuity_law(_of_step(parameters, memory).prediction.bounded, memory, t)
+        return bounded_ankle.next_discontinuity_law(_of_step(parameters, memory).walked.bounded, memory, t)
     time = recovery.planned(memory).time
     return time if t < time else math.inf
 

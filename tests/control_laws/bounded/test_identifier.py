@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import mjbiped
 from controllers import BoundedAnkleController
-from controllers.bounded.identifier import MOMENTUM, SLOPE, identifier_rates, momentum_about_foot
+from controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates
 from mjbiped.robots import compass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -25,16 +25,18 @@ def test_with_the_true_slope_the_prediction_is_the_motion(
     robot = mjbiped.Compass(hip_mass=3.0)
     constants = robot.constants
     q1, q2, dq1, dq2 = state
+    angle = math.sin(slope), math.cos(slope)
     force = robot.input_matrix @ [ankle, hip]
-    ddq1, ddq2 = compass.acceleration(constants, q1, q2, dq1, dq2, math.sin(slope), math.cos(slope), *force)
+    ddq1, ddq2 = compass.acceleration(constants, q1, q2, dq1, dq2, *angle, *force)
 
     def momentum(t: float) -> float:
         legs = compass.legs_of(q1 + dq1 * t + 0.5 * ddq1 * t * t, q2 + dq2 * t + 0.5 * ddq2 * t * t)
-        return momentum_about_foot(constants, legs, dq1 + ddq1 * t, dq2 + ddq2 * t)
+        return compass_about_foot(constants, legs, dq1 + ddq1 * t, dq2 + ddq2 * t, *angle).momentum
 
     memory = [0.0, 0.0]
     memory[SLOPE], memory[MOMENTUM] = slope, momentum(0.0)
-    rates = identifier_rates(constants, 0.3, memory, compass.legs_of(q1, q2), dq1, dq2, ankle)
+    about = compass_about_foot(constants, compass.legs_of(q1, q2), dq1, dq2, *angle)
+    rates = identifier_rates(0.3, memory, about, ankle)
     assert rates[0] == 0.0
     h = 1e-4
     change = (8.0 * (momentum(h) - momentum(-h)) - (momentum(2 * h) - momentum(-2 * h))) / (12.0 * h)

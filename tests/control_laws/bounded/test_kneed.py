@@ -1,0 +1,202 @@
+"""The tracking law on a sole with knees: its torques make its accelerations, and the sole bears them."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mjbiped
+from controllers import BoundedAnkleController, BoundedKneedController, KneedController
+from controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, compass_about_foot
+from controllers.bounded.kneed import let_go, normal_force
+from controllers.bounded.stance import footing_of
+from controllers.kneed import ANGLES, BENT, Segments, joint_torques, own_room, stand_bent, track
+from mjbiped.analysis.replay import replayed
+from mjbiped.control.controller import Law
+from mjbiped.control.registry import controller_class
+from mjbiped.errors import InputError
+from mjbiped.gaits.optimised import OptimisedKneedGait
+from mjbiped.robots import compass
+from mjbiped.robots.bent_leg import ACROSS
+
+ANGLE, RATE = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
+STATES = st.tuples(ANGLE, ANGLE, ANGLE, RATE, RATE, RATE)
+SLOPES = st.floats(-0.3, 0.3)
+SOLES = st.tuples(st.floats(0.02, 0.2), st.floats(0.02, 0.2))
+BENDS = st.sampled_from([0.0, 0.2])
+
+Case: TypeAlias = tuple[tuple[float, ...], float, tuple[float, float], float]
+
+
+@pytest.fixture(scope="module")
+def robot() -> mjbiped.KneedBiped:
+    return mjbiped.KneedBiped(sole=(0.12, 0.12))
+
+
+@pytest.fixture(scope="module")
+def gait(robot: mjbiped.KneedBiped) -> OptimisedKneedGait:
+    return mjbiped.find_reference(robot, clearance=0.08)
+
+
+@pytest.fixture(scope="module")
+def law(robot: mjbiped.KneedBiped, gait: OptimisedKneedGait) -> BoundedKneedController:
+    return BoundedKneedController(robot, gait)
+
+
+def tracked(law: BoundedKneedController, state: tuple[float, ...], slope: float, bent: float) -> tuple[Segments, float]:
+    """What the law asks of the free chain, on a stance leg that is bent, and that leg's moment beside its line."""
+    own, memory = own_room(law.parameters, law.robot), [0.0] * law.memory_size
+    memory[BENT] = bent
+    segments = track(own, memory, 0.3 * law.gait.period, math.sin(slope), math.cos(slope), state)
+    return segments, float(own.standing[ACROSS])
+
+
+@given(case=st.tuples(STATES, SLOPES, SOLES, BENDS))
+def test_its_torques_make_its_accelerations_on_the_sole(law: BoundedKneedController, case: Case) -> None:
+    """By the robot's own equations of motion and ground force, which share the chain's only."""
+    state, slope, sole, bent = case
+    footing = footing_of(mjbiped.KneedBiped(sole=sole), 1.0)
+    segments, across = tracked(law, state, slope, bent)
+    before = np.array(segments.motion), sum(segments.forces)
+    let_go(footing, segments, across, math.sin(slope), math.cos(slope))
+    ankle, hip, knee = joint_torques(segments.forces)
+    robot, q, dq = law.robot, state[:ANGLES], state[ANGLES:]
+    chains, beside = robot.chains_on(bent)
+    pull = robot.input_matrix @ [ankle, hip, knee] - chains[3].coriolis_matrix(np.array(q), np.array(dq)) @ dq
+    pull -= chains[3].gravity_vector(np.array(q), slope)
+    pull[0] += beside * math.cos(q[0] + slope)
+    ddq = np.linalg.solve(chains[3].mass_matrix(np.array(q)), pull)
+    scale = max(1.0, *np.abs(segments.motion))  # rounding, of numbers of this size
+    np.testing.assert_allclose(ddq, segments.motion, rtol=0, atol=1e-11 * scale)
+    np.testing.assert_array_equal(segments.motion[1:], before[0][1:])  # the swing leg follows its reference
+    forward, upward = robot.ground_force(q, dq, [ankle, hip, knee], slope, locked=False, stance_flexion=bent)
+    normal = forward * math.sin(slope) + upward * math.cos(slope)
+    found = normal_force(footing, segments, across, math.sin(slope), math.cos(slope))
+    force = max(1.0, abs(forward), abs(upward))
+    assert found == pytest.approx(normal, abs=1e-11 * force)
+    if normal > 0.0:
+        slack = 1e-11 * max(force, abs(before[1]))
+        assert -sole[1] * normal - slack <= ankle <= sole[0] * normal + slack
+    assert ankle * before[1] >= 0.0
+    assert abs(ankle) <= abs(before[1]) * (1.0 + 1e-12)
+
+
+@given(state=st.tuples(ANGLE, ANGLE, RATE, RATE), slope=SLOPES)
+def test_about_the_foot_a_straight_chain_is_a_compass(state: tuple[float, ...], slope: float) -> None:
+    robot = mjbiped.Compass(hip_mass=3.0)
+    m, legs = robot.constants, compass.legs_of(state[0], state[1])
+    of_compass = compass_about_foot(m, legs, state[2], state[3], math.sin(slope), math.cos(slope))
+    weights = np.array([[m[0], -m[1]], [-m[1], m[2]]])
+    q, dq = np.array(state[:2]), np.array(state[2:])
+    even = weights * np.cos(q[:, None] - q)
+    of_chain = chain_about_foot(np.array([m[3], -m[4]]), 0.0, q, dq, even, math.sin(slope), math.cos(slope))
+    np.testing.assert_allclose(of_chain, of_compass, rtol=0, atol=1e-13 * 100)  # rounding, of some 100 N m
+
+
+@given(state=STATES, slope=SLOPES, bent=BENDS)
+def test_the_momentum_changes_as_predicted(
+    law: BoundedKneedController, state: tuple[float, ...], slope: float, bent: float
+) -> None:
+    """The derivative of the momentum along the motion, by central differences of the fourth order; G' likewise."""
+    sine, cosine = math.sin(slope), math.cos(slope)
+    segments, across = tracked(law, state, slope, bent)
+    ankle, _, _ = joint_torques(segments.forces)
+    about = chain_about_foot(segments.moments, across, segments.q, segments.dq, segments.even, sine, cosine)
+    q, dq, ddq = np.array(segments.q), np.array(segments.dq), np.array(segments.motion)
+
+    def momentum(t: float) -> float:
+        angles, rates = q + dq * t + 0.5 * ddq * t * t, dq + ddq * t
+        even = segments.weights * np.cos(angles[:, None] - angles)
+        return chain_about_foot(segments.moments, across, angles, rates, even, sine, cosine).momentum
+
+    def gravity(angle: float) -> float:
+        even, moments = segments.even, segments.moments
+        return chain_about_foot(moments, across, q, dq, even, math.sin(angle), math.cos(angle)).gravity
+
+    h = 1e-4
+    scale = max(1.0, *np.abs(ddq))  # rounding, 1e-16 of some 100 kg m²/s over 1e-4 s, and h⁴ of its derivatives
+    change = (8.0 * (momentum(h) - momentum(-h)) - (momentum(2 * h) - momentum(-2 * h))) / (12.0 * h)
+    assert ankle + about.gravity == pytest.approx(change, abs=1e-8 * scale)
+    turned = (
+        8.0 * (gravity(slope + h) - gravity(slope - h)) - (gravity(slope + 2 * h) - gravity(slope - 2 * h))
+    ) / 12e-4
+    assert about.by_slope == pytest.approx(turned, abs=1e-8)
+    assert about.inertia == pytest.approx(np.sum(segments.even), rel=1e-14)
+
+
+STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4])
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
+    law: BoundedKneedController, gait: OptimisedKneedGait, engine: str
+) -> None:
+    walk, clipped = (
+        mjbiped.walk(each, STAIRS, engine=engine, steps=16) for each in (law, KneedController(law.robot, gait))
+    )
+    assert clipped.outcome == "fell"
+    assert walk.verdict == "through"
+    if engine == "hybrid":  # the law leans on its share of the sole
+        assert walk.summary()["share_of_time_at_sole_bound"] == 0.0
+        # a rad of error of the slope's estimate changes the normal force by some ten times itself
+        error = 10.0 * 0.12 * np.abs(walk.samples["slope_estimate"]).max()
+        assert walk.touchdowns["pressure_behind"].max() == pytest.approx(0.95 * 0.12, abs=error)
+        assert error < 1e-3
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_wrong_start_is_found_out_within_three_steps(law: BoundedKneedController, engine: str) -> None:
+    wrong = BoundedKneedController(law.robot, law.gait, initial_slope_estimate=math.radians(2.0), estimate_update=False)
+    walk = mjbiped.walk(wrong, mjbiped.Terrain.level(), engine=engine, steps=5)
+    assert walk.outcome == "finished"
+    left = np.abs(walk.samples["slope_estimate"])
+    assert left[0] == pytest.approx(math.radians(2.0))
+    late = walk.samples["time"] > walk.touchdowns["time"][2]
+    # 6 rad/s overdamped: some -2.4/s leaves less than 1 % of 2° after 2.4 s; MuJoCo's impacts add 1e-4 rad
+    assert left[late].max() < 0.01 * math.radians(2.0) + 3e-4
+
+
+def test_the_prediction_begins_with_the_momentum_of_each_step(law: BoundedKneedController) -> None:
+    walk = mjbiped.walk(law, STAIRS, engine="hybrid", steps=8)
+    for k, (_, memory) in enumerate(replayed(walk, law)):
+        if k == 0:
+            continue
+        q, dq = walk.touchdowns["q"][k - 1], walk.touchdowns["dq"][k - 1]
+        chains, _ = law.robot.chains_on(memory[BENT])
+        assert memory[MOMENTUM] == pytest.approx(np.sum(chains[3].mass_matrix(q) @ dq), rel=1e-12)
+        assert abs(memory[SLOPE]) < 1e-2
+
+
+@pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-6), ("mujoco", 0.0)])
+def test_compiled_and_in_python_it_walks_the_same(law: BoundedKneedController, engine: str, tolerance: float) -> None:
+    """Bitwise in MuJoCo; the hybrid engine itself rounds otherwise in Python, and chooses its steps by that."""
+
+    class InPython(BoundedKneedController):
+        def law(self) -> Law:
+            return None  # type: ignore[return-value]  # as a controller in plain Python does
+
+    ground = mjbiped.Terrain.from_segments([(0.5 * law.gait.step_length, 0.0, 0.0), (50.0, 0.0, 0.02)])
+    walks = [mjbiped.walk(each, ground, engine=engine, steps=2) for each in (law, InPython(law.robot, law.gait))]
+    np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
+
+
+def test_a_compass_is_refused(gait: OptimisedKneedGait) -> None:
+    with pytest.raises(InputError, match=r"BoundedKneedController needs a mjbiped.KneedBiped"):
+        BoundedKneedController(mjbiped.Compass(), gait)  # type: ignore[arg-type]
+
+
+def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedController) -> None:
+    own = own_room(law.parameters, law.robot)
+    stand_bent(own, 0.3)
+    assert own.standing[ACROSS] != 0.0
+    assert law.parameters.standing[ACROSS] == 0.0
+
+
+def test_by_name_it_is_the_bounded_ankle_with_knees(robot: mjbiped.KneedBiped) -> None:
+    assert controller_class("bounded-ankle", robot) is BoundedKneedController
+    assert controller_class("bounded-ankle", mjbiped.Compass()) is BoundedAnkleController
