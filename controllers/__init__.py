@@ -11,7 +11,7 @@ from controllers.comparison.passivity import PassivityController
 from controllers.kneed import KneedController
 from controllers.library import LibraryController
 from controllers.passive import PassiveController
-from mjbiped.control.controller import Controller, Memory
+from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 
 __all__ = [
     "AdaptiveController",
@@ -21,10 +21,13 @@ __all__ = [
     "EnergyConstraintController",
     "KineticEnergyController",
     "KneedController",
+    "Law",
+    "LawController",
     "LibraryController",
     "LimitCycleController",
     "Memory",
     "PassiveController",
     "PassivityController",
     "SupervisedController",
+    "never",
 ]

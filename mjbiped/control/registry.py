@@ -127,9 +127,11 @@ def _mismatch(kind: type[Controller], robot: Robot) -> InputError:
     """Say that a law does not drive a robot, and which registered controllers do."""
     kinds = {name: controller_class(name, robot) for name in registered()}
     drivers = ", ".join(f"{name} ({each.__name__})" for name, each in kinds.items() if each.drives(robot))
+    own = kind not in {*kinds.values(), *map(controller_class, registered())}
+    line = f"if its torques are those of that robot's joints, write joints = {robot.joints!r} into the class; or "
     return InputError(
         f"{kind.__name__} drives {', '.join(kind.joints)}; {type(robot).__name__} has {', '.join(robot.joints)}: "
-        f"choose a controller for that robot: {drivers}"
+        f"{line if own else ''}choose a controller for that robot: {drivers}"
     )
 
 

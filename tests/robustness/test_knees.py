@@ -66,7 +66,7 @@ def test_a_basins_first_states_have_a_straight_swing_leg() -> None:
         ({"robot": "kneed"}, "robot must be a table"),
         (
             {"controller": [{"robot": {"kind": "kneed"}, "name": "passivity"}]},
-            r"choose a controller for that robot: adaptive \(KneedController\), passive",
+            r"choose a controller for that robot: adaptive \(KneedController\), bounded-ankle",
         ),
     ],
 )
