@@ -87,9 +87,6 @@ _CLIMBING = recovery.SIZE
 AHEAD, AFTER = 3, 2
 """Steps of the tracking law that have to be foreseen: from a touchdown, and after a recovery step."""
 
-MARGIN = 0.9
-"""Share that simulations count on, of the sole on which the law leans; errors of its model may take the rest."""
-
 UNEVENNESS = 0.01
 """Difference of height between footholds that a recovery step should bear, in leg lengths."""
 
@@ -108,6 +105,8 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     Attributes:
         robot: See `BoundedAnkleController`, as for all attributes but those of the climbing gait; for those
             `GaitLibrary`.
+        recovery: Recovery steps that are tried.
+        margin: Share that simulations count on, of the sole on which the law leans; errors of its model take the rest.
     """
 
     memory_size: ClassVar[int] = _CLIMBING + 1
@@ -115,6 +114,8 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )
+
+    margin: ClassVar[float] = 0.9
 
     @cached_property
     def foresight(self) -> Foresight:
@@ -128,7 +129,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
         walked = prediction.Parameters(
             self.parameters, Ankle(ankle.gain * weight * time, ankle.rate / time, ankle.stiffness / time), limits
         )
-        cautious = self.parameters._replace(model=model_of(self.robot, MARGIN * self.sole_share))
+        cautious = self.parameters._replace(model=model_of(self.robot, self.margin * self.sole_share))
         return Foresight(
             walked,
             walked._replace(bounded=cautious),

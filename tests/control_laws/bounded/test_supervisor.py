@@ -151,3 +151,14 @@ def test_after_a_step_it_lifts_its_feet_for_some_steps(robot: mjbiped.Compass, g
         ground = mjbiped.Terrain.from_segments([(0.5 * gait.step_length, 0.0, 0.0), (50.0, 0.0, rise)])
         walk = mjbiped.walk(law, ground, engine="hybrid", steps=4)
         assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
+
+
+def test_simulations_count_on_less_of_the_sole_than_the_law_leans_on(
+    robot: mjbiped.Compass, gait: OptimisedGait
+) -> None:
+    law = SupervisedController(robot, gait)
+    walked, foreseen = (each.bounded.model.footing for each in law.foresight[:2])
+    assert walked.behind == walked.ahead == 0.95 * 0.08
+    assert foreseen.behind == foreseen.ahead == 0.9 * 0.95 * 0.08
+    for each in (law.library.economical, law.library.climbing):
+        assert each.walked.bounded.tracking == each.prediction.bounded.tracking

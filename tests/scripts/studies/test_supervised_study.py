@@ -9,7 +9,7 @@ import mjbiped
 from controllers import BoundedAnkleController, SupervisedController
 from controllers.bounded.recovery import RECOVERING
 from mjbiped.analysis.replay import replayed
-from scripts.studies import recovery_search, soles_study, supervised_study
+from scripts.studies import recovery_search, sole_limits_study, soles_study, supervised_study
 from scripts.studies.threshold_study import ThresholdController
 
 
@@ -54,3 +54,19 @@ def test_thresholds_recover_always_or_never() -> None:
         mjbiped.walk(law, ground, engine="hybrid", steps=6) for law in (never, BoundedAnkleController(robot, gait))
     ]
     assert (walks[0].samples["q"] == walks[1].samples["q"]).all()
+
+
+def test_limits_by_energy() -> None:
+    """A heel that is 4 cm further behind works that much more over the same step, and on the same grade."""
+    short, long = (sole_limits_study.estimates(sole_limits_study.law(sole)) for sole in (0.08, 0.12))
+    gait = sole_limits_study.law(0.12).gait
+    spread = abs(gait.start[0] - gait.start[1])
+    assert long[0] - short[0] == pytest.approx(0.95 * 0.04 * spread, rel=1e-4)  # two references, each optimised
+    assert long[1] - short[1] == pytest.approx(0.95 * 0.04, abs=1e-4)
+    assert long[1] == pytest.approx(0.95 * 0.12 - 0.0347, abs=1e-4)
+    assert sole_limits_study.estimates(sole_limits_study.law(0.005))[1] == 0.0
+
+
+def test_the_greatest_riser_is_the_last_before_a_fall() -> None:
+    law = sole_limits_study.law(0.12)
+    assert sole_limits_study.greatest(law, sole_limits_study.riser, [2, 30, 3]) == 2
