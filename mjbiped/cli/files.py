@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -123,11 +125,20 @@ class Results:
                 if isinstance(each, str):
                     click.echo(click.format_filename(each))
                 else:
-                    Console(highlight=False).print(each)
+                    _console().print(each)
             for path in paths:
                 click.echo(f"wrote {click.format_filename(path)}")  # a name may not be valid UTF-8
         if self.failures:
             end(self._status, *self.failures)
+
+
+_PIPED = 200  # characters: no line of our tables is longer
+
+
+def _console() -> Console:
+    """As wide as the terminal, or as COLUMNS says; in a pipe or a file so wide that no line is broken."""
+    fits = sys.stdout.isatty() or "COLUMNS" in os.environ
+    return Console(highlight=False, width=None if fits else _PIPED)
 
 
 @contextmanager

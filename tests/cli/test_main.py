@@ -256,6 +256,14 @@ def test_table_fits_a_narrow_terminal_of_plain_ascii(tmp_path: Path) -> None:
     assert "cost of transport" in result.stdout
 
 
+def test_no_line_of_a_piped_table_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    lines = run("walk", "random:seed=3", "--engine", "hybrid", "--steps", 1).output.splitlines()
+    shown = {line.strip().split("  ")[0] for line in lines if line.strip()}
+    assert {label for label, *_ in measures.MEASURES if "estimate error" in label} <= shown
+    assert "foot that holds it 99 % of the time, length" in shown
+
+
 def test_quiet_walk_says_nothing(record: Path, tmp_path: Path) -> None:
     out = tmp_path / "walk.npz"
     out.write_text("an older file is replaced")
