@@ -32,7 +32,8 @@ from mjbiped.utils import domains
 
 _LAW = AdaptiveController  # its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
-OTHERS = (*COMPARED, *(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED)))
+BUILT_ON = tuple(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED))
+"""Other registered controllers: those of this project build on the adaptive one."""
 
 
 def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
@@ -60,6 +61,7 @@ walk_options = options(
         "--controller",
         kinds.CONTROLLER,
         "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
+        f"{', '.join(BUILT_ON)} go further, see docs/references.md and docs/feet.md; "
         f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
         f"{FORMS}, as spread.py:HipSpread.",
         DEFAULT_CONTROLLER,
@@ -69,8 +71,14 @@ walk_options = options(
 
 def gain_option(section: str) -> Callable[[Function], Function]:
     """Return the option that sets a field of the controller."""
-    known = "; ".join(f"{name}: {shown_defaults(gains_of(name))}" for name in COMPARED)
-    text = f"Set a field of the controller, may be repeated; {known}; your own: its dataclass fields."
+    usual = gains_of("adaptive")
+    known = [f"adaptive: {shown_defaults(usual)}"]
+    for name in (*BUILT_ON, *COMPARED):
+        gains = gains_of(name)
+        more = {key: value for key, value in gains.items() if key not in usual}
+        builds = usual.keys() <= gains.keys()
+        known.append(f"{name}: {'those, and ' if builds else ''}{shown_defaults(more if builds else gains)}")
+    text = f"Set a field of the controller, may be repeated; {'; '.join(known)}; your own: its dataclass fields."
     return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
@@ -117,7 +125,7 @@ REFERENCE: Row = (
     "--reference",
     kinds.REFERENCE,
     "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
-    "m/s and N m; for adaptive and limit-cycle.",
+    f"m/s and N m; for adaptive, limit-cycle, {', '.join(BUILT_ON)}.",
     SHARED["reference"],
 )
 

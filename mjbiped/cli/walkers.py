@@ -118,12 +118,9 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
         others = [each for each in (*adaptive, *comparison) if each.name not in own]
         refuse(ctx, others, "controllers of this project, and --gain sets what yours has", name)
         return
-    compared = name in options.OTHERS
-    if name != "adaptive":
-        others = [each for each in adaptive if not (compared and each.name in SHARED)]
-        refuse(ctx, others, "--controller adaptive", name)
-    if not compared or "slope_source" not in valid:
-        refuse(ctx, comparison, f"--controller {', '.join(options.OTHERS)}", name)
+    refuse(ctx, [each for each in adaptive if each.name not in valid], "--controller adaptive", name)
+    others = [each for each in comparison if each.name not in valid]
+    refuse(ctx, others, f"--controller {', '.join(options.COMPARED)}", name)
 
 
 def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:

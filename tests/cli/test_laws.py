@@ -11,6 +11,7 @@ import pytest
 from click.testing import Result
 from command_line import run
 
+from mjbiped.control.registry import controller_names
 from mjbiped.records.record import Walk
 
 TRAIL = "x,z\n-5,0.17461\n0,0\n40,-1.39685\n"
@@ -129,3 +130,21 @@ def test_refused_in_one_line(words: tuple[object, ...], reason: str) -> None:
 
 def test_what_has_no_law_is_not_compiled() -> None:
     assert_refused(run("compile", "spread.py:HipSpread"), "is plain Python, of which no machine code is made")
+
+
+def test_options_of_the_adaptive_controller_serve_what_builds_on_it(tmp_path: Path) -> None:
+    words = ("walk", "level", "--engine", "hybrid", "--steps", 1, "--controller", "library", "--quiet")
+    records = [tmp_path / name for name in ("option.npz", "gain.npz")]
+    for record, setting in zip(records, (("--position-gain", 6), ("--gain", "position_gain=6")), strict=True):
+        assert run(*words, *setting, "--out", record).exit_code == 0
+    walks = [Walk.load(record) for record in records]
+    assert walks[0].settings["controller"]["position_gain"] == 6.0
+    assert walks[0] == walks[1]
+
+
+def test_help_tells_the_gains_of_every_controller() -> None:
+    told = " ".join(run("walk", "--help").output.split())
+    for name in controller_names():
+        assert name == "passive" or f"{name}: " in told
+    assert "supervised: those, and sole_share=0.95, climbing_clearance=" in told
+    assert "replanning_threshold=0.01" in told
