@@ -21,7 +21,7 @@ from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 Show: TypeAlias = Callable[[int, float], None]
 """Function that takes the number of touchdowns since its last call and the stance foot's position x, m."""
@@ -184,16 +184,13 @@ class Run(ABC):
 
     @contextmanager
     def _progress_bar(self) -> Iterator[Show]:
-        from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
         terms = self.plan.terms
         with (
             announced(f"{type(self.plan.controller).__name__} for the engine {terms.engine.name}", wanted=True),
-            tqdm(
+            progress_bar(
                 total=terms.steps or round(terms.distance or 0.0, 2),
                 desc="walking",
                 unit="step" if terms.steps else "m",
-                disable=hidden(True),
             ) as bar,
         ):
 

@@ -34,7 +34,7 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.parallel import cores
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
@@ -344,13 +344,11 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
     Raises:
         BasinInterrupted: Ctrl-C.
     """
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
     rows = range(len(basin.swing_rates))
     with ThreadPoolExecutor(threads) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
-            for future in tqdm(as_completed(futures), total=len(rows), desc="rows", disable=hidden(progress)):
+            for future in progress_bar(as_completed(futures), total=len(rows), desc="rows", progress=progress):
                 future.result()
         except BaseException as error:
             pool.shutdown(cancel_futures=True)

@@ -18,7 +18,7 @@ from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 FIRST_SLOPE = math.radians(0.1)
 FEIGENBAUM = 4.669201609
@@ -106,12 +106,10 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
         InputError: `doublings` is not a whole number from 1 to 6; beyond, rounding decides.
         GaitError: The robot has no gait on 0.1 degrees.
     """
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
     doublings = domains.DOUBLINGS.check("doublings", doublings)
     branches: list[Branch] = []
     gait, step, end = periodic.first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
-    with tqdm(total=doublings, desc="doublings", disable=hidden(progress)) as bar:
+    with progress_bar(total=doublings, desc="doublings", progress=progress) as bar:
         while True:
             branch = _followed(gait, step)
             branches.append(branch)
@@ -238,8 +236,6 @@ def bifurcation_diagram(
             scuffing rule would never let the gait on the first plane land.
         GaitError: There is no gait of period one on the first plane.
     """
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
     domains.check_kind("robot", robot, Compass)
     planes = domains.DOWNHILL.array("slopes", slopes, (None,))
     if not len(planes):
@@ -256,7 +252,7 @@ def bifurcation_diagram(
     kept = np.full((len(planes), keep, 4), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []
-    for row, slope in enumerate(tqdm(planes.tolist(), desc="slopes", disable=hidden(progress))):
+    for row, slope in enumerate(progress_bar(planes.tolist(), desc="slopes", progress=progress)):
         batch = walk_all(plane_of(robot, slope, rule), start[None], steps, room=steps)
         outcomes.append(Outcome(batch.outcomes[0]).name.lower())
         if batch.outcomes[0] == TOUCHDOWN:

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from tqdm.auto import tqdm
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
@@ -24,7 +23,7 @@ from mjbiped.rendering.sharing import drawn, processes_for
 from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 WIDTH, HEIGHT = 1280, 720
 """Default size of a picture, pixels."""
@@ -98,7 +97,7 @@ def render_video(
     with drawn(walk, film, processes_for(frames)) as (stage, pictures):
 
         def all_frames() -> Iterator[Pixels]:
-            yield from tqdm(pictures, desc="video", total=frames, unit="frame", disable=hidden(progress))
+            yield from progress_bar(pictures, desc="video", total=frames, unit="frame", progress=progress)
             yield from repeat(stage.frame(end, with_outcome=end == last), round(LAST_FRAME_HELD * fps))
 
         if path is None:

@@ -20,7 +20,7 @@ from mjbiped.rollout.walk import is_interrupt
 from mjbiped.utils.parallel import processes
 
 if TYPE_CHECKING:
-    from tqdm.auto import tqdm
+    from tqdm.std import tqdm
 
     from mjbiped.control.controller import Controller
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 
-from tqdm.auto import tqdm
-
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
@@ -19,7 +17,7 @@ from mjbiped.rollout.walk import walk
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.parallel import cores, processes
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 Unit = tuple[str, str, Robot]
 """Names of an engine and of a controller, and a robot of the kind that is walked."""
@@ -77,7 +75,7 @@ def precompile(
     total = sum(map(len, waiting.values()))
     with (
         processes(min(workers or cores(), total)) as pool,
-        tqdm(total=total, desc="compiling", unit="law", disable=hidden(progress)) as bar,
+        progress_bar(total=total, desc="compiling", unit="law", progress=progress) as bar,
     ):
         running: dict[Future[None], tuple[str, str, int] | None] = {
             pool.submit(_walk_a_step, group.pop(0)): kind for kind, group in waiting.items()

@@ -20,7 +20,7 @@ from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import WORKERS, entries
 from mjbiped.utils.parallel import cores
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 Initial: TypeAlias = str | Sequence[float]
 
@@ -147,13 +147,11 @@ def walk_many(
     """
     terms = Terms(engine_of(engine), steps, distance, robot, sample_period, chosen(scuffing))
     workers = WORKERS.check("workers", cores() if workers is None else workers)
-    from tqdm.auto import tqdm  # imported where it is used: `import mjbiped` need not wait for it
-
     plans = _plans(terms, controllers, terrains, initial, disturbances)
     with (
         terms.engine.session(many=True),
         announced("the controllers of these walks", wanted=progress),
-        tqdm(total=len(plans), desc="preparing", unit="walk", disable=hidden(progress)) as bar,
+        progress_bar(total=len(plans), desc="preparing", unit="walk", progress=progress) as bar,
     ):
         batch = Batch(plans, summaries, workers, bar)
         try:

@@ -14,8 +14,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from tqdm.auto import tqdm
-
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import registered
@@ -27,7 +25,7 @@ from mjbiped.sweeps.parquet import Trajectories, forget
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.utils.parallel import cluster, cores, processes
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 
 MOST_IN_BATCH = 32
 LONGEST_BATCH = 0.5
@@ -145,7 +143,7 @@ def walk_cells(
             future.add_done_callback(back.put)
 
     count = min(workers or cores(), len(todo))
-    bar = tqdm(total=ended + len(todo), initial=ended, desc="walks", unit="walk", disable=hidden(progress))
+    bar = progress_bar(total=ended + len(todo), initial=ended, desc="walks", unit="walk", progress=progress)
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
             submit(todo, MOST_IN_BATCH)

@@ -1,22 +1,52 @@
-"""Whether a progress bar is shown: only if it was requested, and on a terminal or in a notebook."""
+"""Progress of long work: a bar on a terminal and in a notebook, a line now and then elsewhere."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tqdm.std import tqdm
+
+EVERY = 30.0
+"""Time between lines where there is no terminal, s."""
+
+_LINE = "{desc}: {n_fmt} of {total_fmt} after {elapsed}, {rate_fmt}, {remaining} left"
 
 
-def hidden(progress: bool) -> bool | None:
-    """Return the value of tqdm's argument `disable`.
+def progress_bar(iterable: Iterable[Any] | None = None, *, progress: bool = True, **given: Any) -> tqdm[Any]:
+    """Return a progress bar on stderr; where that is no terminal, one that writes a line every half a minute.
 
     Args:
-        progress: Whether a bar was requested.
-
-    Returns:
-        Whether the bar is hidden; None lets tqdm check for a terminal. In a notebook bars are shown without one.
+        iterable: What is gone through, as for tqdm.
+        progress: Whether progress is shown at all.
+        **given: Other arguments of tqdm.
     """
-    if not progress:
-        return True
-    return False if in_notebook() else None
+    # imported where it is used: `import mjbiped` need not wait for it
+    from tqdm.auto import tqdm as shown
+
+    if not progress or in_notebook() or sys.stderr.isatty():
+        return shown(iterable, disable=not progress, **given)
+    rare = {"delay": EVERY, "mininterval": EVERY, "maxinterval": EVERY}
+    lines: tqdm[Any] = _lines()(iterable, leave=False, bar_format=_LINE, **rare, **given)
+    return lines
+
+
+def _lines() -> Any:
+    """The class of bars that write lines."""
+    from tqdm.std import tqdm
+
+    class Lines(tqdm):  # type: ignore[type-arg]  # generic in its stubs only
+        """A bar each of whose states is a line of its own."""
+
+        def display(self, msg: str | None = None, pos: int | None = None) -> None:
+            """Write a line; none at the end, where tqdm clears its own by an empty one."""
+            if msg is None:
+                self.fp.write(f"{self}\n")
+                self.fp.flush()
+
+    return Lines
 
 
 def in_notebook() -> bool:
