@@ -15,12 +15,11 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
-from tqdm.auto import tqdm
 
 from mjbiped.reproduction.cell import measures_of
 from mjbiped.reproduction.grounds import TABLE_3, Segments
 from mjbiped.sweeps.cell import Row, attempt
-from mjbiped.utils.progress import hidden
+from mjbiped.utils.progress import progress_bar
 from scripts.paper.placebo import bounds, cells, segments_of
 
 _FALL = 10.0  # distance of a ground on which the robot falls, more the earlier it does
@@ -91,7 +90,7 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
         bar.set_postfix(distance=float(intermediate_result.fun))
         bar.update()
 
-    with tqdm(total=generations, desc="generations", disable=hidden(progress)) as bar:
+    with progress_bar(total=generations, desc="generations", progress=progress) as bar:
         best = differential_evolution(
             cost,
             Bounds(*np.transpose(bounds())),
