@@ -85,7 +85,7 @@ class GaitLibrary(PaperSettings):
             )
             object.__setattr__(self, "climbing_gait", found)
         if self.climbing_gait is not self.gait:
-            self.climbing  # noqa: B018 (refuses what is no gait)
+            self.climbing.check_imitated()
 
     @cached_property
     def climbing(self) -> Self:

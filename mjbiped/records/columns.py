@@ -169,7 +169,7 @@ def index_of(columns: Mapping[str, Column], name: str) -> int:
 def split(
     columns: Mapping[str, Column], rows: Sequence[Sequence[float]] | NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Split rows into one array per column, of shape (rows, *column.row).
+    """Split rows into one array per column, of shape `(rows, *column.row)`.
 
     Args:
         columns: Columns of a row, in their order.
