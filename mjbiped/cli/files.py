@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
-from types import FrameType
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 from rich.console import Console, RenderableType
 
+from mjbiped.cli.ending import INTERRUPTED, end
 from mjbiped.cli.tables import as_json
-from mjbiped.errors import MjbipedError, explained, shortened
+from mjbiped.errors import MjbipedError, explained
 from mjbiped.records.arrays import write_arrays
 from mjbiped.records.record import Walk
-
-INTERRUPTED, TERMINATED = 130, 143
-"""Exit status after Ctrl-C and after SIGTERM, as shells have it."""
-
-LONGEST_LINE = 1000
-"""Greatest number of characters in an error message."""
 
 
 @dataclass
@@ -139,37 +130,3 @@ def _console() -> Console:
     """As wide as the terminal, or as COLUMNS says; in a pipe or a file so wide that no line is broken."""
     fits = sys.stdout.isatty() or "COLUMNS" in os.environ
     return Console(highlight=False, width=None if fits else _PIPED)
-
-
-@contextmanager
-def terminable() -> Iterator[None]:
-    """Let SIGTERM act like Ctrl-C with an exit status of its own: what has been done is kept, and reported.
-
-    A second SIGTERM ends the process at once.
-    """
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield  # the calling program handles signals
-        return
-    received = []
-
-    def interrupt(number: int, _: FrameType | None) -> NoReturn:
-        received.append(number)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    except click.exceptions.Exit as stop:
-        if received:
-            raise click.exceptions.Exit(TERMINATED) from stop
-        raise
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def end(status: int, *messages: str) -> NoReturn:
-    """Print errors and end with an exit status."""
-    for message in messages:
-        click.echo(f"Error: {shortened(' '.join(message.splitlines()), LONGEST_LINE)}", err=True)
-    raise click.exceptions.Exit(status)

@@ -1,4 +1,4 @@
-"""The command line, and its commands `walk`, `compare` and `render`.
+"""The command line: its commands, each of which is imported when it is called.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything that the user can correct, told in one
 line; 1 for a walk or a drawing that failed by itself; 130 after Ctrl-C, 143 after SIGTERM.
@@ -8,30 +8,80 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import click
-from rich.text import Text
 
-from mjbiped.analysis.compare import compare
-from mjbiped.cli import gaits, kinds, maps, options, sections, studies, tables
-from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Results, end, terminable
-from mjbiped.cli.sections import results, taken
-from mjbiped.cli.view import view
-from mjbiped.cli.walkers import engine_of, mujoco_of, walker
+from mjbiped.cli.ending import INTERRUPTED, LONGEST_LINE, end, terminable
 from mjbiped.errors import MjbipedError, shortened
-from mjbiped.records.record import Walk
-from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walk
 from mjbiped.version import __version__
+
+_COMMANDS = {
+    "walk": ("walks:walk", "Simulate a walk on TERRAIN, and report how it went."),
+    "compare": ("walks:compare", "Simulate a walk on TERRAIN in both engines, and report where they diverge and why."),
+    "gait": ("gaits:gait", "Find the passive gait on a slope, its limit cycle and its stability."),
+    "reference": (
+        "gaits:reference",
+        "Find the cheapest gait on level ground that lifts its swing foot to a given height.",
+    ),
+    "bifurcation": (
+        "maps:bifurcation",
+        "Follow the passive gait over the slope: where its period doubles, and where the robot falls.",
+    ),
+    "basin": ("maps:basin", "Map the initial rates of the legs from which the robot settles into walking, or falls."),
+    "stability": ("gaits:stability", "Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file."),
+    "render": ("walks:render", "Draw the walk of RECORD, an .npz file: a video, a figure."),
+    "view": (
+        "view:view",
+        "Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.",
+    ),
+    "report": (
+        "studies:report",
+        "Write an interactive page about the walk of RECORD, an .npz file, or about a study: the folder of a sweep.",
+    ),
+    "sweep": ("studies:sweep", "Run the walks that STUDY, a .toml file, describes: grids, random samples, or both."),
+    "robustness": ("studies:robustness", "Measure how robust the controllers of STUDY are, a .toml file."),
+    "reproduce": (
+        "studies:reproduce",
+        "Reproduce section V of the paper in both engines: tables II and III, figures 4 to 6, and a report.",
+    ),
+    "compile": (
+        "studies:compile_",
+        "Compile the machine code for walks with CONTROLLERS in advance; for all registered ones unless given.",
+    ),
+}
+"""Where each command is, as "module:name" of this package, and the first sentence of its help."""
+
+
+class _ByName(Mapping[str, click.Command]):
+    """The commands by their names; each is imported when it is first looked up."""
+
+    def __getitem__(self, name: str) -> click.Command:
+        """Import a command."""
+        command: click.Command = resolve_name(f"mjbiped.cli.{_COMMANDS[name][0]}")
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the names, in the order in which the help lists them."""
+        return iter(_COMMANDS)
+
+    def __len__(self) -> int:
+        """Return the number of commands."""
+        return len(_COMMANDS)
 
 
 class _Commands(click.Group):
     """Group of commands that turns user errors and Ctrl-C into one line and an exit status."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands, in the order in which they were added."""
+        """Return the names of the commands, in the order in which the help lists them."""
         return list(self.commands)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands into the help, without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, sentence) for name, (_, sentence) in _COMMANDS.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -62,7 +112,11 @@ def _told_shortly() -> Iterator[None]:
         raise click.UsageError(shortened(message, LONGEST_LINE), error.ctx) from error
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    cls=_Commands,
+    commands=_ByName(),
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
 @click.version_option(__version__, prog_name="mjbiped")
 def main() -> None:
     """A laboratory for a planar compass biped that walks on unknown ground, in MuJoCo.
@@ -86,152 +140,6 @@ def main() -> None:
     `mjbiped COMMAND --help` describes a command. The exit status is 0 even if the robot falls, which is a result; 2 if
     the input has to be corrected, 130 after Ctrl-C, 143 after SIGTERM.
     """  # noqa: D301 (click reads the backspace)
-
-
-@main.command("walk", cls=sections.SectionCommand)
-@click.argument("terrain", default="mixed")
-@options.walker_options
-@options.engine_option
-@results(options.RECORD, *options.PLOT, options.VIDEO_FILE, *options.PRINTED)
-@options.video_options
-@click.pass_context
-def _walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Simulate a walk on TERRAIN, and report how it went.
-
-    TERRAIN is a preset, a preset with parameters, or a file; "mixed" if left out. Slopes are positive downhill, steps
-    positive up. A file is a .csv of elevations, columns x,z in m, or a .toml or .yaml with segments = [[length_m,
-    slope_deg, step_m], ...].
-
-    \b
-    Presets: level, incline, slopes, stairs, mixed, random, treads, waves, recorded; with parameters:
-      stairs:rise=-0.06,tread=1.8    slopes:change_deg=-1    random:slope_deg=-2..2
-
-    \b
-    Examples:
-      mjbiped walk mixed --initial rest --out walk.npz --video walk.mp4
-      mjbiped walk stairs:rise=-0.02 --replanning-delay none --json
-      mjbiped walk incline:slope_deg=2 --controller passive --distance 20
-      mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
-      mjbiped walk trail.csv --steps 200 --plot trail.pdf
-      mjbiped walk stairs:rise=0.04 --robot kneed --engine hybrid --plot knees.png
-      mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
-    """  # noqa: D301 (click reads the backspace)
-    pictures = taken(ctx, values, options.VIDEO)
-    _check_part(pictures)
-    law, ground = walker(ctx, values)
-    engine = engine_of(ctx, values.pop("engine"), values)
-    if results.video is not None and not results.quiet:
-        _warn_without_gl()
-    status, trouble = 0, ""
-    try:
-        done = walk(law, ground, engine=engine, progress=not results.quiet, **values)
-    except WalkInterrupted as stop:
-        done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
-    except WalkStopped as stop:
-        done, status, trouble = stop.walk, 1, str(stop)
-    results.write("record", results.out, done.save)
-    if trouble:
-        results.fail(status, trouble + (f"; what was walked is in {results.out}" if results.written else ""))
-    else:
-        results.draw("walk:plot_walk", done)
-        results.render(done, pictures)
-    summary = done.summary()
-    results.end({**summary, "settings": dict(done.settings)}, [summary])
-
-
-@main.command("compare", cls=sections.SectionCommand)
-@click.argument("terrain", default="mixed")
-@options.walker_options
-@results(options.RECORDS, *options.PLOT, *options.PRINTED)
-@click.pass_context
-def _compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
-    """Simulate a walk on TERRAIN in both engines, and report where they diverge and why.
-
-    The same controller walks in MuJoCo (contacts resolved in time) and in the hybrid engine (the paper's equations and
-    impact map). TERRAIN is as for `mjbiped walk`. A fall is a result: the exit status stays 0.
-
-    \b
-    Examples:
-      mjbiped compare mixed --steps 18 --plot compare.png
-      mjbiped compare stairs:rise=-0.06 --replanning-delay none
-      mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
-      mjbiped compare trail.csv --initial rest --json --out trail.npz
-    """  # noqa: D301 (click reads the backspace)
-    law, ground = walker(ctx, values)
-    mujoco = mujoco_of(ctx, values)
-
-    def write(*walks: Walk) -> None:
-        for record in walks:
-            name, out = record.settings["engine"], results.out
-            results.write(f"record_{name}", out and out.with_stem(f"{out.stem}_{name}"), record.save)
-
-    try:
-        done = compare(law, ground, mujoco=mujoco, progress=not results.quiet, **values)
-    except (WalkStopped, WalkInterrupted) as stop:
-        write(*stop.before, stop.walk)
-        kept = f"; what was walked is in {' and '.join(results.written.values())}" if results.written else ""
-        status = 1 if isinstance(stop, WalkStopped) else INTERRUPTED
-        results.fail(status, f"{stop} (engine {stop.walk.settings['engine']}){kept}")
-        results.end({}, [])
-    write(done.mujoco, done.hybrid)
-    results.draw("comparison:plot_comparison", done)
-    who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
-    results.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)])
-
-
-for _command in (gaits.gait, gaits.reference, maps.bifurcation, maps.basin, gaits.stability):
-    main.add_command(_command)
-
-
-@main.command("render", cls=sections.SectionCommand)
-@click.argument("record", type=click.Path(path_type=Path))
-@click.argument("video", required=False, type=kinds.VIDEO)
-@results(*options.PLOT, ("--no-video", bool, "Write the figure only."), options.QUIET)
-@options.video_options
-def _render(record: Path, results: Results, **pictures: Any) -> None:
-    """Draw the walk of RECORD, an .npz file: a video, a figure.
-
-    The video goes to VIDEO, an .mp4 or .gif file; if left out, to an .mp4 file beside the record, with its name.
-
-    \b
-    Examples:
-      mjbiped render walk.npz
-      mjbiped render walk.npz slow.mp4 --slow-motion 4 --from 10 --to 14 --camera side
-      mjbiped render walk.npz walk.gif --video-size 640x360 --fps 15 --hide chart,labels
-      mjbiped render walk.npz --no-video --plot walk.svg
-    """  # noqa: D301 (click reads the backspace)
-    if results.no_video and (results.plot is None or results.video is not None):
-        raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
-    _check_part(pictures)
-    done = Walk.load(record)
-    if results.video is None and not results.no_video:
-        results.video = kinds.VIDEO(record.with_suffix(".mp4"))
-    results.draw("walk:plot_walk", done)
-    results.render(done, pictures)
-    results.end({}, [])
-
-
-for _command in (view, studies.report, studies.sweep, studies.robustness, studies.reproduce, studies.compile_):
-    main.add_command(_command)
-
-
-def _check_part(pictures: Mapping[str, Any]) -> None:
-    """Refuse a video that ends before it begins.
-
-    Raises:
-        click.UsageError: The video ends before it begins.
-    """
-    start, stop = pictures["start"], pictures["stop"]
-    if start is not None and stop is not None and start > stop:
-        raise click.UsageError(f"--from {start:g} comes after --to {stop:g}; swap them.")
-
-
-def _warn_without_gl() -> None:
-    """Warn before a walk that its video will fail."""
-    from mjbiped.rendering.gl import gl_available
-
-    if gl_available() is None:
-        click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.cli import kinds, options, sections, tables
-from mjbiped.cli.files import INTERRUPTED, Results
+from mjbiped.cli.ending import INTERRUPTED
+from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results, taken
 from mjbiped.cli.walkers import controller_of, robot_of
 from mjbiped.control.loading import FORMS

@@ -10,7 +10,8 @@ from typing import Any
 import click
 
 from mjbiped.cli import kinds, options, sections, tables
-from mjbiped.cli.files import INTERRUPTED, Results, end
+from mjbiped.cli.ending import INTERRUPTED, end
+from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, shown

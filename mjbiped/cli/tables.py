@@ -12,25 +12,26 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
 from mjbiped.gaits.gait import Passive
 from mjbiped.gaits.kneed import KneedGait
 from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.gaits.rolling import Rolling
-from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.records.measures import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
+    from mjbiped.limit_cycles.basin import Basin
     from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
     from mjbiped.reproduction.report.checks import Check
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     """Return both engines' measures side by side, and their largest differences at a touchdown with the limits."""
+    from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
+
     measures = comparison.measures()
     sides = bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
@@ -274,6 +275,8 @@ def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, 
 
 def basin_told(found: Basin, seconds: float) -> Told:
     """Report the share of a basin's starts by their fate, and the duration of the computation, s."""
+    from mjbiped.limit_cycles.basin import Fate
+
     shares = {fate.name.lower(): found.share(fate) for fate in Fate}
     summary = {
         "walker": found.walker,

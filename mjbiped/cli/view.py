@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from mjbiped.cli import kinds, options, sections
-from mjbiped.cli.files import end
+from mjbiped.cli.ending import end
 from mjbiped.cli.sections import refuse, taken
 from mjbiped.cli.walkers import mujoco_of, next_ground, walker
 from mjbiped.engines.plan import Plan, Terms, make_plan

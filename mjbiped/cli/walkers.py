@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
+import mjbiped
 from mjbiped.cli import options
 from mjbiped.cli.kinds import OWNERS
 from mjbiped.cli.sections import is_given, refuse, section, taken
@@ -18,9 +19,8 @@ from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
 from mjbiped.control.settings import shown_defaults, value_of, why_none
 from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
+from mjbiped.engines import names
 from mjbiped.engines.base import Engine
-from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS, NAMED, named
@@ -213,10 +213,10 @@ def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
     if name == mujoco.name:
         return mujoco
     refuse(ctx, section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
-    return ENGINES[name]
+    return names.engine_of(name)
 
 
-def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> Mujoco:
+def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> mjbiped.Mujoco:
     """Make the MuJoCo engine of a command, and remove its options from `values`."""
     settings = taken(ctx, values, options.MUJOCO)
-    return Mujoco(lands=not settings.pop("plain_steps"), **settings)
+    return mjbiped.Mujoco(lands=not settings.pop("plain_steps"), **settings)

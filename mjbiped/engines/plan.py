@@ -11,10 +11,6 @@ from functools import cached_property, lru_cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Annotated, Any
 
-import mujoco
-import numpy as np
-import scipy
-
 from mjbiped.control.compilation import compilable_law
 from mjbiped.control.controller import Controller, Law
 from mjbiped.control.loading import source_of
@@ -350,12 +346,10 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
 @lru_cache(maxsize=1)
 def versions() -> Mapping[str, str]:
     """Versions of all software that a walk's numbers depend on."""
+    software = ("mujoco", "numba", "numpy", "scipy")
     return {
         "mjbiped": __version__,
-        "mujoco": mujoco.__version__,
-        "numba": version("numba"),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
+        **{name: version(name) for name in software},
         "python": platform.python_version(),
         "machine": platform.machine(),
     }

@@ -6,6 +6,9 @@ installed. docs/environments.md describes observations, actions and rewards.
 
 import importlib.util
 
+# before dm_control, which imports MuJoCo as MUJOCO_GL has it
+from mjbiped.utils.mujoco import mujoco as mujoco  # isort: split
+
 from mjbiped.envs.load import load
 from mjbiped.envs.tasks import IDS, TASKS, WalkTask
 

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import dm_env
-import mujoco
 import numpy as np
 from dm_control import _render
 from dm_control import mujoco as dm_mujoco
@@ -27,6 +26,7 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import STATE
+from mjbiped.utils.mujoco import mujoco
 
 
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types

@@ -7,7 +7,6 @@ import math
 import weakref
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import RenderError
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.mujoco import mujoco
 
 _SIGHT = 4.0  # ground about the robot, m
 _REACH = 100.0  # how far ground of a single segment is built, m

@@ -6,7 +6,6 @@ import math
 import zlib
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -21,6 +20,7 @@ from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.mujoco import mujoco
 
 SEEN = 1 + len(AHEAD)
 """Numbers of the privileged part of an observation."""

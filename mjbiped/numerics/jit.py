@@ -242,7 +242,8 @@ def _listen() -> None:
 
             for waiting in _announcements:
                 while waiting:
-                    tqdm.write(waiting.pop(), file=sys.stderr)  # above a progress bar
+                    # above the progress bar of a terminal; elsewhere there is none to be drawn again
+                    (tqdm.write if sys.stderr.isatty() else print)(waiting.pop(), file=sys.stderr)
 
         def on_end(self, _: Any) -> None:
             """Required by Numba."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from mjbiped.records.record import Walk
+from mjbiped.utils.mujoco import mujoco
 
 _CALM = 0.35  # standard deviation of the Gaussian that smooths the path, s: half a step
 _REACH = 30  # samples of the path on either side that the Gaussian reaches

@@ -1,11 +1,8 @@
 """Choice of an OpenGL platform that works; MuJoCo itself chooses one blindly while it is being imported.
 
-MuJoCo reads MUJOCO_GL once, when it is imported, takes GLFW (a window system) if it is unset, and cannot be imported at
-all if it names a platform whose library is missing. A walk needs no OpenGL. Therefore:
-
-* importing this module imports MuJoCo, without its OpenGL if that stands in the way;
-* `ensure_gl` looks for a platform when something is to be drawn. It tries each candidate in a process of its own, for a
-  driver may crash, and PyOpenGL cannot change its platform once loaded.
+MuJoCo takes the platform that MUJOCO_GL names, or GLFW (a window system) if it is unset. `ensure_gl` looks for one that
+works when something is to be drawn. It tries each candidate in a process of its own, for a driver may crash, and
+PyOpenGL cannot change its platform once loaded.
 """
 
 from __future__ import annotations
@@ -14,14 +11,12 @@ import importlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from functools import lru_cache
 
 from mjbiped.errors import RenderError
+from mjbiped.utils.mujoco import DISABLING, UNCHOSEN, chosen_platform, environment
 
-_DISABLING = ("disable", "disabled", "off", "false", "0")  # MuJoCo's own words
-_UNCHOSEN = ("", "enable", "enabled", "on", "true", "1")
 _PLATFORMS = {"linux": ("egl", "glfw", "osmesa"), "darwin": ("cgl", "glfw"), "win32": ("glfw",)}
 _ALIASES = {"glx": "glfw", "wgl": "glfw"}
 _PROBE_LIMIT = 60.0  # s; a software renderer answers within one
@@ -43,42 +38,13 @@ os._exit(0)
 """
 
 
-@contextmanager
-def _environment(**changes: str) -> Iterator[None]:
-    """Change environment variables for a block, and restore PYOPENGL_PLATFORM, which MuJoCo sets, as well."""
-    kept = {name: os.environ.get(name) for name in (*changes, "PYOPENGL_PLATFORM")}
-    os.environ.update(changes)
-    try:
-        yield
-    finally:
-        for name, value in kept.items():
-            os.environ.pop(name, None)
-            if value is not None:
-                os.environ[name] = value
-
-
 def one_thread() -> AbstractContextManager[None]:
     """Make a software OpenGL that is opened in the block draw in the calling thread.
 
     Its own threads make a frame of 1280 × 720 no faster, and use a quarter more of the processor. Mesa's variable
     LP_NUM_THREADS is left as it is if it is set.
     """
-    return _environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0"))
-
-
-def _chosen() -> str:
-    """Return what MUJOCO_GL says, in small letters."""
-    return os.environ.get("MUJOCO_GL", "").strip().lower()
-
-
-try:
-    with _environment():
-        importlib.import_module("mujoco")
-except Exception:  # RuntimeError, AttributeError, OSError: whatever a missing library of the chosen platform leads to
-    if _chosen() in (*_UNCHOSEN, *_DISABLING):
-        raise
-    with _environment(MUJOCO_GL="disable"):
-        importlib.import_module("mujoco")
+    return environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0"))
 
 
 def gl_available() -> str | None:
@@ -110,7 +76,7 @@ def ensure_gl() -> str:
     wanted = f"mujoco.{platform}"
     if getattr(getattr(gl_context, "GLContext", None), "__module__", None) != wanted:
         try:
-            with _environment():
+            with environment():
                 gl_context.GLContext = importlib.import_module(wanted).GLContext
         except Exception as error:  # another OpenGL is loaded in this process
             raise RenderError(
@@ -126,11 +92,11 @@ def _working_platform() -> str:
     Raises:
         RenderError: No platform works.
     """
-    chosen, known = _chosen(), _PLATFORMS.get(sys.platform, ("glfw",))
+    chosen, known = chosen_platform(), _PLATFORMS.get(sys.platform, ("glfw",))
     unharmed = "Walks, records and figures need no OpenGL."
-    if chosen in _DISABLING:
+    if chosen in DISABLING:
         raise RenderError(f"MUJOCO_GL={chosen} switches drawing off; unset it, or set it to {known[0]}. {unharmed}")
-    candidates = known if chosen in _UNCHOSEN else (_ALIASES.get(chosen, chosen),)
+    candidates = known if chosen in UNCHOSEN else (_ALIASES.get(chosen, chosen),)
     if candidates[0] not in known:
         raise RenderError(f"MUJOCO_GL={chosen} is no OpenGL platform; valid are {', '.join(known)}. {unharmed}")
     reasons = []

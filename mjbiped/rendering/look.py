@@ -63,7 +63,7 @@ def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Loo
     Raises:
         InputError: A name is unknown; the message lists the valid ones.
     """
-    import mujoco
+    from mjbiped.utils.mujoco import mujoco
 
     hidden = {known_name("element to hide", name, (*ELEMENTS, ALL)) for name in _names("hide", hide)}
     known: dict[str, tuple[int, int]] = {}

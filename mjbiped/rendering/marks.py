@@ -12,7 +12,6 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
@@ -20,6 +19,7 @@ from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
+from mjbiped.utils.mujoco import mujoco
 
 Colour = tuple[float, float, float]
 

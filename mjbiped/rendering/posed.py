@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
@@ -12,6 +11,7 @@ from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
+from mjbiped.utils.mujoco import mujoco
 
 _SIGHT = 6.0  # length of ground beyond what the record or a frame needs, in leg lengths
 _TOUCHING = 2e-4  # distance of foot and ground within which MuJoCo finds contacts to show, in leg lengths

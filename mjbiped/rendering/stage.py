@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
 from mjbiped.errors import InputError, RenderError, shown
@@ -23,6 +22,7 @@ from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
 from mjbiped.rendering.overlay import Pixels, Sign, overlay
 from mjbiped.rendering.posed import PosedScene
+from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height

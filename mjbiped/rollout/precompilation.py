@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
-from mjbiped.engines.names import ENGINES
+from mjbiped.engines.names import ENGINES, engine_of
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -64,7 +64,7 @@ def precompile(
             for name in names:
                 made = controller_class(name, robot)
                 if made.drives(robot):
-                    room = ENGINES[engine].room(len(made.states), robot)
+                    room = engine_of(engine).room(len(made.states), robot)
                     waiting.setdefault((robot.kind, engine, room), []).append((engine, name, robot))
     driven = {name for group in waiting.values() for _, name, _ in group}
     for name in names:

@@ -9,12 +9,11 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:  # the command line's help needs none of them
-    import mujoco
-
     from mjbiped.rendering.marks import Scales
     from mjbiped.rendering.moments import Moment
     from mjbiped.robots.robot import Robot
     from mjbiped.terrain.terrain import Terrain
+    from mjbiped.utils.mujoco import mujoco
 
 STRIDE = 0.01
 """Time of the walk by which a key steps back or forth, s."""

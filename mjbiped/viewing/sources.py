@@ -7,7 +7,6 @@ import math
 from collections import deque
 from collections.abc import Callable, Generator
 
-import mujoco
 import numpy as np
 
 from mjbiped.control.compile_errors import LawError
@@ -24,6 +23,7 @@ from mjbiped.rendering.marks import Scales
 from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
 from mjbiped.rendering.posed import PosedScene, place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
+from mjbiped.utils.mujoco import mujoco
 from mjbiped.viewing.player import Source
 
 _LEAST_SCALE = 0.02  # least torque that is drawn at full size, over weight times leg length

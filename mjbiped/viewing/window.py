@@ -13,14 +13,13 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import mujoco
-
 from mjbiped.errors import RenderError, shortened
 from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import draw_marks
 from mjbiped.rendering.moments import Moment
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import IN_WORDS
 from mjbiped.viewing.player import KEYS, MOUSE, Player
 

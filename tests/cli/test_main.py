@@ -145,6 +145,8 @@ def test_help_names_the_commands_in_order() -> None:
 def test_help_of_a_command_explains_every_option(command: str) -> None:
     text = run(command, "--help").stdout
     assert "Examples:" in text
+    sentence = " ".join(str(cli.main.commands[command].help).partition("\n\n")[0].split())
+    assert " ".join(run("--help").stdout.split()).count(f"{command} {sentence}") == 1  # said there without an import
     for parameter in cli.main.commands[command].params:
         if isinstance(parameter, click.Option):
             assert parameter.help, parameter.name
@@ -351,7 +353,7 @@ def controller_of(monkeypatch: pytest.MonkeyPatch, *words: object) -> dict[str, 
         taken.append(controller)
         raise mjbiped.InputError("enough")
 
-    monkeypatch.setattr(cli, "walk", walk)
+    monkeypatch.setattr(mjbiped, "walk", walk)
     assert run(*words).stderr == "Error: enough\n"
     described: dict[str, Any] = taken[0].describe()
     return described
@@ -371,7 +373,7 @@ def test_seed_is_that_of_the_random_terrain(text: str, monkeypatch: pytest.Monke
         walked.append(terrain)
         raise mjbiped.InputError("enough")
 
-    monkeypatch.setattr(cli, "walk", walk)
+    monkeypatch.setattr(mjbiped, "walk", walk)
     assert run("walk", text, "--seed", 4).stderr == "Error: enough\n"
     roughness = 0.001 if "roughness" in text else 0.0
     assert walked == [mjbiped.Terrain.random(seed=4, roughness=roughness)]
@@ -416,7 +418,7 @@ def test_sigterm_ends_the_process_cleanly(tmp_path: Path) -> None:
     """In the midst of a file, with the exit status that shells have; a second one ends it at once."""
     program = tmp_path / "program.py"
     program.write_text(
-        "import signal, sys, time\n"
+        "import mjbiped, signal, sys, time\n"
         "from pathlib import Path\n"
         "from mjbiped.cli import main as cli\n"
         "from mjbiped.utils.files import written_whole\n"
@@ -425,7 +427,7 @@ def test_sigterm_ends_the_process_cleanly(tmp_path: Path) -> None:
         "        unfinished.write_text('half')\n"
         "        signal.raise_signal(signal.SIGTERM)\n"
         "        time.sleep(600.0)\n"
-        "cli.walk = walk\n"
+        "mjbiped.walk = walk\n"
         "cli.main(['walk', 'level', '--controller', 'passive'])\n"
     )
     root = str(Path(__file__).parents[2])

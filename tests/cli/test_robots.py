@@ -32,7 +32,7 @@ def walks(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, Robot]]:
         asked.append((controller, robot))
         raise InputError("not walked")
 
-    monkeypatch.setattr("mjbiped.cli.main.walk", walk)
+    monkeypatch.setattr("mjbiped.walk", walk)
     return asked
 
 

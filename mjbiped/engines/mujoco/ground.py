@@ -22,19 +22,18 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-import mujoco
 import numpy as np
 
+from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.terrain.profile import EDGE
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.mujoco import mujoco
 
 FOOT_RADIUS = 5e-5
 """Radius of the colliding foot sphere, m. In plain steps it rolls: the step length's error is 0.011 % here, 0.23 % at
 1e-3, 2.3 % at 1e-2. It must be more than what a foot sinks into a riser in one contact step, or it would miss the
 ground before it."""
-
-GROUND_KINDS = ("auto", "heightfield", "boxes")
 
 FEW_SEGMENTS = 40
 """A terrain of no more segments is always built whole, with heightfields as long as its equal segments go on."""

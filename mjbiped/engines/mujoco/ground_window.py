@@ -13,8 +13,6 @@ import math
 from collections.abc import Sequence
 from functools import partial
 
-import mujoco
-
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
@@ -23,6 +21,7 @@ from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.mujoco import mujoco
 
 MARGIN = 2.0
 """Ground about the hip that is never missing, in leg lengths: a leg, and what a fall can go."""

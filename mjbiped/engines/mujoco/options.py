@@ -7,13 +7,13 @@ from typing import Annotated
 
 import numpy as np
 
-from mjbiped.engines.mujoco.ground import GROUND_KINDS
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
+GROUND_KINDS = ("auto", "heightfield", "boxes")
 ROOM = 8  # integrated states of a controller that one machine code has room for
 LOCKED, MOTOR = STANCE_KNEES = ("locked", "motor")
 """What holds the stance knee of a robot with knees."""

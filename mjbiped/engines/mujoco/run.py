@@ -7,7 +7,6 @@ from contextlib import AbstractContextManager
 from dataclasses import asdict
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.mujoco import mujoco
 
 _MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
 

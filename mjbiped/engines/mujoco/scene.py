@@ -14,14 +14,13 @@ from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
-import mujoco
-
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.robots.bodies import Limb, Segment
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.utils.mujoco import mujoco
 
 SMALLEST_HIP_MASS = 1e-7
 """MuJoCo's compiler refuses a moving body without mass; this part of the robot's mass is invisible in every figure."""

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+from mjbiped.utils.mujoco import mujoco
 
 CUT = 0.075
 """How far before the robot's plane the ground is cut, in leg lengths: just before its legs and feet."""

@@ -17,7 +17,6 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +41,7 @@ from mjbiped.records.columns import index_of, tables_of
 from mjbiped.records.recorder import Recorder
 from mjbiped.records.rows import rows_of
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.mujoco import mujoco
 
 START_DEPTH = 1e-6  # of the stance foot, m: exactly on the surface it may touch a heightfield's inner edge
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION

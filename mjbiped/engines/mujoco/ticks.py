@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.compiled import registry
@@ -20,6 +19,7 @@ from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.motors import NOW
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import SIZE, State
+from mjbiped.utils.mujoco import mujoco
 
 
 class Ticks:

@@ -17,8 +17,9 @@ import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.mujoco import ground_window
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
-from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, GROUND_KINDS, Ground
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.simulation import Simulation

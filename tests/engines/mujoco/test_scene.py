@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS, GROUND_KINDS
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
+from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.terrain.segments import GROUND_FRICTION
 

@@ -25,7 +25,6 @@ from contextlib import contextmanager
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
 from mjbiped.control.compilation import CalledMethods, MachineCode
@@ -42,6 +41,7 @@ from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain import profile
+from mjbiped.utils.mujoco import mujoco
 
 POSITION, ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
 

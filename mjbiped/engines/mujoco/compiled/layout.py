@@ -13,12 +13,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.records import WORD
+from mjbiped.utils.mujoco import mujoco
 
 _SHARED = ("qpos", "ctrl")
 """Two pointers always agree with these: the buffer begins with qpos, and the states of plugins, which no model here

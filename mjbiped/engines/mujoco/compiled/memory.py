@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-import mujoco
 import numba
 import numpy as np
 from numba.extending import register_jitable
@@ -27,6 +26,7 @@ from mjbiped.numerics.addresses import (
     types,
     word,
 )
+from mjbiped.utils.mujoco import mujoco
 
 EQ_DATA = int(mujoco.mjNEQDATA)  # floats of an equality constraint
 

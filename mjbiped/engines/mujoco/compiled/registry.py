@@ -15,13 +15,13 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any, Protocol
 
-import mujoco
 import numpy as np
 
 from mjbiped.engines.mujoco.compiled.callbacks import address_of, exchanging, trampolines
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, library
 from mjbiped.engines.mujoco.scene import OWNER, RECORDS_SIZE
 from mjbiped.errors import MjbipedError
+from mjbiped.utils.mujoco import mujoco
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
 _NAMES = (*CALLBACKS, "mju_user_warning")

@@ -1,0 +1,71 @@
+from . import envs
+from .analysis.compare import Comparison, compare
+from .analysis.survival import Survival
+from .disturbances.disturbances import Disturbances
+from .engines.base import Engine
+from .engines.hybrid.engine import Hybrid
+from .engines.mujoco.engine import Mujoco
+from .errors import GaitError, InputError, MjbipedError, RecordError, RenderError
+from .gaits.gait import Gait
+from .gaits.kneed import KneedGait, find_kneed_gait
+from .gaits.optimised import OptimisedGait, OptimisedKneedGait, find_reference
+from .gaits.passive import PassiveGait, find_passive_gait
+from .limit_cycles.basin import basin_of_attraction, basin_of_control
+from .limit_cycles.bifurcation import bifurcation_diagram, find_cascade
+from .limit_cycles.periodic import find_periodic_gait
+from .limit_cycles.return_map import ReturnMap
+from .records.record import Walk
+from .rendering.video import render_frame, render_video
+from .robots.compass import Compass
+from .robots.kneed import KneedBiped
+from .robots.wheel import RimlessWheel
+from .rollout.walk import WalkInterrupted, WalkStopped, walk
+from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
+from .rules.scuffing import ScuffingRule
+from .terrain.terrain import Terrain
+from .version import __version__
+
+__all__ = [
+    "Comparison",
+    "Compass",
+    "Disturbances",
+    "Engine",
+    "Gait",
+    "GaitError",
+    "Hybrid",
+    "InputError",
+    "KneedBiped",
+    "KneedGait",
+    "MjbipedError",
+    "Mujoco",
+    "OptimisedGait",
+    "OptimisedKneedGait",
+    "PassiveGait",
+    "RecordError",
+    "RenderError",
+    "ReturnMap",
+    "RimlessWheel",
+    "ScuffingRule",
+    "Survival",
+    "Terrain",
+    "Walk",
+    "WalkInterrupted",
+    "WalkStopped",
+    "WalksInterrupted",
+    "WalksStopped",
+    "__version__",
+    "basin_of_attraction",
+    "basin_of_control",
+    "bifurcation_diagram",
+    "compare",
+    "envs",
+    "find_cascade",
+    "find_kneed_gait",
+    "find_passive_gait",
+    "find_periodic_gait",
+    "find_reference",
+    "render_frame",
+    "render_video",
+    "walk",
+    "walk_many",
+]
