@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from mjbiped.records.record import Walk
         bool,
         "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
     ),
+    ("--dry-run", bool, "Walk a few of them only, and tell how many there are, their time and the size of the files."),
 )
 @results(
     options.STUDY_FOLDER,
@@ -35,7 +37,7 @@ from mjbiped.records.record import Walk
     options.WIDTH,
     *options.PRINTED,
 )
-def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, **walks: Any) -> None:
+def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_run: bool, **walks: Any) -> None:
     """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
 
     Each walk is a row of the table, kept as soon as it has ended: if interrupted or killed, the same command
@@ -44,11 +46,14 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, **wa
     \b
     Examples:
       mjbiped sweep scripts/studies/random_ground.toml --out out/random_ground
+      mjbiped sweep study.toml --dry-run
       mjbiped sweep study.toml --workers 2 --json
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.sweeps.bins import summarised
+    from mjbiped.sweeps.comparison import best, by_value
+    from mjbiped.sweeps.estimate import estimate
     from mjbiped.sweeps.figures import draw
     from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
@@ -59,16 +64,26 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, **wa
         if wanted:
             check_installed(option)
     planned = read_study(study)
+    if dry_run:
+        expected = estimate(planned, workers=walks["workers"], trajectories=trajectories)
+        results.end(asdict(expected), [tables.estimate_sentence(expected)])
+        return
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
-        rows, table = run(planned, folder, trajectories=trajectories, progress=not results.quiet, **walks)
-        files = [table]
+        swept = run(planned, folder, trajectories=trajectories, progress=not results.quiet, **walks)
+        files = [swept.table]
         if parquet:
-            files.append(write_table(table.with_suffix(".parquet"), rows))
+            files.append(write_table(swept.table.with_suffix(".parquet"), swept.rows))
         if trajectories:
             files.append(folder / FILE)
-        files += draw(planned, rows, folder)
-    summary = summarised(rows)
+        files += draw(planned, swept.rows, folder)
+    summary = {
+        **summarised(swept.rows),
+        "by_value": by_value(swept.rows, planned),
+        "best": best(swept.rows, planned),
+        "walks_now": swept.walks,
+        "seconds": swept.seconds,
+    }
     results.end(summary, tables.sweep_tables(summary), files)
 
 
@@ -98,7 +113,7 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
     planned = read_plan(study)
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
-        rows, table = run(planned.study, folder, progress=not results.quiet, **walks)
+        rows, table, *_ = run(planned.study, folder, progress=not results.quiet, **walks)
         result = found(planned, rows)
         files = [table, write_tables(result, folder / TABLES), *draw(result, folder)]
     results.end(result.summary(), robustness_tables(result), files)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from mjbiped.limit_cycles.basin import Basin
     from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
     from mjbiped.reproduction.report.checks import Check
+    from mjbiped.sweeps.estimate import Estimate
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
@@ -305,8 +307,19 @@ def checks_table(checks: Iterable[Check]) -> Table:
     return table
 
 
-def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
-    """Return tables of a study's summary by `mjbiped.sweeps.bins.summarised`: outcomes, quantiles and any errors."""
+def estimate_sentence(expected: Estimate) -> Text:
+    """Say how many walks a study has, and how much time and disk they are likely to take."""
+    took = timedelta(seconds=max(1, round(expected.seconds)))
+    size = max(0.1, expected.bytes / 1e6)
+    processes = "1 process" if expected.workers == 1 else f"{expected.workers} processes"
+    return Text(
+        f"{expected.walks} walks: about {took} h in {processes} (beside their start and compilation), {size:.1f} MB of "
+        f"tables and samples; inferred from {expected.tried} of them"
+    )
+
+
+def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:
+    """Return a study's summary: outcomes, quantiles, measures by value, the best combination, time, and any errors."""
     outcomes = bare_table("outcome", "walks", "%")
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
@@ -315,13 +328,39 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[Table]:
         values = summary["finished"].get(key)
         if values is not None:
             quantiles.add_row(label, *(in_words(value, factor, form) for value in values), unit)
-    tables = [outcomes] + ([quantiles] if quantiles.rows else [])
+    shown: list[RenderableType] = [outcomes, *([quantiles] if quantiles.rows else [])]
+    shown += [_value_table(name, entries) for name, entries in summary["by_value"].items() if len(entries) > 1]
+    if best := summary["best"]:
+        shown.append(
+            Text(
+                f"best: {best['combination']} ({100 * best['finished']:.0f} % of {best['walks']} finished, median cost "
+                f"of transport {best['cost_of_transport']:.4f}, first cell {best['first_cell']})"
+            )
+        )
+    if summary["walks_now"]:
+        seconds = summary["seconds"]
+        rate = f"{summary['walks_now'] / seconds:.3g} walks/s"
+        shown.append(Text(f"{summary['walks_now']} walks in {seconds:.1f} s, {rate}"))
     if summary["errors"]:
         errors = bare_table("error", "walks", "first cell")
         for each in summary["errors"]:
             errors.add_row(Text(each["error"]), str(each["walks"]), str(each["first_cell"]))
-        tables.append(errors)
-    return tables
+        shown.append(errors)
+    return shown
+
+
+def _value_table(name: str, entries: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the share that finished and medians of the study's measures for each value of one quantity."""
+    from mjbiped.sweeps.bins import measure_label, parameter_label
+    from mjbiped.sweeps.plan import FINISHED
+
+    measures = [key for key in entries[0] if key not in ("value", "walks")]
+    table = bare_table(parameter_label(name), "walks", *(f"{measure_label(key)}" for key in measures))
+    for entry in entries:
+        values = [(entry[key], ".0%" if key == FINISHED else ".4g") for key in measures]
+        cells = ["" if value is None else f"{value:{form}}" for value, form in values]
+        table.add_row(Text(entry["value"]), str(entry["walks"]), *cells)
+    return table
 
 
 def as_json(values: Mapping[str, Any]) -> str:

@@ -102,7 +102,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     if "scuffing" in content and all(kind.collides_from_lift_off for kind in kinds):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
     wanted = Plan(
-        study=Study(path, (), VARIED, False, frozenset(), dict(content), laws=laws),
+        study=Study(path, (), VARIED, frozenset(), frozenset(), dict(content), laws=laws),
         controllers=controllers,
         engines=engines,
         grounds=() if given == [] else _texts("grounds", given),

@@ -207,7 +207,7 @@ def arranged(rows: Sequence[Row], shown: Sequence[str], logarithmic: Collection[
         name of the groups is empty where there are no other columns.
     """
     varied = [name for name in shown if not name.endswith(".seed")]
-    numeric = [name for name in varied if all(isinstance(row[name], float | int | None) for row in rows)]
+    numeric = [name for name in varied if is_numeric(rows, name)]
     named = [name for name in varied if name not in numeric]
     groups = grouped(rows, named)
     while groups.count > (_MOST_GROUPS if numeric else _MOST_LISTED):
@@ -217,6 +217,11 @@ def arranged(rows: Sequence[Row], shown: Sequence[str], logarithmic: Collection[
     each = len(rows) / groups.count / _WALKS_IN_BIN
     most = int(np.clip(each if len(numeric) == 1 else math.sqrt(each), _FEWEST_BINS, MOST_VALUES))
     return [binned(rows, name, most, log=name in logarithmic) for name in numeric], groups
+
+
+def is_numeric(rows: Sequence[Row], name: str) -> bool:
+    """Whether a column holds numbers and nothing else."""
+    return all(isinstance(row[name], float | int | None) for row in rows)
 
 
 def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> Axis:

@@ -53,7 +53,7 @@ class Study:
         path: Path of the file.
         cells: The walks, in the order of the table.
         varied: Names of the values that differ between cells.
-        drawn: Whether values are drawn from distributions; cells then have a sample.
+        drawn: Names of the values that are drawn from distributions; where there are any, cells have a sample.
         logarithmic: Names of the values whose logarithm is drawn.
         declared: Content of the file without the figures, in plain JSON types.
         plot_parameters: Up to three of `varied` for the figures; empty: use the defaults.
@@ -64,7 +64,7 @@ class Study:
     path: Path
     cells: tuple[Cell, ...]
     varied: tuple[str, ...]
-    drawn: bool
+    drawn: frozenset[str]
     logarithmic: frozenset[str]
     declared: Mapping[str, Any]
     plot_parameters: tuple[str, ...] = ()
@@ -125,7 +125,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     check_cells(cells, varied)
     logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
     declared = {key: value for key, value in content.items() if key != "plot"}
-    return Study(path, cells, varied, drawn, logarithmic, declared, *_plot(content.get("plot", {}), varied), laws)
+    plot = _plot(content.get("plot", {}), varied)
+    return Study(path, cells, varied, frozenset(draws), logarithmic, declared, *plot, laws)
 
 
 def _grid(settings: Settings) -> list[tuple[Scalar | Draw, ...]]:

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
@@ -37,6 +37,22 @@ _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweep
 AnyCell = TypeVar("AnyCell")
 
 
+class Swept(NamedTuple):
+    """What `run` did.
+
+    Attributes:
+        rows: Rows of all cells, in their order.
+        table: The table as a CSV file.
+        walks: Number of walks that were made now; the others had ended earlier.
+        seconds: Time that they took, s.
+    """
+
+    rows: list[Row]
+    table: Path
+    walks: int
+    seconds: float
+
+
 def layout_of(study: Study) -> Layout:
     """Describe the columns of a study's table."""
     columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
@@ -52,7 +68,7 @@ def run(
     fresh: bool = False,
     trajectories: bool = False,
     progress: bool = False,
-) -> tuple[list[Row], Path]:
+) -> Swept:
     """Walk all cells of a study that have no row yet.
 
     The rows depend neither on the number of workers nor on interruptions. A cell that fails gets a row with the error's
@@ -67,9 +83,6 @@ def run(
         trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.parquet.FILE`; cells whose samples were
             not kept are walked again.
         progress: Show a progress bar (never where the output is not a terminal).
-
-    Returns:
-        The rows in the order of the cells, and the table as a CSV file.
 
     Raises:
         InputError: The folder holds rows of another study, or the scheduler cannot be used.
@@ -86,8 +99,9 @@ def run(
         if samples is not None:
             done &= samples.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
+        started = time.monotonic()
         walk_cells(
-            partial(_walked, trajectory=trajectories),
+            partial(row_of, trajectory=trajectories),
             todo,
             samples or store,
             ended=len(done),
@@ -96,9 +110,10 @@ def run(
             progress=progress,
             laws=study.laws,
         )
+        seconds = time.monotonic() - started
         if samples is not None:
             samples.join()
-        return store.rows(), store.export()
+        return Swept(store.rows(), store.export(), len(todo), seconds)
 
 
 def walk_cells(
@@ -208,7 +223,7 @@ def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
     return {"sources": sources(), "versions": dict(versions()), **own}
 
 
-def _walked(cell: Cell, *, trajectory: bool = False) -> Row:
+def row_of(cell: Cell, *, trajectory: bool = False) -> Row:
     """Walk a study's cell, and return its row, with booleans as text."""
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}

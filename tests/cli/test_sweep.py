@@ -28,7 +28,8 @@ def study(tmp_path: Path, studies_in_threads: None) -> Path:
     return path
 
 
-def test_table_figures_and_summary(study: Path, tmp_path: Path) -> None:
+def test_table_figures_and_summary(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
     result = run("sweep", study)
     assert result.exit_code == 0, result.stderr
     folder = tmp_path / "slopes"
@@ -37,12 +38,25 @@ def test_table_figures_and_summary(study: Path, tmp_path: Path) -> None:
     assert "finished" in result.stdout
     assert "cost of transport, absolute" in result.stdout
     assert "no passive gait" in result.stdout.replace("\n", " ")
+    assert "controller position gain (1/s)" in result.stdout
+    assert "best: passive, slope deg 2 (100 % of 1 finished" in result.stdout
+    assert "6 walks in " in result.stdout
+    assert " walks/s" in result.stdout
     printed = json.loads(run("sweep", study, "--json").stdout)
     assert printed["walks"] == 6
     assert printed["outcomes"] == {"finished": 5, "failed": 1}
     assert printed["errors"][0]["first_cell"] == 1
     assert str(folder / "study.csv") in printed["files"]
     assert run("sweep", study, "--quiet").stdout == ""
+
+
+def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path: Path) -> None:
+    result = run("sweep", study, "--dry-run", "--workers", 1)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.startswith("6 walks: about 0:00:0")
+    assert "in 1 process" in result.stdout
+    assert list(tmp_path.iterdir()) == [study]
+    assert json.loads(run("sweep", study, "--dry-run", "--json").stdout)["walks"] == 6
 
 
 def test_interrupted_it_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,7 +65,7 @@ def test_each_kind_of_study_has_its_figure(
 def test_a_map_shows_the_numbers_of_the_table(tmp_path: Path) -> None:
     content = {**GRID, "controller": {"position_gain": [3, 6]}}
     study = plan(tmp_path / "study.toml", content)
-    rows, _ = run(study, tmp_path / "out", workers=1)
+    rows, *_ = run(study, tmp_path / "out", workers=1)
     [shown] = study_figures(rows, study.varied)
     table = shown.plot.data[0].z
     gain, slope = (binned(rows, name, 3) for name in ("controller.position_gain", "terrain.slope_deg"))

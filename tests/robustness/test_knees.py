@@ -80,7 +80,7 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     wanted = plan(
         Path("x.toml"), {**SMALL, "limits": {**SMALL["limits"], "torque": 40}, "controller": [SMALL["controller"][0]]}
     )
-    rows, _ = run(wanted.study, tmp_path, workers=1)
+    rows, *_ = run(wanted.study, tmp_path, workers=1)
     result = found(wanted, rows)
     (findings,) = result.findings
     level = mjbiped.walk(wanted.study.cells[0].controller(), mjbiped.Terrain.level(), engine="hybrid", steps=40)

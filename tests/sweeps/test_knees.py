@@ -107,7 +107,7 @@ def test_rows_are_what_the_walks_give(tmp_path: Path) -> None:
         disturbances = { control_period = 0.002 }
         terrain = { name = "stairs", rise = 0.02 }
         """)
-    rows, _ = run(study, tmp_path, workers=1, trajectories=True)
+    rows, *_ = run(study, tmp_path, workers=1, trajectories=True)
     for row, cell in zip(rows, study.cells, strict=True):
         law = cell.controller()
         assert law.gait is not None

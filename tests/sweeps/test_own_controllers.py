@@ -45,7 +45,7 @@ def study(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.slow
 def test_workers_load_the_file(study: Path, tmp_path: Path, robot: mjbiped.Compass) -> None:
     """In processes of their own."""
-    rows, _ = run(read_study(study), tmp_path / "out", workers=1)
+    rows, *_ = run(read_study(study), tmp_path / "out", workers=1)
     assert [row["controller.name"] for row in rows] == ["laws/spread.py:HipSpread"] * 2 + ["passive"]
     assert [row["outcome"] for row in rows] == ["finished"] * 3
     law = make_controller(f"{tmp_path}/laws/spread.py:HipSpread", robot, {"stiffness": 0.4})
@@ -56,7 +56,7 @@ def test_workers_load_the_file(study: Path, tmp_path: Path, robot: mjbiped.Compa
 
 @pytest.mark.usefixtures("studies_in_threads")
 def test_rows_belong_to_the_file_as_it_was(study: Path, tmp_path: Path) -> None:
-    first, table = run(read_study(study), tmp_path / "out", workers=1)
+    first, table, *_ = run(read_study(study), tmp_path / "out", workers=1)
     before = table.read_bytes()
     own_controllers.write(
         tmp_path, "laws/spread.py", own_controllers.SPREAD.replace("self.spread)", "self.spread) * 2")
@@ -65,7 +65,7 @@ def test_rows_belong_to_the_file_as_it_was(study: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"the source of the controller laws/spread\.py:HipSpread changed\. .*--fresh"):
         run(edited, tmp_path / "out", workers=1)
     assert table.read_bytes() == before
-    again, _ = run(edited, tmp_path / "out", workers=1, fresh=True)
+    again, *_ = run(edited, tmp_path / "out", workers=1, fresh=True)
     costs = [[row["cost_of_transport"] for row in rows] for rows in (first, again)]
     assert costs[0][:2] != costs[1][:2], "walked again, with the edited law"
     assert costs[0][2] == costs[1][2]
@@ -76,7 +76,7 @@ def test_a_file_that_changes_while_it_is_walked_is_refused(study: Path, tmp_path
     machinery = running._machinery(planned.laws)
     own_controllers.write(tmp_path, "laws/spread.py", own_controllers.SPREAD + "# changed\n")
     with pytest.raises(MjbipedError, match=r"source of the controller laws/spread\.py:HipSpread is another one"):
-        running.walk_batch(running._walked, planned.cells[:1], machinery, planned.laws)
+        running.walk_batch(running.row_of, planned.cells[:1], machinery, planned.laws)
 
 
 @pytest.mark.parametrize(
@@ -106,6 +106,6 @@ def test_a_controller_that_fails_is_a_row_that_names_the_line(study: Path, tmp_p
     source = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
     own_controllers.write(tmp_path, "laws/spread.py", source)
     planned = read_study(study)
-    row = running._walked(planned.cells[0])
+    row = running.row_of(planned.cells[0])
     assert row["outcome"] == "failed"
     assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3, 'too late')" in row["error"]

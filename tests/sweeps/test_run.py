@@ -59,7 +59,7 @@ def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
 @pytest.mark.usefixtures("studies_in_threads")
 def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
     study = read_study(file)
-    rows, table = run(study, tmp_path / "out", workers=1)
+    rows, table, *_ = run(study, tmp_path / "out", workers=1)
     assert table == tmp_path / "out" / "study.csv"
     assert [row["cell"] for row in rows] == list(range(24))
     for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
@@ -152,7 +152,7 @@ def test_failed_cells_are_rows(tmp_path: Path) -> None:
         controller = [{ name = "passive" }, { imitate_slope_deg = -1 }, { replanning_delay = 0.5 }]
         terrain = { name = "incline", slope_deg = [2, -2] }
     """)
-    rows, table = run(read_study(path), tmp_path / "out", workers=1)
+    rows, table, *_ = run(read_study(path), tmp_path / "out", workers=1)
     assert [row["outcome"] for row in rows] == ["finished", "failed", "failed", "failed", "finished", "finished"]
     assert all("no passive gait" in row["error"] for row in rows[1:4])
     assert rows[1]["steps"] is None
@@ -194,7 +194,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
 
 def test_worker_of_another_version_is_refused(file: Path) -> None:
     with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_batch(running._walked, read_study(file).cells[:1], {"sources": "others", "versions": {}})
+        running.walk_batch(running.row_of, read_study(file).cells[:1], {"sources": "others", "versions": {}})
 
 
 def test_worker_that_dies_loses_nothing_that_had_ended(

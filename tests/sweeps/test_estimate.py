@@ -1,0 +1,49 @@
+"""The estimate of a study, against the study itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from mjbiped.sweeps.cell import Cell, Row
+from mjbiped.sweeps.estimate import estimate
+from mjbiped.sweeps.plan import plan
+from mjbiped.sweeps.run import row_of, run
+
+STUDY = {
+    "engine": "hybrid",
+    "steps": 2,
+    "controller": {"name": "passive"},
+    "terrain": {"name": "incline", "slope_deg": {"from": 1.8, "to": 2.2, "count": 60}},
+}
+
+
+@pytest.mark.parametrize("trajectories", [False, True])
+def test_the_size_is_that_of_the_files(trajectories: bool, tmp_path: Path, studies_in_threads: None) -> None:
+    if trajectories:
+        pytest.importorskip("pyarrow")
+    study = plan(tmp_path / "study.toml", STUDY)
+    expected = estimate(study, workers=3, trajectories=trajectories)
+    assert (expected.walks, expected.workers, expected.tried) == (60, 3, 5)
+    assert expected.seconds > 0.0
+    run(study, tmp_path / "out", workers=1, trajectories=trajectories)
+    made = sum(file.stat().st_size for file in (tmp_path / "out").iterdir() if file.is_file())
+    # the empty database, and what the joining of samples saves, are not in it
+    assert 0.4 * made < expected.bytes < 2.5 * made
+    assert [file.name for file in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_time_is_that_of_a_walk_by_the_number_of_walks_over_that_of_processes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [0.0]
+
+    def walked(cell: Cell, **_: object) -> Row:
+        now[0] += 1.0
+        return row_of(cell)
+
+    monkeypatch.setattr("mjbiped.sweeps.estimate.row_of", walked)
+    monkeypatch.setattr("time.perf_counter", lambda: now[0])
+    study = plan(tmp_path / "study.toml", STUDY)
+    assert estimate(study, workers=4).seconds == 60 / 4
