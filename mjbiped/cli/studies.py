@@ -214,25 +214,37 @@ def report(source: Path, results: Results) -> None:
     "Machine code",
     ("--engine", click.Choice(tuple(ENGINES)), "Only for this engine; for all unless given."),
     options.WORKERS,
+    ("--clear", bool, "Delete all machine code that is kept, and compile nothing."),
 )
 @results(*options.PRINTED)
-def compile_(results: Results, controllers: tuple[str, ...], engine: str | None, workers: int | None) -> None:
+def compile_(results: Results, controllers: tuple[str, ...], clear: bool, **given: Any) -> None:
     """Compile the machine code for walks with CONTROLLERS in advance; for all registered ones unless given.
 
     Name your own by its class, as for `mjbiped walk`.
 
-    The machine code is kept beside the package, otherwise in the user's cache, or in the folder that the environment
-    variable NUMBA_CACHE_DIR names: set it for an image or a cluster, here and where the walks are made. It fits one
-    kind of processor and one version of the project. Existing machine code is not compiled again.
+    The machine code is kept in the user's cache, or in the folder that the environment variable NUMBA_CACHE_DIR names:
+    set it for an image or a cluster, here and where the walks are made. It fits one kind of processor and one version
+    of the project. Existing machine code is not compiled again; beyond 1 GB the oldest is deleted.
 
     \b
     Examples:
       mjbiped compile
       mjbiped compile adaptive passive --engine hybrid
       mjbiped compile spread.py:HipSpread
+      mjbiped compile --clear
     """  # noqa: D301 (click reads the backspace)
+    from mjbiped.numerics import cache_folder
     from mjbiped.rollout.precompilation import precompile
 
+    engine, workers = given["engine"], given["workers"]
+    if clear:
+        if controllers or engine or workers:
+            raise click.UsageError("--clear deletes all machine code; give it alone.")
+        deleted = cache_folder.clear()
+        results.end(
+            {"deleted_bytes": deleted}, [f"deleted {deleted / 1e6:.1f} MB of machine code in {cache_folder.root()}"]
+        )
+        return
     engines = None if engine is None else (engine,)
     made = precompile(controllers or None, engines=engines, workers=workers, progress=not results.quiet)
     lines = [f"compiled for the {name} engine: {', '.join(names)}" for name, names in made.items()]

@@ -223,7 +223,11 @@ def announced(what: str, *, wanted: bool) -> Iterator[None]:
         what: What is compiled, such as "PassiveController for the engine mujoco".
         wanted: Whether to print it.
     """
-    sentence = [f"compiling {what}, once; it takes up to half a minute ..."] if wanted else []
+    sentence = (
+        [f"compiling {what}, once; it takes a minute or two, which `mjbiped compile` takes in advance ..."]
+        if wanted
+        else []
+    )
     _announcements.append(sentence)
     try:
         yield

@@ -1,0 +1,69 @@
+"""The folder of machine code on disk: where it is, and how it is kept small."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import platformdirs
+
+MOST = 1_000_000_000
+"""Size beyond which the code that was not used for longest is thrown away, bytes; all controllers need 80 MB."""
+
+
+def root() -> Path:
+    """Return the folder of all machine code: in NUMBA_CACHE_DIR if that is set, else in the user's cache."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(named) / "mjbiped" if named else platformdirs.user_cache_path("mjbiped") / "machine_code"
+
+
+@cache
+def folder() -> Path:
+    """Return the folder of what this version of Numba compiles; other versions cannot read it."""
+    return root() / f"numba-{version('numba')}"
+
+
+def clear() -> int:
+    """Delete all machine code, and return its size in bytes.
+
+    Raises:
+        OSError: Something cannot be deleted.
+    """
+    size = sum(each for _, each, _ in _files())
+    if root().is_dir():
+        shutil.rmtree(root())
+    return size
+
+
+@cache
+def prune(most: int = MOST) -> None:
+    """Delete the files that were not used for longest until no more than `most` bytes are left; once a process."""
+    files = sorted(_files())
+    excess = sum(size for _, size, _ in files) - most
+    for _, size, file in files:
+        if excess <= 0:
+            return
+        with suppress(OSError):  # another process does the same
+            file.unlink()
+        excess -= size
+
+
+def note_use(file: str) -> None:
+    """Note that a file is used now, in its time of access, which not every file system keeps by itself."""
+    with suppress(OSError):  # it may belong to somebody else
+        os.utime(file, ns=(time.time_ns(), Path(file).stat().st_mtime_ns))
+
+
+def _files() -> list[tuple[float, int, Path]]:
+    """Time of the last use, size and path of all files."""
+    found = []
+    for file in root().rglob("*.nb[ci]*"):
+        with suppress(OSError):
+            status = file.stat()
+            found.append((status.st_atime, status.st_size, file))
+    return found
