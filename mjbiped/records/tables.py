@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from io import StringIO
@@ -12,7 +13,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from mjbiped.control.registry import SLOPE_FIELDS
 from mjbiped.records import measures
+from mjbiped.rules.termination import Outcome
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
@@ -49,6 +52,11 @@ def html_table(rows: Iterable[tuple[str, str, str]]) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
+_FAILURES = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.DIVERGED)]
+_AT_ONCE = 2  # steps
+_FAR_OFF = math.radians(1.0)  # from the slope at the start
+
+
 class WalkSummary(dict[str, Any]):
     """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
 
@@ -66,6 +74,8 @@ class WalkSummary(dict[str, Any]):
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
+        if cause := _cause(walk):
+            rows.append(("probable cause", cause, ""))
         if settings.get("disturbances"):
             rows.append(("disturbances", _in_words(settings["disturbances"]), ""))
         if warnings:
@@ -92,6 +102,22 @@ class WalkSummary(dict[str, Any]):
     def _repr_html_(self) -> str:
         """Return the table for a notebook."""
         return html_table(self.rows)
+
+
+def _cause(walk: Walk) -> str:
+    """Say what was wrong at the start of a walk that fell at once: the slope estimate that its controller was given."""
+    given = {name: walk.settings["controller"].get(name) for name in SLOPE_FIELDS}
+    name = next((name for name, value in given.items() if value is not None), None)
+    if name is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
+        return ""
+    slope, estimate = walk.terrain.slope_at(0.0), given[name]
+    if abs(slope - estimate) < _FAR_OFF:
+        return ""
+    degrees = math.degrees(slope)
+    return (
+        f"it starts on {degrees:.1f}° with a slope estimate of {math.degrees(estimate):.1f}°; give "
+        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {name}={slope:.4g}"
+    )
 
 
 def _in_words(disturbances: Mapping[str, Any]) -> str:

@@ -29,6 +29,20 @@ def test_printed_it_is_what_the_command_line_prints(walk: mjbiped.Walk, monkeypa
     assert all(" ".join(line.split()) in words for line in shown)
 
 
+def test_a_fall_at_once_for_a_wrong_slope_estimate_names_the_option() -> None:
+    words = ("walk", "incline:slope_deg=2", "--controller", "passivity", "--engine", "hybrid", "--steps", 5)
+    fallen = " ".join(run(*words).stdout.split())
+    assert "outcome fell" in fallen
+    assert "it starts on 2.0° with a slope estimate of 0.0°; give --initial-slope-estimate-deg 2, " in fallen
+    walked = run(*words, "--initial-slope-estimate-deg", 2).stdout
+    assert "finished" in walked
+    assert "cause" not in walked
+    passive = run("walk", "level", "--controller", "passive", "--engine", "hybrid", "--initial", "0,-0.1,0.5,0").stdout
+    assert "outcome" in passive
+    assert "finished" not in passive
+    assert "cause" not in passive  # it has no estimate
+
+
 def test_by_name_it_has_all_measures(walk: mjbiped.Walk) -> None:
     assert dict(walk.summary()) == measures.summary(walk)
     assert len(walk.summary()) == len(measures.summary(walk))
