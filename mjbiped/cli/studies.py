@@ -142,7 +142,7 @@ def reproduce(results: Results, **walks: Any) -> None:
       mjbiped reproduce --quick
       mjbiped reproduce --out reproduction --report docs
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.reproduction.report.checks import checks
+    from mjbiped.reproduction.report.checks import checks, what_counts
     from mjbiped.reproduction.reproduce import reproduce as walk_all
     from mjbiped.reproduction.table_2 import choices
 
@@ -156,7 +156,7 @@ def reproduce(results: Results, **walks: Any) -> None:
     errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
     lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
     summary = {"walks": len(rows), "failed": errors, "checks": plain}
-    results.end(summary, [tables.checks_table(asked), *lines], files)
+    results.end(summary, [tables.checks_table(asked), what_counts(asked), *lines], files)
 
 
 @click.command("report", cls=sections.SectionCommand)

@@ -63,7 +63,7 @@ def sections(asked: Sequence[Check]) -> dict[str, str]:
     for group in (UNFITTED, BLIND, FITTED, FOUND):
         mine = _by_claim(check for check in asked if check.group == group)
         parts |= {f"missed_{group}": _missed(mine), f"checks_{group}": _table(mine)}
-    without = _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
+    without = _counting(asked)
     denied = {key: said for key, said in without.items() if any(each.holds is False for each in said.values())}
     lines = [
         [claim, source, " and ".join(ENGINES[engine] for engine, each in said.items() if each.holds is False)]
@@ -83,6 +83,20 @@ def _by_claim(asked: Iterable[Check]) -> Asked:
         key = check.group, check.answer.claim, check.answer.source
         found.setdefault(key, {})[check.engine] = check.answer
     return found
+
+
+def _counting(asked: Iterable[Check]) -> Asked:
+    """The claims that count as evidence: nothing but the reading of the grounds was fitted to their numbers."""
+    return _by_claim(check for check in asked if check.group in (UNFITTED, BLIND))
+
+
+def what_counts(asked: Iterable[Check]) -> str:
+    """Say which rows count, and how many of their claims do not hold."""
+    return (
+        f'What counts are the rows "{UNFITTED}" and "{BLIND}", whose settings were not chosen by the paper\'s numbers: '
+        f"{_missed(_counting(asked))} claims do not hold in every engine that walked them. "
+        f'In the rows "{FITTED}" the gains, in "{FOUND}" the ground were searched for so that they agree.'
+    )
 
 
 def _missed(asked: Asked) -> str:
