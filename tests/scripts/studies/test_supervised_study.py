@@ -43,6 +43,7 @@ def test_the_search_begins_with_steps_that_can_be_made() -> None:
     assert recovery_search.loss(begun, level) == pytest.approx(0.5 * 0.0347, rel=5e-3)  # half of the level cost
 
 
+@pytest.mark.slow  # a law of the study's own is compiled
 def test_thresholds_recover_always_or_never() -> None:
     robot = mjbiped.Compass(sole=(0.12, 0.12))
     gait = mjbiped.find_reference(robot, clearance=0.077, retraction=False)
