@@ -9,7 +9,7 @@ have parted, and `compare` looks for the cause in the two records.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -22,7 +22,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Initial
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
@@ -107,7 +107,7 @@ def compare(
     *,
     steps: int | None = None,
     distance: float | None = None,
-    initial: str | Sequence[float] = "gait",
+    initial: Initial = "gait",
     robot: Robot | None = None,
     mujoco: Mujoco | None = None,
     hybrid: Hybrid | None = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any
 
@@ -75,7 +75,7 @@ class Disturbances:
     delay: Annotated[float, domains.LOOP_DELAY] = 0.0
     torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
     motor_bandwidth: Annotated[float | None, domains.BANDWIDTH] = None
-    pushes: tuple[tuple[float, float], ...] = ()
+    pushes: Sequence[tuple[float, float]] = ()
     push_impulse: Annotated[float, domains.IMPULSE] = 0.0
     push_interval: Annotated[float | None, domains.PUSH_INTERVAL] = None
     push_duration: Annotated[float, domains.PUSH_DURATION] = 0.05

@@ -9,7 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from mjbiped.control.compilation import compilable_law
 from mjbiped.control.controller import Controller, Law
@@ -35,6 +38,9 @@ if TYPE_CHECKING:
     from mjbiped.engines.base import Engine
 
 INITIAL_STATES = ("gait", "rest")
+Initial: TypeAlias = str | Sequence[float] | NDArray[np.float64]
+"""First state of a walk: a name out of `INITIAL_STATES`, or angles and rates."""
+
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
 SCUFF = (
@@ -140,7 +146,7 @@ def make_plan(
     terms: Terms,
     controller: Controller,
     terrain: Terrain,
-    initial: str | Sequence[float],
+    initial: Initial,
     description: Mapping[str, Any] | None = None,
     disturbances: Disturbances | None = None,
 ) -> Plan:
@@ -265,7 +271,7 @@ def _numbers_of(robot: Robot) -> str:
 
 
 def _first_state(
-    controller: Controller, robot: Robot, terrain: Terrain, initial: str | Sequence[float], rule: ScuffingRule
+    controller: Controller, robot: Robot, terrain: Terrain, initial: Initial, rule: ScuffingRule
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the initial angles from the ground's normal, rad, and their rates, rad/s.
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Terms, make_plan
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Initial, Terms, make_plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.robots.robot import Robot
@@ -56,7 +54,7 @@ def walk(
     engine: str | Engine = "mujoco",
     steps: int | None = None,
     distance: float | None = None,
-    initial: str | Sequence[float] = "gait",
+    initial: Initial = "gait",
     robot: Robot | None = None,
     sample_period: float | None = DEFAULT_SAMPLE_PERIOD,
     scuffing: ScuffingRule | None = None,

@@ -53,7 +53,7 @@ def test_one_control_period_holds() -> None:
 
 
 def test_a_record_says_what_is_not_as_usual() -> None:
-    given = Disturbances(angle_noise=0.01, pushes=[(1, 2), (3.0, -4.0)], seed=2**64 - 1)  # type: ignore[arg-type]
+    given = Disturbances(angle_noise=0.01, pushes=[(1, 2), (3.0, -4.0)], seed=2**64 - 1)
     assert given.to_dict() == {"angle_noise": 0.01, "pushes": [[1.0, 2.0], [3.0, -4.0]], "seed": 2**64 - 1}
     assert Disturbances.from_dict(given.to_dict()) == given
     assert UNDISTURBED.to_dict() == {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
@@ -14,7 +14,7 @@ from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.robots.kinds import KINDS
@@ -95,7 +95,7 @@ class Mujoco(Options, Engine):
         terrain: Terrain,
         *,
         steps: int | None = None,
-        initial: str | Sequence[float] = "gait",
+        initial: Initial = "gait",
         robot: Robot | None = None,
         sample_period: float | None = None,
         disturbances: Disturbances | None = None,
