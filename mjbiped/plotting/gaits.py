@@ -26,7 +26,7 @@ from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
 _FALL_LIMIT = 6  # greatest number of steps until a fall with a grey of its own
-_FALL_GREYS = (0.97, 0.78)
+_FALL_GREYS = (0.89, 0.72)
 _SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
 """Without yellow, so that all of it is darker than falling starts in grey print."""
 
@@ -103,15 +103,32 @@ def _draw_diagram(
                 linestyle="--",
                 linewidth=1.0,
             )
-    free = -math.inf
-    for number, onset in enumerate(onsets, start=1):
+    _name_onsets(axes, limits, [(onset, f"{2**number}: {onset:.4f}°") for number, onset in enumerate(onsets, start=1)])
+    axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
+
+
+def _name_onsets(axes: Axes, limits: tuple[float, float], onsets: Sequence[tuple[float, str]]) -> None:
+    """Draw a line at each onset between two slopes, and names above them; those of near lines share a text."""
+    letter = 0.07 / width().inches * (limits[1] - limits[0])  # width, in degrees of slope
+    texts: list[tuple[float, str]] = []
+    for onset, name in onsets:
         if limits[0] <= onset <= limits[1]:
             axes.axvline(onset, color=GUIDE, linewidth=0.7, zorder=0)
-            if onset > free:
-                text = f"period {2**number}: {onset:.4f}°"
-                axes.text(onset, 1.015, text, transform=axes.get_xaxis_transform(), fontsize=width().small, color=SHADE)
-                free = onset + 1.2 / width().inches * (limits[1] - limits[0])
-    axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
+            if texts and onset < texts[-1][0] + letter * len(texts[-1][1]):
+                texts[-1] = (texts[-1][0], f"{texts[-1][1]}, {name}")
+            else:
+                texts.append((onset, f"period {name}"))
+    for onset, text in texts:
+        fits = onset + letter * len(text) < limits[1]
+        axes.text(
+            onset if fits else limits[1],
+            1.015,
+            text,
+            transform=axes.get_xaxis_transform(),
+            ha="left" if fits else "right",
+            fontsize=width().small,
+            color=SHADE,
+        )
 
 
 def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | None = None) -> Figure:
@@ -212,7 +229,11 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
     axes.plot(basin.start[half], basin.start[half + 1], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
-    titled(axes, letter, plain(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} %\u00a0settle"))
+    titled(
+        axes,
+        letter,
+        plain(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} %\u00a0of the window settle"),
+    )
 
 
 def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
