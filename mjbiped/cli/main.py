@@ -15,7 +15,7 @@ import click
 from rich.text import Text
 
 from mjbiped.analysis.compare import compare
-from mjbiped.cli import gaits, kinds, maps, options, sections, studies, tables
+from mjbiped.cli import export, gaits, kinds, maps, options, sections, studies, tables
 from mjbiped.cli.files import INTERRUPTED, LONGEST_LINE, Results, end, terminable
 from mjbiped.cli.sections import results, taken
 from mjbiped.cli.view import view
@@ -76,6 +76,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped export walk.npz walk.mcap
       mjbiped view random:seed=7
       mjbiped report walk.npz
       mjbiped sweep study.toml
@@ -211,7 +212,15 @@ def _render(record: Path, results: Results, **pictures: Any) -> None:
     results.end({}, [])
 
 
-for _command in (view, studies.report, studies.sweep, studies.robustness, studies.reproduce, studies.compile_):
+for _command in (
+    export.export,
+    view,
+    studies.report,
+    studies.sweep,
+    studies.robustness,
+    studies.reproduce,
+    studies.compile_,
+):
     main.add_command(_command)
 
 

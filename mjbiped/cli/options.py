@@ -45,18 +45,20 @@ ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", 
 ROBOT, VIDEO = "Robot", "Video"
 """Sections of the help."""
 
+SEED: Row = ("--seed", domains.SEED, "Seed of random ground.")
+INITIAL: Row = (
+    "--initial",
+    kinds.INITIAL_STATE,
+    "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
+    "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
+    "gait",
+)
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, "Seed of random ground."),
+    SEED,
     ("--steps", domains.STEPS, f"End after this many steps; {DEFAULT_STEPS} unless a distance is given."),
     ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
-    (
-        "--initial",
-        kinds.INITIAL_STATE,
-        "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
-        "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
-        "gait",
-    ),
+    INITIAL,
     (
         "--controller",
         kinds.CONTROLLER,

@@ -1,0 +1,69 @@
+"""The command `export`: scenes, robots and records in the formats of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mjbiped.cli import kinds, options, sections
+from mjbiped.cli.files import Results
+from mjbiped.cli.sections import SectionCommand, is_given, results
+from mjbiped.cli.walkers import robot_of, terrain_of
+from mjbiped.exchange.mjcf import export_scene
+from mjbiped.records.record import Walk
+from mjbiped.robots.robot import Robot
+
+_SCENE = ".xml"
+_RECORD = ".npz"
+
+
+@click.command("export", cls=SectionCommand)
+@click.argument("source", nargs=-1, metavar="[SOURCE]")
+@click.argument("file", type=kinds.output(_SCENE))
+@sections.options("Scene", options.SEED, options.INITIAL)
+@options.robot_options
+@results(options.QUIET)
+@click.pass_context
+def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Results, **values: Any) -> None:
+    """Write a scene, a robot or a record to FILE, for other programs.
+
+    The suffix of FILE says what is written. SOURCE is a record, an .npz file, or a TERRAIN as for `mjbiped walk`.
+
+    \b
+      .xml      robot and ground of SOURCE ("mixed" if left out) as one MJCF file, for plain MuJoCo
+
+    \b
+    Examples:
+      mjbiped export incline:slope_deg=2 scene.xml
+      mjbiped export walk.npz scene.xml
+    """  # noqa: D301 (click reads the backspace)
+    if len(source) > 1:
+        raise click.UsageError(f"{len(source)} sources are given, {' and '.join(source)}; give one, then FILE.")
+    named = source[0] if source else ""
+    if named.endswith(_RECORD):
+        for parameter in ctx.command.params:
+            if parameter.name not in ("source", "file", "quiet") and is_given(ctx, str(parameter.name)):
+                raise click.UsageError(
+                    f"{parameter.opts[0]} is for a TERRAIN; the record {named} has all that it needs."
+                )
+        _of_record(Walk.load(named), file, results)
+    else:
+        robot = robot_of(ctx, values)
+        _of_robot(robot, named, file, results, **values)
+    results.end({}, [])
+
+
+def _of_record(walk: Walk, file: Path, results: Results) -> None:
+    """Export what a record holds."""
+    initial = walk.settings["initial"]
+    results.write("scene", file, partial(export_scene, walk.robot, walk.terrain, initial=initial))
+
+
+def _of_robot(robot: Robot, ground: str, file: Path, results: Results, *, seed: int | None, initial: Any) -> None:
+    """Export a robot of the command's options."""
+    terrain = terrain_of(ground or "mixed", seed)
+    results.write("scene", file, partial(export_scene, robot, terrain, initial=initial))

@@ -1,0 +1,55 @@
+"""`mjbiped export`: what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import pytest
+from command_line import run
+
+import mjbiped
+from mjbiped.control.unpowered import Unpowered
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The record of a passive walk."""
+    path = tmp_path_factory.mktemp("record") / "walk.npz"
+    mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=2).save(path)
+    return path
+
+
+def test_scene_of_a_terrain(tmp_path: Path) -> None:
+    file = tmp_path / "scene.xml"
+    done = run("export", "random", file, "--seed", 4, "--robot", "kneed", "--shank-mass", 0.4, "--initial", "rest")
+    assert (done.exit_code, done.output) == (0, f"wrote {file}\n")
+    model = mujoco.MjModel.from_xml_path(str(file))
+    assert model.body("left_shank").mass[0] == 0.4
+    assert "random (seed=4" in file.read_text(encoding="utf-8")
+
+
+def test_scene_of_a_record(record: Path, tmp_path: Path) -> None:
+    file = tmp_path / "scene.xml"
+    assert run("export", record, file).exit_code == 0
+    model = mujoco.MjModel.from_xml_path(str(file))
+    assert model.key("start").qpos == pytest.approx(mjbiped.Walk.load(record).samples["qpos"][0], abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["a", "b", "scene.xml"], "2 sources are given, a and b; give one, then FILE"),
+        (["level", "scene.docx"], "must end in .xml"),
+        (["nothing.npz", "scene.xml"], "nothing.npz: there is no such file"),
+        (["walk.npz", "scene.xml", "--robot", "kneed"], "--robot is for a TERRAIN; the record walk.npz has all"),
+        (["hills", "scene.xml"], "hills"),
+        (["level", "scene.xml", "--thigh-mass", "3"], "--thigh-mass is for --robot kneed"),
+    ],
+)
+def test_refuses(words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run("export", *words)
+    assert done.exit_code == 2
+    assert message in " ".join(done.stderr.split())
+    assert not list(tmp_path.iterdir())
