@@ -11,20 +11,22 @@ import click
 
 from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.files import Results
-from mjbiped.cli.sections import SectionCommand, is_given, results
+from mjbiped.cli.sections import SectionCommand, is_given, refuse, results, section
 from mjbiped.cli.walkers import robot_of, terrain_of
+from mjbiped.errors import shown
 from mjbiped.exchange.mjcf import export_scene
+from mjbiped.exchange.urdf import export_urdf
 from mjbiped.records.record import Walk
-from mjbiped.robots.robot import Robot
 
-_SCENE = ".xml"
+_SCENE, _ROBOT = ".xml", ".urdf"
 _RECORD = ".npz"
+_OF_SCENES = "Scene"
 
 
 @click.command("export", cls=SectionCommand)
 @click.argument("source", nargs=-1, metavar="[SOURCE]")
-@click.argument("file", type=kinds.output(_SCENE))
-@sections.options("Scene", options.SEED, options.INITIAL)
+@click.argument("file", type=kinds.output(_SCENE, _ROBOT))
+@sections.options(_OF_SCENES, options.SEED, options.INITIAL)
 @options.robot_options
 @results(options.QUIET)
 @click.pass_context
@@ -35,10 +37,13 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
 
     \b
       .xml      robot and ground of SOURCE ("mixed" if left out) as one MJCF file, for plain MuJoCo
+      .urdf     robot alone, of the options or of a record, for ROS and simulators
 
     \b
     Examples:
       mjbiped export incline:slope_deg=2 scene.xml
+      mjbiped export stairs:rise=0.04 scene.xml --robot kneed --initial rest
+      mjbiped export kneed.urdf --robot kneed
       mjbiped export walk.npz scene.xml
     """  # noqa: D301 (click reads the backspace)
     if len(source) > 1:
@@ -52,18 +57,31 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
                 )
         _of_record(Walk.load(named), file, results)
     else:
-        robot = robot_of(ctx, values)
-        _of_robot(robot, named, file, results, **values)
+        _of_robot(ctx, named, file, results, values)
     results.end({}, [])
 
 
 def _of_record(walk: Walk, file: Path, results: Results) -> None:
     """Export what a record holds."""
-    initial = walk.settings["initial"]
-    results.write("scene", file, partial(export_scene, walk.robot, walk.terrain, initial=initial))
+    if file.suffix == _ROBOT:
+        results.write("robot", file, partial(export_urdf, walk.robot))
+    else:
+        initial = walk.settings["initial"]
+        results.write("scene", file, partial(export_scene, walk.robot, walk.terrain, initial=initial))
 
 
-def _of_robot(robot: Robot, ground: str, file: Path, results: Results, *, seed: int | None, initial: Any) -> None:
-    """Export a robot of the command's options."""
-    terrain = terrain_of(ground or "mixed", seed)
-    results.write("scene", file, partial(export_scene, robot, terrain, initial=initial))
+def _of_robot(ctx: click.Context, ground: str, file: Path, results: Results, values: dict[str, Any]) -> None:
+    """Export a robot of the command's options.
+
+    Raises:
+        click.UsageError: A robot is given a ground, or what belongs to one.
+    """
+    robot = robot_of(ctx, values)
+    if file.suffix == _ROBOT:
+        if ground:
+            raise click.UsageError(f"{file} is of a robot alone; leave {shown(ground)} out, or give a record.")
+        refuse(ctx, section(ctx, _OF_SCENES), f"scenes ({_SCENE})", str(file))
+        results.write("robot", file, partial(export_urdf, robot))
+    else:
+        terrain = terrain_of(ground or "mixed", values["seed"])
+        results.write("scene", file, partial(export_scene, robot, terrain, initial=values["initial"]))

@@ -8,6 +8,8 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from mjbiped.exchange.links import joined
+
 _ATTRIBUTES = {
     "body": {"pos": "pos", "quat": "quat"},
     "inertial": {"pos": "ipos", "mass": "mass", "diaginertia": "inertia"},
@@ -40,7 +42,7 @@ def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element
     option = root.find("option")
     if option is not None:
         option.set("timestep", repr(float(model.opt.timestep)))
-        option.set("gravity", _joined(model.opt.gravity))
+        option.set("gravity", joined(model.opt.gravity))
     return root
 
 
@@ -53,8 +55,4 @@ def _write(element: ElementTree.Element, compiled: Any) -> None:
         rounded = np.array(written.split(), dtype=np.float64)
         exact = np.ravel(getattr(compiled, field))[: len(rounded)]
         if len(exact) == len(rounded) and np.allclose(exact, rounded, rtol=_ROUNDED, atol=1e-12):
-            element.set(name, _joined(exact))
-
-
-def _joined(numbers: Any) -> str:
-    return " ".join(str(number) for number in numbers)
+            element.set(name, joined(exact))

@@ -10,6 +10,7 @@ from command_line import run
 
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.exchange.urdf import urdf_of
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +37,21 @@ def test_scene_of_a_record(record: Path, tmp_path: Path) -> None:
     assert model.key("start").qpos == pytest.approx(mjbiped.Walk.load(record).samples["qpos"][0], abs=1e-15)
 
 
+def test_urdf_of_options_and_of_a_record(record: Path, tmp_path: Path) -> None:
+    file = tmp_path / "robot.urdf"
+    assert run("export", file, "--robot", "kneed", "--hip-mass", 3).exit_code == 0
+    assert file.read_text(encoding="utf-8") == urdf_of(mjbiped.KneedBiped(hip_mass=3.0))
+    assert run("export", record, file).exit_code == 0
+    assert file.read_text(encoding="utf-8") == urdf_of(mjbiped.Compass())
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["a", "b", "scene.xml"], "2 sources are given, a and b; give one, then FILE"),
-        (["level", "scene.docx"], "must end in .xml"),
+        (["level", "scene.docx"], "must end in .xml or .urdf"),
+        (["level", "robot.urdf"], "robot.urdf is of a robot alone; leave 'level' out, or give a record"),
+        (["robot.urdf", "--seed", "3"], "--seed is for scenes (.xml); robot.urdf has no such thing"),
         (["nothing.npz", "scene.xml"], "nothing.npz: there is no such file"),
         (["walk.npz", "scene.xml", "--robot", "kneed"], "--robot is for a TERRAIN; the record walk.npz has all"),
         (["hills", "scene.xml"], "hills"),

@@ -9,25 +9,18 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from foreign_models import LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
 from numpy.typing import NDArray
 from simulations import build_scene
 
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, first_state
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
 from mjbiped.robots.robot import Robot
 
-LEVEL = mjbiped.Terrain.level()
-ROBOTS: dict[str, Robot] = {
-    "compass": mjbiped.Compass(),
-    "other compass": mjbiped.Compass(leg_mass=1 / 3, hip_mass=0.7, lower_length=0.31, leg_inertia=0.0123456789012345),
-    "kneed": mjbiped.KneedBiped(),
-    "other knees": mjbiped.KneedBiped(shank_mass=1 / 7, thigh_length=0.41, shank_length=1 / 3, shank_inertia=1e-3),
-    "wheel": mjbiped.RimlessWheel(inertia=0.2),
-}
 WALKS = {
     "compass": (mjbiped.Compass(), 2.0),
     "kneed": (mjbiped.KneedBiped(), 2.5),
@@ -47,30 +40,18 @@ def exported(
     return model, data
 
 
-def addresses(model: mujoco.MjModel, robot: Robot) -> list[int]:
-    return [int(model.joint(name).qposadr[0]) for name in robot.places]
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_mass_matrix_is_that_of_the_equations(name: str, tmp_path: Path) -> None:
     robot = ROBOTS[name]
-    model, data = exported(tmp_path, robot, LEVEL, initial="rest")
+    model, _ = exported(tmp_path, robot, LEVEL, initial="rest")
     seen = robot
     if isinstance(robot, mjbiped.Compass) and not robot.hip_mass:  # MuJoCo has no body without mass
         seen = dataclasses.replace(robot, hip_mass=SMALLEST_HIP_MASS * robot.total_mass)
     if isinstance(robot, mjbiped.RimlessWheel):
         seen = dataclasses.replace(robot, mass=robot.mass * (1 + SMALLEST_HIP_MASS))
-    order, size = addresses(model, robot), len(robot.angles)
-    for q in np.random.default_rng(0).uniform(-0.5, 0.5, (5, size)):
-        states = [first_state(robot, LEVEL, q.tolist(), row) for row in np.eye(size).tolist()]
-        data.qpos[order] = states[0][0]
-        rates = np.zeros((size, model.nv))
-        rates[:, order] = [state[1] for state in states]
-        full = np.zeros((model.nv, model.nv))
-        mujoco.mj_forward(model, data)
-        mujoco.mj_fullM(model, data, full)
+    for q in some_angles(robot):
         # rounding: entries are sums of some ten products of numbers with 16 digits
-        assert rates @ full @ rates.T == pytest.approx(seen.mass_matrix(q), rel=1e-12, abs=1e-12)
+        assert mass_matrix_in(model, robot, q) == pytest.approx(seen.mass_matrix(q), rel=1e-12, abs=1e-12)
 
 
 def postures(
