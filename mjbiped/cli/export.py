@@ -15,6 +15,7 @@ from mjbiped.cli.sections import SectionCommand, is_given, refuse, results, sect
 from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import shown
 from mjbiped.exchange.mjcf import export_scene
+from mjbiped.exchange.records import MODULES, check_format
 from mjbiped.exchange.urdf import export_urdf
 from mjbiped.records.record import Walk
 
@@ -25,7 +26,7 @@ _OF_SCENES = "Scene"
 
 @click.command("export", cls=SectionCommand)
 @click.argument("source", nargs=-1, metavar="[SOURCE]")
-@click.argument("file", type=kinds.output(_SCENE, _ROBOT))
+@click.argument("file", type=kinds.output(_SCENE, _ROBOT, *MODULES))
 @sections.options(_OF_SCENES, options.SEED, options.INITIAL)
 @options.robot_options
 @results(options.QUIET)
@@ -38,6 +39,8 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
     \b
       .xml      robot and ground of SOURCE ("mixed" if left out) as one MJCF file, for plain MuJoCo
       .urdf     robot alone, of the options or of a record, for ROS and simulators
+      .csv      samples of a record, with its touchdowns in a second file FILE_touchdowns
+      .parquet  the same; needs pip install 'mjbiped[data]'
 
     \b
     Examples:
@@ -45,6 +48,7 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
       mjbiped export stairs:rise=0.04 scene.xml --robot kneed --initial rest
       mjbiped export kneed.urdf --robot kneed
       mjbiped export walk.npz scene.xml
+      mjbiped export walk.npz walk.csv
     """  # noqa: D301 (click reads the backspace)
     if len(source) > 1:
         raise click.UsageError(f"{len(source)} sources are given, {' and '.join(source)}; give one, then FILE.")
@@ -63,7 +67,10 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
 
 def _of_record(walk: Walk, file: Path, results: Results) -> None:
     """Export what a record holds."""
-    if file.suffix == _ROBOT:
+    if file.suffix in MODULES:
+        results.out = check_format(file)
+        results.save(walk)
+    elif file.suffix == _ROBOT:
         results.write("robot", file, partial(export_urdf, walk.robot))
     else:
         initial = walk.settings["initial"]
@@ -74,8 +81,10 @@ def _of_robot(ctx: click.Context, ground: str, file: Path, results: Results, val
     """Export a robot of the command's options.
 
     Raises:
-        click.UsageError: A robot is given a ground, or what belongs to one.
+        click.UsageError: FILE is of a walk; or a robot is given a ground, or what belongs to one.
     """
+    if file.suffix in MODULES:
+        raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
     robot = robot_of(ctx, values)
     if file.suffix == _ROBOT:
         if ground:

@@ -20,6 +20,7 @@ from rich.console import Console, RenderableType
 
 from mjbiped.cli.tables import as_json
 from mjbiped.errors import MjbipedError, explained, shortened
+from mjbiped.exchange.records import parts_of
 from mjbiped.records.arrays import write_arrays
 from mjbiped.records.record import Walk
 
@@ -64,6 +65,14 @@ class Results:
     def save_arrays(self, arrays: Mapping[str, Any]) -> None:
         """Write arrays into `out`, an .npz file."""
         self.write("data", self.out, partial(write_arrays, arrays=arrays))
+
+    def save(self, walk: Walk) -> None:
+        """Write the record of a walk into `out`, in the format that its suffix names."""
+        if self.out is None or self.out.suffix == ".npz":
+            self.write("record", self.out, walk.save)
+            return
+        for kind, (file, make) in parts_of(walk, self.out).items():
+            self.write(kind, file, make)
 
     def draw(self, function: str, *shown: object) -> None:
         """Write the figure `plot`.

@@ -12,6 +12,7 @@ from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
+from mjbiped.exchange.records import MODULES, check_format
 from mjbiped.gaits.described import parse_reference
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
@@ -87,6 +88,17 @@ def output(*suffixes: str) -> Kind:
         except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
             raise InputError(f"{named} cannot be written: {getattr(error, 'strerror', None) or error}") from error
         return path
+
+    return Kind("FILE", read)
+
+
+def _record(*suffixes: str) -> Kind:
+    """Return the type of a file of a walk's record, for this program or with one of these suffixes for others."""
+    file = output(".npz", *suffixes)
+
+    def read(value: Any) -> Path:
+        path: Path = file.read(value)
+        return check_format(path) if path.suffix in suffixes else path
 
     return Kind("FILE", read)
 
@@ -199,6 +211,7 @@ _NUMBERS = [key for key in OWNERS if any(key in kind.numbers() for kind in KINDS
 _STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
+RECORD = _record(*MODULES)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
 DELAY = Kind("ZETA", _delay, f"{domains.REPLANNING_DELAY.words}, or 'none' to switch re-planning off")

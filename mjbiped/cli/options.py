@@ -247,7 +247,11 @@ walker_options = together(
 
 # ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-RECORD: Row = ("--out", kinds.output(".npz"), "Write the record, an .npz file.")
+RECORD: Row = (
+    "--out",
+    kinds.RECORD,
+    "Write the record, an .npz file, which report, render and export read; or .csv, .parquet for other programs.",
+)
 RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
 DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")
 _WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import mujoco
@@ -45,12 +46,31 @@ def test_urdf_of_options_and_of_a_record(record: Path, tmp_path: Path) -> None:
     assert file.read_text(encoding="utf-8") == urdf_of(mjbiped.Compass())
 
 
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_tables_of_a_record_and_of_a_walk(suffix: str, record: Path, tmp_path: Path) -> None:
+    file, beside = tmp_path / f"walk.{suffix}", tmp_path / f"walk_touchdowns.{suffix}"
+    assert run("export", record, file).output == f"wrote {file}\nwrote {beside}\n"
+    of_record = [each.read_bytes() for each in (file, beside)]
+    words = ["walk", "incline:slope_deg=2", "--controller", "passive", "--steps", 2, "--out", file]
+    assert run(*words).output.endswith(f"wrote {file}\nwrote {beside}\n")
+    assert [each.read_bytes() for each in (file, beside)] == of_record
+
+
+def test_a_missing_extra_is_told_before_the_walk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    done = run("walk", "level", "--out", tmp_path / "walk.parquet")
+    assert done.exit_code == 2
+    assert "needs PyArrow, which is not installed: pip install 'mjbiped[data]'" in " ".join(done.stderr.split())
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["a", "b", "scene.xml"], "2 sources are given, a and b; give one, then FILE"),
-        (["level", "scene.docx"], "must end in .xml or .urdf"),
+        (["level", "scene.docx"], "must end in .xml or .urdf or .csv or .parquet"),
         (["level", "robot.urdf"], "robot.urdf is of a robot alone; leave 'level' out, or give a record"),
+        (["level", "walk.csv"], "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv"),
         (["robot.urdf", "--seed", "3"], "--seed is for scenes (.xml); robot.urdf has no such thing"),
         (["nothing.npz", "scene.xml"], "nothing.npz: there is no such file"),
         (["walk.npz", "scene.xml", "--robot", "kneed"], "--robot is for a TERRAIN; the record walk.npz has all"),
