@@ -41,6 +41,7 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
       .urdf     robot alone, of the options or of a record, for ROS and simulators
       .csv      samples of a record, with its touchdowns in a second file FILE_touchdowns
       .parquet  the same; needs pip install 'mjbiped[data]'
+      .mcap     a record as ROS 2 messages, for Foxglove, PlotJuggler, Rerun, RViz; needs pip install 'mjbiped[ros]'
 
     \b
     Examples:
@@ -49,6 +50,7 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
       mjbiped export kneed.urdf --robot kneed
       mjbiped export walk.npz scene.xml
       mjbiped export walk.npz walk.csv
+      mjbiped export walk.npz walk.mcap
     """  # noqa: D301 (click reads the backspace)
     if len(source) > 1:
         raise click.UsageError(f"{len(source)} sources are given, {' and '.join(source)}; give one, then FILE.")

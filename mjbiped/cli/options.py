@@ -250,7 +250,7 @@ walker_options = together(
 RECORD: Row = (
     "--out",
     kinds.RECORD,
-    "Write the record, an .npz file, which report, render and export read; or .csv, .parquet for other programs.",
+    "Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs.",
 )
 RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
 DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")

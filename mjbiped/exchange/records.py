@@ -7,12 +7,14 @@ from functools import partial
 from pathlib import Path
 
 from mjbiped.errors import InputError, shown
+from mjbiped.exchange.mcap import write_recording
 from mjbiped.exchange.tables import CSV, PARQUET, write_samples, write_touchdowns
 from mjbiped.records.record import Walk
 from mjbiped.utils.packages import needed
 
-MODULES = {CSV: (), PARQUET: ("pyarrow.parquet",)}
-"""Suffixes of the formats, with the modules of extras that each needs."""
+MCAP = ".mcap"
+MODULES = {CSV: None, PARQUET: ("pyarrow.parquet", "data"), MCAP: ("mcap_ros2.writer", "ros")}
+"""Suffixes of the formats, with the module that each needs, and the extra that has it."""
 
 
 def export_walk(walk: Walk, path: str | Path) -> None:
@@ -21,10 +23,10 @@ def export_walk(walk: Walk, path: str | Path) -> None:
     Args:
         walk: The walk.
         path: File to write. `.csv` and `.parquet` hold the samples, with the touchdowns in a second file beside it:
-            `walk.csv` and `walk_touchdowns.csv`.
+            `walk.csv` and `walk_touchdowns.csv`. `.mcap` is a recording of ROS 2 messages (`mjbiped.exchange.mcap`).
 
     Raises:
-        InputError: The suffix is another, or the extra of the format is not installed.
+        InputError: The suffix is another, the format's extra is not installed, or a recording would have no samples.
         RecordError: A file cannot be written.
     """
     for file, write in parts_of(walk, check_format(Path(path))).values():
@@ -39,13 +41,15 @@ def check_format(path: Path) -> Path:
     """
     if path.suffix not in MODULES:
         raise InputError(f"{shown(str(path))} must end in {' or '.join(MODULES)}")
-    for module in MODULES[path.suffix]:
-        needed(module, "data", f"a file {path.name}")
+    if (extra := MODULES[path.suffix]) is not None:
+        needed(*extra, f"a file {path.name}")
     return path
 
 
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:
     """Return what a record becomes, by kind: files, and the functions that write them."""
+    if path.suffix == MCAP:
+        return {"record": (path, partial(write_recording, walk))}
     beside = path.with_stem(f"{path.stem}_touchdowns")
     return {
         "record": (path, partial(write_samples, walk)),

@@ -56,6 +56,12 @@ def test_tables_of_a_record_and_of_a_walk(suffix: str, record: Path, tmp_path: P
     assert [each.read_bytes() for each in (file, beside)] == of_record
 
 
+def test_recording_of_a_record(record: Path, tmp_path: Path) -> None:
+    file = tmp_path / "walk.mcap"
+    assert run("export", record, file).output == f"wrote {file}\n"
+    assert file.read_bytes()[:8] == b"\x89MCAP0\r\n"
+
+
 def test_a_missing_extra_is_told_before_the_walk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
     done = run("walk", "level", "--out", tmp_path / "walk.parquet")
@@ -68,7 +74,7 @@ def test_a_missing_extra_is_told_before_the_walk(tmp_path: Path, monkeypatch: py
     ("words", "message"),
     [
         (["a", "b", "scene.xml"], "2 sources are given, a and b; give one, then FILE"),
-        (["level", "scene.docx"], "must end in .xml or .urdf or .csv or .parquet"),
+        (["level", "scene.docx"], "must end in .xml or .urdf or .csv or .parquet or .mcap"),
         (["level", "robot.urdf"], "robot.urdf is of a robot alone; leave 'level' out, or give a record"),
         (["level", "walk.csv"], "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv"),
         (["robot.urdf", "--seed", "3"], "--seed is for scenes (.xml); robot.urdf has no such thing"),

@@ -125,6 +125,7 @@ COMMANDS = (
     "basin",
     "stability",
     "render",
+    "export",
     "view",
     "report",
     "sweep",

@@ -53,7 +53,7 @@ def test_walk_without_samples_has_touchdowns(tmp_path: Path) -> None:
 
 
 def test_refusals(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match=r"must end in \.csv or \.parquet"):
+    with pytest.raises(InputError, match=r"must end in \.csv or \.parquet or \.mcap"):
         export_walk(walk, tmp_path / "walk.xlsx")
     with pytest.raises(RecordError, match="cannot write"):
         export_walk(walk, tmp_path / "nothing" / "walk.csv")
