@@ -22,6 +22,9 @@ from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, Ends
 from mjbiped.utils.files import check_writable
 
+MODEL = ".xml"
+"""Suffix of somebody's MJCF that is read as a robot."""
+
 
 class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
     """Type of an option whose value a function reads.
@@ -181,7 +184,7 @@ def _reference(value: Any) -> str:
 
 def _robot(value: Any) -> str:
     text = str(value)
-    if text not in NAMED and not text.endswith(".toml"):
+    if text not in NAMED and not text.endswith((".toml", MODEL)):
         raise InputError("unknown robot")
     return text
 
@@ -228,7 +231,7 @@ MODEL_ERROR = Kind(
 CONTROLLER = Kind("NAME", _controller)
 OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)
 REFERENCE = Kind("GOAL", _reference)
-ROBOT = Kind("NAME|FILE", _robot, f"{', '.join(NAMED)}, or a .toml file")
+ROBOT = Kind("NAME|FILE", _robot, f"{', '.join(NAMED)}, or a .toml or {MODEL} file")
 VIDEO_SIZE = Kind("WxH", _video_size, f"WIDTHxHEIGHT, {_PIXELS}, as 1280x720")
 HIDDEN = Kind("NAMES", _of_look("hide"))
 VISUAL_FLAG = Kind("NAME", _of_look("flags"))

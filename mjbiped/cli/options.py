@@ -199,7 +199,8 @@ ROBOTS = " ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for n
 KIND: Row = (
     "--robot",
     kinds.ROBOT,
-    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record. Options below change single parameters.",
+    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record; or an .xml file (MJCF) of a planar biped, "
+    "see docs/exports.md. Options below change single parameters.",
     Compass.kind,
 )
 robot_options = together(options(ROBOT, KIND), parameter_options(NAMED))

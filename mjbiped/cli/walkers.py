@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from mjbiped.cli import options
-from mjbiped.cli.kinds import OWNERS
+from mjbiped.cli.kinds import MODEL, OWNERS
 from mjbiped.cli.sections import is_given, refuse, section, taken
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
@@ -22,6 +22,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, prefixed, shortened, shown
+from mjbiped.exchange.foreign import read_robot
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.robots.robot import Robot
@@ -72,6 +73,10 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     """Return kind and parameters of a robot, by its name or its file."""
     if name in NAMED:
         return named(name)
+    if name.endswith(MODEL):
+        with prefixed("--robot "):
+            robot = read_robot(name)
+        return type(robot), {key: getattr(robot, key) for key in robot.parameters()}
     with prefixed(f"--robot {shown(name)}: "):
         written = parse_toml(read_text(Path(name)))
     kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
