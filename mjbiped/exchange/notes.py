@@ -29,6 +29,7 @@ def notes_of(robot: Robot, terrain: Terrain, timestep: float) -> str:
     ).replace("START", '"start"')
     lines = [title, start, "What mjbiped's own engine does beyond this file:"]
     lines += [f"* {note}" for note in _notes(robot, timestep)]
+    lines = ["".join(letter for letter in line if letter.isprintable()) for line in lines]  # XML holds no others
     told = "\n".join(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    ") for line in lines)
     return f"\n{told.replace('--', '- -')}\n  "  # no comment in XML holds two hyphens
 

@@ -38,7 +38,7 @@ PINNED = """
       <body name="load" pos="0 0 0.8"><inertial pos="0 0 0" mass="6" diaginertia="1e-9 1e-9 1e-9"/></body>
       <body name="b" pos="0.1 0 0.8" euler="-30 0 0">
         <joint name="hip" type="hinge" axis="-1 0 0"/>
-        <inertial pos="0 0 -0.2" mass="4" diaginertia="0.3 0.2 0.2"/>
+        <inertial pos="0 0 -0.2" euler="0 0 45" mass="4" diaginertia="0.2 0.4 0.3"/>
         <geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.8"/>
       </body>
     </body>

@@ -137,6 +137,14 @@ def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Pat
     assert model.geom("right_foot").contype[0] == 2
 
 
+def test_feet_of_legs_with_knees_pass_through_the_ground_behind_alone(tmp_path: Path) -> None:
+    model, _ = exported(tmp_path, mjbiped.KneedBiped(), mjbiped.Terrain.incline(2.5))
+    behind, ahead = (model.geom(f"ground_0_{k}") for k in (0, 1))
+    assert (behind.conaffinity[0], ahead.conaffinity[0]) == (1, 3)
+    ends = behind.pos[0] + model.hfield("ground_0_0").size[0], ahead.pos[0] - model.hfield("ground_0_1").size[0]
+    assert ends == pytest.approx((-0.2, -0.2))
+
+
 def test_opens_upright_on_the_ground(tmp_path: Path) -> None:
     model, data = exported(tmp_path, mjbiped.Compass(), mjbiped.Terrain.incline(2.0))
     mujoco.mj_resetData(model, data)
@@ -155,7 +163,7 @@ def test_comment_says_what_the_file_does_not(tmp_path: Path) -> None:
     assert "until it is 0.2 m ahead of the stance foot" in straight
     assert "0.05 m behind and 0.15 m ahead of the ankle" in straight
     assert "eq_active" not in straight
-    knees = told(mjbiped.KneedBiped(), dataclasses.replace(LEVEL, name="a -- b"))
+    knees = told(mjbiped.KneedBiped(), dataclasses.replace(LEVEL, name="a -- b\x1b"))
     assert "data.eq_active" in knees
     assert "Sole" not in knees
     assert "on a - - b, written by mjbiped" in knees
