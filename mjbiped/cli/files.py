@@ -20,7 +20,6 @@ from rich.console import Console, RenderableType
 
 from mjbiped.cli.tables import as_json
 from mjbiped.errors import MjbipedError, explained, shortened
-from mjbiped.exchange.records import parts_of
 from mjbiped.records.arrays import write_arrays
 from mjbiped.records.record import Walk
 
@@ -71,6 +70,8 @@ class Results:
         if self.out is None or self.out.suffix == ".npz":
             self.write("record", self.out, walk.save)
             return
+        from mjbiped.exchange.records import parts_of  # for these formats alone
+
         for kind, (file, make) in parts_of(walk, self.out).items():
             self.write(kind, file, make)
 

@@ -22,7 +22,6 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.exchange.foreign import read_robot
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.robots.robot import Robot
@@ -74,6 +73,8 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     if name in NAMED:
         return named(name)
     if name.endswith(MODEL):
+        from mjbiped.exchange.foreign import read_robot  # for such files alone
+
         with prefixed("--robot "):
             robot = read_robot(name)
         return type(robot), {key: getattr(robot, key) for key in robot.parameters()}

@@ -1,4 +1,4 @@
-"""Records of walks in the formats of other programs: which there are, and the files that a record becomes."""
+"""Records of walks in the formats of other programs."""
 
 from __future__ import annotations
 
@@ -6,15 +6,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from mjbiped.errors import InputError, shown
+from mjbiped.exchange.formats import MCAP, check_format
 from mjbiped.exchange.mcap import write_recording
-from mjbiped.exchange.tables import CSV, PARQUET, write_samples, write_touchdowns
+from mjbiped.exchange.tables import write_samples, write_touchdowns
 from mjbiped.records.record import Walk
-from mjbiped.utils.packages import needed
-
-MCAP = ".mcap"
-MODULES = {CSV: None, PARQUET: ("pyarrow.parquet", "data"), MCAP: ("mcap_ros2.writer", "ros")}
-"""Suffixes of the formats, with the module that each needs, and the extra that has it."""
 
 
 def export_walk(walk: Walk, path: str | Path) -> None:
@@ -31,19 +26,6 @@ def export_walk(walk: Walk, path: str | Path) -> None:
     """
     for file, write in parts_of(walk, check_format(Path(path))).values():
         write(file)
-
-
-def check_format(path: Path) -> Path:
-    """Return the path of a record in a foreign format that can be written here.
-
-    Raises:
-        InputError: The suffix is unknown, or the extra of its format is not installed.
-    """
-    if path.suffix not in MODULES:
-        raise InputError(f"{shown(str(path))} must end in {' or '.join(MODULES)}")
-    if (extra := MODULES[path.suffix]) is not None:
-        needed(*extra, f"a file {path.name}")
-    return path
 
 
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:

@@ -6,17 +6,16 @@ import csv
 from collections.abc import Mapping
 from pathlib import Path
 
+from mjbiped.exchange.formats import PARQUET
 from mjbiped.records.columns import Column, tables_of
 from mjbiped.records.frames import Flat, attributes, flat_samples, flat_touchdowns, units_of
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
 
-CSV, PARQUET = ".csv", ".parquet"
-
 
 def write_samples(walk: Walk, path: Path) -> None:
-    """Write the samples of a walk; the suffix of the path is CSV or PARQUET. See `Walk.to_pandas` for the columns.
+    """Write the samples of a walk, as the suffix `.csv` or `.parquet` says; `Walk.to_pandas` explains the columns.
 
     Raises:
         InputError: PyArrow is not installed.
