@@ -83,7 +83,14 @@ def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
     ]
     if len(links) == 1:
         (leg,) = links
-        return Compass(leg.mass, hip_mass, leg.length - leg.centre, leg.centre, inertias[0], gravity)
+        return Compass(
+            leg_mass=leg.mass,
+            hip_mass=hip_mass,
+            lower_length=leg.length - leg.centre,
+            upper_length=leg.centre,
+            leg_inertia=inertias[0],
+            gravity=gravity,
+        )
     thigh, shank = links
     return KneedBiped(
         thigh_mass=thigh.mass,
