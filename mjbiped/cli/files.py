@@ -56,6 +56,16 @@ class Results:
         """Write arrays into `out`, an .npz file."""
         self.write("data", self.out, partial(write_arrays, arrays=arrays))
 
+    def save(self, walk: Walk) -> None:
+        """Write the record of a walk into `out`, in the format that its suffix names."""
+        if self.out is None or self.out.suffix == ".npz":
+            self.write("record", self.out, walk.save)
+            return
+        from mjbiped.exchange.records import parts_of  # for these formats alone
+
+        for kind, (file, make) in parts_of(walk, self.out).items():
+            self.write(kind, file, make)
+
     def draw(self, function: str, *shown: object) -> None:
         """Write the figure `plot`.
 

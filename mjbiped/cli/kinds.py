@@ -12,6 +12,7 @@ from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
+from mjbiped.exchange.formats import MODULES, check_format
 from mjbiped.gaits.described import parse_reference
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
@@ -20,6 +21,9 @@ from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, Ends
 from mjbiped.utils.files import check_writable
+
+MODEL = ".xml"
+"""Suffix of somebody's MJCF that is read as a robot."""
 
 
 class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
@@ -87,6 +91,17 @@ def output(*suffixes: str) -> Kind:
         except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
             raise InputError(f"{named} cannot be written: {getattr(error, 'strerror', None) or error}") from error
         return path
+
+    return Kind("FILE", read)
+
+
+def _record(*suffixes: str) -> Kind:
+    """Return the type of a file of a walk's record, for this program or with one of these suffixes for others."""
+    file = output(".npz", *suffixes)
+
+    def read(value: Any) -> Path:
+        path: Path = file.read(value)
+        return check_format(path) if path.suffix in suffixes else path
 
     return Kind("FILE", read)
 
@@ -169,7 +184,7 @@ def _reference(value: Any) -> str:
 
 def _robot(value: Any) -> str:
     text = str(value)
-    if text not in NAMED and not text.endswith(".toml"):
+    if text not in NAMED and not text.endswith((".toml", MODEL)):
         raise InputError("unknown robot")
     return text
 
@@ -199,6 +214,7 @@ _NUMBERS = [key for key in OWNERS if any(key in kind.numbers() for kind in KINDS
 _STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
+RECORD = _record(*MODULES)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
 DELAY = Kind("ZETA", _delay, f"{domains.REPLANNING_DELAY.words}, or 'none' to switch re-planning off")
@@ -215,7 +231,7 @@ MODEL_ERROR = Kind(
 CONTROLLER = Kind("NAME", _controller)
 OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)
 REFERENCE = Kind("GOAL", _reference)
-ROBOT = Kind("NAME|FILE", _robot, f"{', '.join(NAMED)}, or a .toml file")
+ROBOT = Kind("NAME|FILE", _robot, f"{', '.join(NAMED)}, or a .toml or {MODEL} file")
 VIDEO_SIZE = Kind("WxH", _video_size, f"WIDTHxHEIGHT, {_PIXELS}, as 1280x720")
 HIDDEN = Kind("NAMES", _of_look("hide"))
 VISUAL_FLAG = Kind("NAME", _of_look("flags"))

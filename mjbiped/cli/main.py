@@ -32,6 +32,7 @@ _COMMANDS = {
     "basin": ("maps:basin", "Map the initial rates of the legs from which the robot settles into walking, or falls."),
     "stability": ("gaits:stability", "Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file."),
     "render": ("walks:render", "Draw the walk of RECORD, an .npz file: a video, a figure."),
+    "export": ("export:export", "Write a scene, a robot or a record to FILE, for other programs."),
     "view": (
         "view:view",
         "Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.",
@@ -130,6 +131,7 @@ def main() -> None:
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4
+      mjbiped export walk.npz walk.mcap
       mjbiped view random:seed=7
       mjbiped report walk.npz
       mjbiped sweep study.toml

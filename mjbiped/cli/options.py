@@ -45,18 +45,20 @@ ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", 
 ROBOT, VIDEO = "Robot", "Video"
 """Sections of the help."""
 
+SEED: Row = ("--seed", domains.SEED, "Seed of random ground.")
+INITIAL: Row = (
+    "--initial",
+    kinds.INITIAL_STATE,
+    "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
+    "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
+    "gait",
+)
 walk_options = options(
     "Walk",
-    ("--seed", domains.SEED, "Seed of random ground."),
+    SEED,
     ("--steps", domains.STEPS, f"End after this many steps; {DEFAULT_STEPS} unless a distance is given."),
     ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
-    (
-        "--initial",
-        kinds.INITIAL_STATE,
-        "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
-        "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
-        "gait",
-    ),
+    INITIAL,
     (
         "--controller",
         kinds.CONTROLLER,
@@ -197,7 +199,8 @@ ROBOTS = " ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for n
 KIND: Row = (
     "--robot",
     kinds.ROBOT,
-    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record. Options below change single parameters.",
+    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record; or an .xml file (MJCF) of a planar biped, "
+    "see docs/exports.md. Options below change single parameters.",
     Compass.kind,
 )
 robot_options = together(options(ROBOT, KIND), parameter_options(NAMED))
@@ -245,7 +248,11 @@ walker_options = together(
 
 # ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-RECORD: Row = ("--out", kinds.output(".npz"), "Write the record, an .npz file.")
+RECORD: Row = (
+    "--out",
+    kinds.RECORD,
+    "Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs.",
+)
 RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
 DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")
 _WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())

@@ -12,7 +12,7 @@ import click
 
 import mjbiped
 from mjbiped.cli import options
-from mjbiped.cli.kinds import OWNERS
+from mjbiped.cli.kinds import MODEL, OWNERS
 from mjbiped.cli.sections import is_given, refuse, section, taken
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
@@ -72,6 +72,12 @@ def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     """Return kind and parameters of a robot, by its name or its file."""
     if name in NAMED:
         return named(name)
+    if name.endswith(MODEL):
+        from mjbiped.exchange.foreign import read_robot  # for such files alone
+
+        with prefixed("--robot "):
+            robot = read_robot(name)
+        return type(robot), {key: getattr(robot, key) for key in robot.parameters()}
     with prefixed(f"--robot {shown(name)}: "):
         written = parse_toml(read_text(Path(name)))
     kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]

@@ -58,7 +58,7 @@ def walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
         done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
     except mjbiped.WalkStopped as stop:
         done, status, trouble = stop.walk, 1, str(stop)
-    results.write("record", results.out, done.save)
+    results.save(done)
     if trouble:
         results.fail(status, trouble + (f"; what was walked is in {results.out}" if results.written else ""))
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -63,6 +64,11 @@ def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
         of_parts = column.unit.split(", ") if ", " in column.unit else [column.unit] * column.width
         units |= dict(zip(_names(name, column), of_parts, strict=True))
     return units
+
+
+def attributes(units: Mapping[str, str]) -> dict[str, str]:
+    """Return the metadata of a Parquet file from which pandas reads units by column, `frame.attrs["units"]`."""
+    return {"PANDAS_ATTRS": json.dumps({"units": dict(units)})}
 
 
 def frames(walk: Walk) -> Frames:

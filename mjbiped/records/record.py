@@ -239,7 +239,10 @@ class Walk:
         """
         path = Path(path)
         if path.suffix != ".npz":
-            raise RecordError(f"a walk's record is an .npz file; cannot save as {shown(path.name)}")
+            raise RecordError(
+                f"a walk's record is an .npz file; cannot save as {shown(path.name)}. For other programs: "
+                "mjbiped.exchange.records.export_walk"
+            )
         header = {
             "format": FORMAT,
             "version": FORMAT_VERSION,

@@ -6,7 +6,6 @@ interrupted study thus loses no samples and walks nothing twice.
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Sequence
 from contextlib import suppress
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.records.columns import tables_of
-from mjbiped.records.frames import units_of
+from mjbiped.records.frames import attributes, units_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.sweeps.cell import TRAJECTORY, Row
 from mjbiped.sweeps.store import Store
@@ -137,7 +136,7 @@ class Trajectories:
         schema = self._arrow.unify_schemas([self._parquet.read_schema(piece) for piece in pieces])
         known = {name: unit for kind in KINDS.values() for name, unit in units_of(tables_of(kind).samples).items()}
         units = {name: unit for name, unit in known.items() if name in schema.names}
-        schema = schema.with_metadata({"PANDAS_ATTRS": json.dumps({"units": units})})  # pandas' own name for `attrs`
+        schema = schema.with_metadata(attributes(units))
         with saved(self._whole) as unfinished, self._parquet.ParquetWriter(unfinished, schema) as writer:
             for piece in pieces:
                 table = self._parquet.read_table(piece)

@@ -13,7 +13,13 @@ from mjbiped.errors import InputError
 
 _OURS = Path(__file__).parents[2] / "controllers"
 
-_IN_WORDS = {"distributed": "Dask Distributed", "pyarrow": "PyArrow", "plotly": "Plotly", "jinja2": "Jinja"}
+_IN_WORDS = {
+    "distributed": "Dask Distributed",
+    "pyarrow": "PyArrow",
+    "plotly": "Plotly",
+    "jinja2": "Jinja",
+    "mcap_ros2": "mcap-ros2-support",
+}
 
 
 def needed(module: str, extra: str, what: str) -> ModuleType:

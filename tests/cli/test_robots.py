@@ -16,6 +16,7 @@ from mjbiped.cli.options import parameter_options
 from mjbiped.cli.sections import SectionCommand
 from mjbiped.control.registry import controller_from, make_controller
 from mjbiped.errors import InputError
+from mjbiped.exchange.mjcf import export_scene
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -66,11 +67,19 @@ def test_robots_by_file(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
     assert asked(walks, "--robot", path) == mjbiped.Compass(leg_mass=3.5)
 
 
+def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
+    path = tmp_path / "mine.xml"
+    export_scene(mjbiped.Compass(hip_mass=2.0), mjbiped.Terrain.level(), path)
+    assert asked(walks, "--robot", path) == mjbiped.Compass(hip_mass=2.0)
+    assert asked(walks, "--robot", path, "--sole", 0.1) == mjbiped.Compass(hip_mass=2.0, sole=(0.1, 0.1))
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--robot", "knee"), "expected compass, kneed, wheel, halved-rods, or a .toml file"),
+        (("--robot", "knee"), "expected compass, kneed, wheel, halved-rods, or a .toml or .xml file"),
         (("--robot", "none.toml"), "there is no such file"),
+        (("--robot", "none.xml"), "--robot 'none.xml': there is no such file"),
         (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing"),
         (("--thigh-mass", 4), "--thigh-mass is for --robot kneed, halved-rods; compass has no such thing"),
         (

@@ -25,7 +25,8 @@ from controllers import AdaptiveController, Controller, Memory
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP
-from mjbiped.engines.mujoco.simulation import START_DEPTH, Simulation
+from mjbiped.engines.mujoco.scene import START_DEPTH
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.step_size import STIFFNESS
 from mjbiped.records import measures
 from mjbiped.records.columns import TOUCHDOWNS, split

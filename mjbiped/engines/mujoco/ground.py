@@ -58,7 +58,7 @@ class Ground:
         end: Where the last segment ends, x in m.
     """
 
-    def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto") -> None:
+    def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto", cut: int = 0) -> None:
         """Cut a terrain.
 
         A heightfield's columns are equidistant, so neighbouring segments share one only while their widths are equal
@@ -68,6 +68,7 @@ class Ground:
             terrain: The profile.
             reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
             kind: "auto" (see the module), or "heightfield" or "boxes" for all stretches alike.
+            cut: A segment with which a piece begins in any case.
 
         Raises:
             InputError: The kind is unknown.
@@ -86,6 +87,7 @@ class Ground:
         self._field = uneven[self._stretch] if kind == "auto" else np.full(len(widths), kind == "heightfield")
         unlike = np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])
         begins = np.append(True, unlike | stepped[1:] | ~self._field[1:])
+        begins[cut] = True
         if len(widths) > FEW_SEGMENTS:
             index = np.arange(len(widths))
             begins |= (index - np.maximum.accumulate(np.where(begins, index, 0))) % _LONGEST_RUN == 0

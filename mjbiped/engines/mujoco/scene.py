@@ -8,7 +8,7 @@ this module writes the robot's parameters over it and puts the terrain in the fl
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
@@ -20,6 +20,7 @@ from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNE
 from mjbiped.robots.bodies import Limb, Segment
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
 SMALLEST_HIP_MASS = 1e-7
@@ -27,6 +28,9 @@ SMALLEST_HIP_MASS = 1e-7
 
 SMALLEST_INERTIA = 2e-10
 """The same for a link without inertia about its centre of mass, in its mass times leg length squared."""
+
+START_DEPTH = 1e-6
+"""Of the first stance foot, m: exactly on the surface it may touch a heightfield's inner edge."""
 
 COARSE = 64
 """Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
@@ -74,22 +78,51 @@ def compose_scene(
     Returns:
         The scene.
     """
-    spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
+    spec = scene_spec(robot, ground, segments, timestep=timestep)
     spec.nuserdata = userdata
     spec.add_numeric(name=RECORDS, size=RECORDS_SIZE, data=[0.0] * RECORDS_SIZE)
-    _set_robot(spec, robot, timestep)
-    spec.delete(spec.geom("floor"))
-    ground.add_to(spec, segments)
     if scenery:
         begins = segments[0] == 0
         add_section(spec, ground.profile(segments), robot.leg_length, begins=begins)
     else:
         for texture in spec.textures:
             texture.width = texture.height = COARSE
-    for key in list(spec.keys):
-        spec.delete(key)  # they hold Table I's postures on a 2 degree slope
     start, end = ground.start_of(segments[0]), ground.stop_of(segments[-1])
     return Scene(spec.compile(), segments, start, end, ground.pieces(segments))
+
+
+def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float) -> mujoco.MjSpec:
+    """Build the scene as a specification, which MuJoCo can compile or write as a file; see `compose_scene`."""
+    spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
+    _set_robot(spec, robot, timestep)
+    spec.delete(spec.geom("floor"))
+    ground.add_to(spec, segments)
+    for key in list(spec.keys):
+        spec.delete(key)  # they hold Table I's postures on a 2 degree slope
+    return spec
+
+
+def first_state(
+    robot: Robot, terrain: Terrain, q: Sequence[float], dq: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """Place the first stance foot at x = 0 under a straight leg.
+
+    Args:
+        robot: The robot.
+        terrain: The ground's profile.
+        q: Angles from the ground's normal under x = 0, stance leg first, rad.
+        dq: Their rates, rad/s.
+
+    Returns:
+        The posture and its rates, in the order of `robot.places`, m, rad, m/s and rad/s.
+    """
+    slope, height, length = terrain.slope_at(0.0), terrain.height_at(0.0), robot.leg_length
+    posture = list(robot.posture((0.0, height), 0, [angle + slope for angle in q]))
+    posture[1] -= START_DEPTH
+    leg = q[0] + slope
+    # `posture` is linear in the angles behind the hip's place, so it also maps rates
+    rates = [length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:]]
+    return posture, rates
 
 
 def models_folder() -> Path:

@@ -32,7 +32,7 @@ from mjbiped.engines.mujoco.contacts import refuses
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
-from mjbiped.engines.mujoco.scene import Scene
+from mjbiped.engines.mujoco.scene import Scene, first_state
 from mjbiped.engines.mujoco.servo import NONE, servo_of
 from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
 from mjbiped.engines.mujoco.termination import ground_needed, limits_of
@@ -43,7 +43,6 @@ from mjbiped.records.rows import rows_of
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
 
-START_DEPTH = 1e-6  # of the stance foot, m: exactly on the surface it may touch a heightfield's inner edge
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # most physics steps in one call
 
@@ -188,15 +187,11 @@ class Simulation:
 
     def _place(self, q: Sequence[float], dq: Sequence[float]) -> None:
         """Place the first stance foot at x = 0 under a straight leg, and initialise the controller's memory."""
-        robot, terrain, length = self.plan.robot, self.plan.terrain, self.limits.leg_length
+        terrain, qpos, qvel = self.plan.terrain, [0.0] * self.model.nq, [0.0] * self.model.nv
         slope, height = terrain.slope_at(0.0), terrain.height_at(0.0)
-        leg, qpos, qvel = q[0] + slope, [0.0] * self.model.nq, [0.0] * self.model.nv
-        posture = robot.posture((0.0, height), 0, [angle + slope for angle in q])
-        # `posture` is linear in the angles behind the hip's place, so it also maps rates
-        rates = (length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:])
-        for index, place, rate in zip(self.constants.places.order, posture, rates, strict=True):
+        states = zip(self.constants.places.order, *first_state(self.plan.robot, terrain, q, dq), strict=True)
+        for index, place, rate in states:
             qpos[index], qvel[index] = place, rate
-        qpos[1] -= START_DEPTH
         self.data.qpos[:] = qpos
         self.data.qvel[:] = qvel
         u, _, memory, _ = self._here

@@ -1,0 +1,239 @@
+"""Robots from anybody's MJCF: a compass or a biped with knees, found by how its bodies hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
+from mjbiped.errors import InputError, prefixed, shortened, shown
+from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
+from mjbiped.robots.bodies import Segment
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
+from mjbiped.utils.mujoco import mujoco
+from mjbiped.utils.reading import require_file
+
+_SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
+_ON_LINE = 1e-6  # leg lengths; farthest place of a centre of mass from its link's line
+
+
+class _Piece(NamedTuple):
+    """A link of a leg as it hangs: its part of the model, and its upper and lower end, each of shape (2,), m."""
+
+    part: Part
+    upper: Vector
+    lower: Vector
+
+
+_Leg = list[_Piece]
+
+
+def read_robot(path: str | Path) -> Compass | KneedBiped:
+    """Read a robot from an MJCF file: masses, lengths, inertias and gravity.
+
+    The file's names do not matter. Its moving bodies must be a planar biped of two equal legs, each of one link or of
+    two with a knee between them, hinged to each other or to a hip that slides and does not turn. Feet are the spheres,
+    or ends of capsules, farthest from the last hinge. Ground, motors, limits and locks are left aside.
+
+    Args:
+        path: The file, which MuJoCo must be able to compile.
+
+    Returns:
+        The robot. A mass at the hip that is too small for a body in MuJoCo counts as none.
+
+    Raises:
+        InputError: The file cannot be read, or holds no such robot; the message says what is missing.
+    """
+    path = Path(path)
+    with prefixed(f"{shown(str(path))}: "):
+        require_file(path)
+        try:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        except ValueError as error:
+            raise InputError(f"MuJoCo cannot read it: {shortened(' '.join(str(error).split()))}") from error
+        robot = _robot_of(parts_of(model), float(np.linalg.norm(model.opt.gravity)))
+        check_lossless(model)
+        return robot
+
+
+def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
+    """Recognise a robot in the parts of a model."""
+    hip_mass, legs = _legs_of(parts)
+    if len(legs[0]) != len(legs[1]) or len(legs[0]) > 2:
+        told = " and of ".join(", ".join(piece.part.name for piece in leg) for leg in legs)
+        raise InputError(
+            f"its legs are made of {told}; expected one link each, or a thigh and a shank: weld other links"
+        )
+    unequal = _difference(legs)
+    if unequal:  # a point mass at the hip may be welded to one of them
+        beside, legs = _without_point_mass(legs)
+        if _difference(legs):
+            raise InputError(f"its legs are not equal: {unequal}")
+        hip_mass += beside
+    links = [_segment(piece) for piece in legs[0]]
+    total, length = hip_mass + 2.0 * sum(link.mass for link in links), sum(link.length for link in links)
+    if hip_mass <= (1.0 + _SAME) * SMALLEST_HIP_MASS * total:
+        hip_mass = 0.0
+    inertias = [
+        link.inertia * (link.inertia > (1.0 + _SAME) * SMALLEST_INERTIA * link.mass * length**2) for link in links
+    ]
+    if len(links) == 1:
+        (leg,) = links
+        return Compass(
+            leg_mass=leg.mass,
+            hip_mass=hip_mass,
+            lower_length=leg.length - leg.centre,
+            upper_length=leg.centre,
+            leg_inertia=inertias[0],
+            gravity=gravity,
+        )
+    thigh, shank = links
+    return KneedBiped(
+        thigh_mass=thigh.mass,
+        shank_mass=shank.mass,
+        hip_mass=hip_mass,
+        thigh_length=thigh.length,
+        shank_length=shank.length,
+        thigh_centre=thigh.centre,
+        shank_centre=shank.centre,
+        thigh_inertia=inertias[0],
+        shank_inertia=inertias[1],
+        gravity=gravity,
+    )
+
+
+def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[_Leg, _Leg]]:
+    """Find the hip, and return the mass of a body that slides there, kg, and both legs from the hip down.
+
+    Raises:
+        InputError: There is no hip between two legs.
+    """
+    roots = [number for number, part in enumerate(parts) if part.parent < 0]
+    if len(roots) != 1:
+        told = " and ".join(parts[root].name for root in roots)
+        raise InputError(f"{told} hang on the world apart; expected one body that carries all others")
+    (root,) = roots
+    if not parts[root].turns:
+        first, *others = _neighbours(parts, root) or [root]
+        if len(others) != 1:
+            carried = len(_neighbours(parts, root))
+            raise InputError(f"{parts[root].name} slides and carries {carried} hinged bodies; expected two legs")
+        (second,) = others
+        hips = parts[first].anchor, parts[second].anchor
+        if np.linalg.norm(hips[0] - hips[1]) > _SAME:
+            raise InputError(
+                f"{parts[first].name} and {parts[second].name} have hinges apart; expected one hip for both legs"
+            )
+        return parts[root].mass, (_leg(parts, root, first), _leg(parts, root, second))
+    chain = _chain_of(parts)
+    middle = len(chain) // 2
+    if len(chain) % 2:
+        raise InputError(
+            f"{parts[chain[middle]].name} turns between the legs; expected no trunk: let the hip slide without a "
+            "hinge, or hinge the legs to each other"
+        )
+    first, second = chain[middle - 1], chain[middle]
+    return 0.0, (_leg(parts, second, first), _leg(parts, first, second))
+
+
+def _chain_of(parts: Sequence[Part]) -> list[int]:
+    """Return the numbers of all parts from one foot to the other.
+
+    Raises:
+        InputError: The parts are not a chain.
+    """
+    ends = [number for number in range(len(parts)) if len(_neighbours(parts, number)) < 2]
+    chain = [ends[0]]
+    while following := [each for each in _neighbours(parts, chain[-1]) if each not in chain[-2:-1]]:
+        if len(following) > 1:
+            raise InputError(
+                f"{parts[chain[-1]].name} carries more than one leg beside its own; expected two legs in all"
+            )
+        chain += following
+    if len(parts) < 2:
+        raise InputError(f"only {parts[0].name} moves; expected two legs with a hinge between them")
+    return chain
+
+
+def _neighbours(parts: Sequence[Part], number: int) -> list[int]:
+    """Parts that a part is hinged to."""
+    carried = [each for each, part in enumerate(parts) if part.parent == number]
+    return carried if parts[number].parent < 0 else [parts[number].parent, *carried]
+
+
+def _leg(parts: Sequence[Part], above: int, first: int) -> _Leg:
+    """Follow a leg from the hip down.
+
+    Raises:
+        InputError: It branches, or has no foot.
+    """
+    leg, before, here = [], above, first
+    upper = _hinge(parts, above, first)
+    while following := [each for each in _neighbours(parts, here) if each != before]:
+        if len(following) > 1:
+            raise InputError(f"{parts[here].name} carries {len(following)} bodies; expected one shank, or none")
+        lower = _hinge(parts, here, following[0])
+        leg.append(_Piece(parts[here], upper, lower))
+        before, here, upper = here, following[0], lower
+    last = parts[here]
+    if not last.ends:
+        raise InputError(
+            f"{last.name} has no foot; expected a sphere or a capsule that can touch something (contype or "
+            "conaffinity), with its end where the foot stands"
+        )
+    foot = max(last.ends, key=lambda end: float(np.linalg.norm(end - upper)))
+    return [*leg, _Piece(last, upper, foot)]
+
+
+def _hinge(parts: Sequence[Part], one: int, other: int) -> Vector:
+    """Place of the hinge between two parts."""
+    return parts[other if parts[other].parent == one else one].anchor
+
+
+def _without_point_mass(legs: tuple[_Leg, _Leg]) -> tuple[float, tuple[_Leg, _Leg]]:
+    """Take from the heavier leg a point mass at the hip that makes it as heavy as the other, kg."""
+    masses = [leg[0].part.mass for leg in legs]
+    heavier, mass = int(np.argmax(masses)), min(masses)
+    part, hip, _ = legs[heavier][0]
+    off = part.centre - hip
+    centre = part.mass / mass * off
+    about_hip = part.inertia + part.mass * float(off @ off)
+    lighter = part._replace(mass=mass, centre=hip + centre, inertia=about_hip - mass * float(centre @ centre))
+    changed = [legs[heavier][0]._replace(part=lighter), *legs[heavier][1:]]
+    return max(masses) - mass, ((changed, legs[1]) if heavier == 0 else (legs[0], changed))
+
+
+def _difference(legs: tuple[_Leg, _Leg]) -> str:
+    """Say in which number two legs differ; empty if they are equal."""
+    scale = sum(_segment(piece).length for piece in legs[0])
+    for ours, theirs in zip(*legs, strict=True):
+        units = Segment("", ours.part.mass, scale, scale, ours.part.mass * scale**2)
+        for name, unit in zip(Segment._fields[1:], units[1:], strict=True):
+            one, other = getattr(_segment(ours), name), getattr(_segment(theirs), name)
+            if abs(one - other) > _SAME * unit:
+                return f"{name} {one:.6g} of {ours.part.name}, and {other:.6g} of {theirs.part.name}"
+    return ""
+
+
+def _segment(piece: _Piece) -> Segment:
+    """A link as the robots here have it.
+
+    Raises:
+        InputError: Its centre of mass does not lie on it.
+    """
+    part, upper, lower = piece
+    length = float(np.linalg.norm(lower - upper))
+    if not length:
+        raise InputError(f"{part.name} has no length; expected a foot or a knee apart from the hinge above it")
+    along, (x, z) = (lower - upper) / length, part.centre - upper
+    centre, beside = float(along @ (x, z)), abs(float(along[0] * z - along[1] * x))
+    if beside > _ON_LINE * length or not 0.0 <= centre <= length:
+        raise InputError(
+            f"the centre of mass of {part.name} lies {beside:.3g} m beside the line from its hinge to its lower end, "
+            f"{centre:.3g} m along it; expected 0 m, and 0 to {length:.3g} m"
+        )
+    return Segment(part.name, part.mass, length, centre, part.inertia)

@@ -1,0 +1,99 @@
+"""A robot as a tree of links and joints, for formats of robotics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
+from mjbiped.robots.robot import Robot
+
+WORLD, SLIDER, HIP = "world", "slider", "hip"
+"""Names of the links above the legs."""
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+
+_POINT_INERTIA = 1e-8  # kg m^2, of links that do not turn; simulators refuse none
+
+
+class Rod(NamedTuple):
+    """A segment as it is seen from its joint.
+
+    Attributes:
+        angle: Angle from the link's downward axis, rad, positive forward.
+        across: Place across the walking direction, m.
+        length: m.
+        foot: Whether it ends in a foot.
+    """
+
+    angle: float
+    across: float
+    length: float
+    foot: bool
+
+
+class Link(NamedTuple):
+    """A link, and the joint that holds it.
+
+    Attributes:
+        name: Name of the link.
+        parent: Name of the link that holds it.
+        joint: Name of the joint: that of the number in postures (`Robot.places`).
+        slides: Whether the joint is a slide, m; else it is a hinge, rad.
+        axis: Axis of the joint: X, Y or Z.
+        below: Distance of the joint below that of the parent, m.
+        bends: Whether the joint bends to one side only, as a knee.
+        mass: kg.
+        centre: Distance of the centre of mass below the joint, m.
+        inertia: About the centre of mass, kg m^2.
+        rods: What is seen of the link, and touches the ground.
+    """
+
+    name: str
+    parent: str
+    joint: str
+    slides: bool
+    axis: tuple[int, int, int]
+    below: float = 0.0
+    bends: bool = False
+    mass: float = 0.0
+    centre: float = 0.0
+    inertia: float = _POINT_INERTIA
+    rods: tuple[Rod, ...] = ()
+
+
+def links_of(robot: Robot) -> list[Link]:
+    """Return the links of a robot below the world, parents first.
+
+    Simulators refuse links without mass: those have `SMALLEST_HIP_MASS` of the robot's.
+    """
+    bodies, least = robot.bodies, SMALLEST_HIP_MASS * robot.total_mass
+    links = [
+        Link(SLIDER, WORLD, "hip_x", True, X, mass=least),
+        Link(HIP, SLIDER, "hip_z", True, Z, mass=max(bodies.hip_mass, least)),
+    ]
+    for hinge in dict.fromkeys(limb.hinge for limb in bodies.limbs):
+        limbs = [limb for limb in bodies.limbs if limb.hinge == hinge]
+        parent, below = HIP, 0.0
+        for number, segment in enumerate(bodies.leg):
+            name = f"{limbs[0].name}_{segment.name}" if len(limbs) == 1 else robot.kind
+            length, last = robot.leg_length, number == len(bodies.leg) - 1
+            rods = tuple(Rod(limb.offset, length * limb.across, segment.length, last) for limb in limbs)
+            inertia = max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)
+            moved = (segment.mass, segment.centre, inertia)
+            joint = f"{limbs[0].name}_knee" if number else hinge
+            links.append(Link(name, parent, joint, False, Y, below, number > 0, *moved, rods))
+            parent, below = name, segment.length
+    return links
+
+
+def end_of(rod: Rod, share: float = 1.0) -> tuple[float, float, float]:
+    """Return a point of a rod in the link's frame, at a share of its length from the joint, m."""
+    down = share * rod.length
+    return 0.0 - down * math.sin(rod.angle), rod.across, -down * math.cos(rod.angle)
+
+
+def joined(numbers: Iterable[float]) -> str:
+    """Write numbers exactly, as XML attributes have them."""
+    return " ".join(str(number) for number in numbers)

@@ -1,0 +1,161 @@
+"""A walk as an MCAP recording of ROS 2 messages, which Foxglove, PlotJuggler, Rerun, RViz and ROS 2 replay.
+
+| topic | message | what |
+|---|---|---|
+| `/robot_description` | String | the robot as URDF, once |
+| `/ground` | Marker | the ground's profile as a line, once |
+| `/joint_states` | JointState | places and rates of the URDF's joints, at each sample |
+| `/tf` | TFMessage | places of the URDF's links, at each sample |
+| `/torques` | JointState | torques of the robot's motors as efforts, at each sample |
+
+Times are those of the walk, from 0 s.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import InputError
+from mjbiped.exchange.links import WORLD, Link, links_of
+from mjbiped.exchange.messages import JOINT_STATE, MARKER, STRING, TF, definition_of
+from mjbiped.exchange.urdf import urdf_of
+from mjbiped.records.record import Walk
+from mjbiped.robots.robot import Robot
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.files import saved
+from mjbiped.utils.packages import needed
+
+_LINE_STRIP = 4  # of visualization_msgs/msg/Marker
+_BEYOND = 1.0  # ground that is drawn before and behind the robot, leg lengths
+_THICKNESS = 0.01  # of its line, leg lengths
+
+Message = dict[str, Any]
+
+
+def write_recording(walk: Walk, path: Path) -> None:
+    """Write the samples of a walk as an MCAP recording.
+
+    Raises:
+        InputError: The walk has no samples, or the library is not installed.
+        RecordError: The file cannot be written.
+    """
+    writer_module = needed("mcap_ros2.writer", "ros", "an MCAP recording")
+    if not len(walk.samples["time"]):
+        raise InputError("the walk has no samples to record; walk with a sample period")
+    with saved(path) as unfinished, unfinished.open("wb") as stream:
+        writer = writer_module.Writer(stream)
+        schemas = {
+            kind: writer.register_msgdef(kind, definition_of(kind)) for kind in (STRING, MARKER, JOINT_STATE, TF)
+        }
+        for time, topic, kind, message in _messages(walk):
+            writer.write_message(topic, schemas[kind], message, log_time=time)
+        told = {"outcome": walk.outcome, "settings": json.dumps(dict(walk.settings))}
+        writer.add_metadata("mjbiped", told)
+        writer.finish()
+
+
+def _messages(walk: Walk) -> Iterator[tuple[int, str, str, Message]]:
+    """Yield all messages in the order of time: time in ns, topic, kind, content."""
+    robot, samples = walk.robot, walk.samples
+    links = links_of(robot)
+    first = _nanoseconds(samples["time"][0])
+    yield first, "/robot_description", STRING, {"data": urdf_of(robot)}
+    yield first, "/ground", MARKER, _ground(walk.terrain, samples["qpos"][:, 0], robot.leg_length, first)
+    rates = joint_rates(robot, samples)
+    for row, time in enumerate(map(_nanoseconds, samples["time"])):
+        qpos = samples["qpos"][row].tolist()
+        states = {"name": list(robot.places), "position": qpos, "velocity": rates[row].tolist(), "effort": []}
+        yield time, "/joint_states", JOINT_STATE, {"header": _header(time), **states}
+        places = dict(zip(robot.places, qpos, strict=True))
+        yield time, "/tf", TF, {"transforms": [_transform(time, link, places) for link in links]}
+        torques = {
+            "name": list(robot.joints),
+            "effort": samples["torque"][row].tolist(),
+            "position": [],
+            "velocity": [],
+        }
+        yield time, "/torques", JOINT_STATE, {"header": _header(time), **torques}
+
+
+def joint_rates(robot: Robot, samples: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+    """Return the rates of the postures `qpos` in a walk's samples, shape (n, len(places)), m/s and rad/s.
+
+    The robot turns about its stance foot, which stands.
+    """
+    rows = zip(samples["dq"].tolist(), samples["stance"].tolist(), samples["qpos"], strict=True)
+    return np.array([_rates(robot, dq, stance, qpos) for dq, stance, qpos in rows])
+
+
+def _rates(robot: Robot, dq: Sequence[float], stance: int, qpos: NDArray[np.float64]) -> list[float]:
+    """Rates of a posture."""
+    # `posture` is linear in the angles behind the hip's place, but for the turns that a wheel has made
+    turning, still = (robot.posture((0.0, 0.0), stance, angles)[2:] for angles in (dq, [0.0] * len(dq)))
+    x, z = (qpos[:2] - robot.limbs(qpos)[stance, -1]).tolist()
+    return [dq[0] * z, -dq[0] * x, *(after - before for after, before in zip(turning, still, strict=True))]
+
+
+def _transform(time: int, link: Link, places: Mapping[str, float]) -> Message:
+    """Place of a link in that which holds it."""
+    place = places[link.joint]
+    half, moved = (0.0, place) if link.slides else (0.5 * place, 0.0)
+    x, y, z = (part * moved for part in link.axis)
+    return {
+        "header": _header(time, link.parent),
+        "child_frame_id": link.name,
+        "transform": {
+            "translation": {"x": x, "y": y, "z": z - link.below},
+            "rotation": {"x": 0.0, "y": math.sin(half), "z": 0.0, "w": math.cos(half)},
+        },
+    }
+
+
+def _ground(terrain: Terrain, hips: NDArray[np.float64], length: float, time: int) -> Message:
+    """The ground under a walk as a line."""
+    low, high = float(hips.min()) - _BEYOND * length, float(hips.max()) + _BEYOND * length
+    points = [{"x": x, "y": 0.0, "z": z} for x, z in _profile(terrain, low, high)]
+    return {
+        "header": _header(time),
+        "ns": "ground",
+        "id": 0,
+        "type": _LINE_STRIP,
+        "action": 0,
+        "pose": {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}},
+        "scale": {"x": _THICKNESS * length, "y": 0.0, "z": 0.0},
+        "color": {"r": 0.45, "g": 0.4, "b": 0.35, "a": 1.0},
+        "lifetime": {"sec": 0, "nanosec": 0},
+        "frame_locked": False,
+        "points": points,
+        "colors": [],
+        "texture_resource": "",
+        "texture": {"header": _header(time), "format": "", "data": b""},
+        "uv_coordinates": [],
+        "text": "",
+        "mesh_resource": "",
+        "mesh_file": {"filename": "", "data": b""},
+        "mesh_use_embedded_materials": False,
+    }
+
+
+def _profile(terrain: Terrain, low: float, high: float) -> Iterator[tuple[float, float]]:
+    """Points of the ground between two places, m; two above each other where there is a step."""
+    starts = [-math.inf, *terrain.x[1:]]
+    for index, (start, stop) in enumerate(zip(starts, [*starts[1:], math.inf], strict=True)):
+        first, last = max(start, low), min(stop, high)
+        if first < last:
+            for x in (first, last):
+                yield x, terrain.z[index] + terrain.gradients[index] * (x - terrain.x[index])
+
+
+def _header(time: int, frame: str = WORLD) -> Message:
+    return {"stamp": {"sec": time // 10**9, "nanosec": time % 10**9}, "frame_id": frame}
+
+
+def _nanoseconds(time: float) -> int:
+    return round(float(time) * 1e9)

@@ -1,0 +1,137 @@
+"""A robot on its ground as one MJCF file, which opens in plain MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+from mjbiped.control.registry import SHARED
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.mujoco.ground import Ground
+from mjbiped.engines.mujoco.scene import first_state, scene_spec
+from mjbiped.engines.mujoco.termination import ground_needed
+from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
+from mjbiped.errors import GaitError, InputError
+from mjbiped.exchange.exact import exact_xml
+from mjbiped.exchange.notes import notes_of
+from mjbiped.gaits.described import passive_gait_of, usual_gait
+from mjbiped.gaits.gait import Periodic
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.files import saved
+from mjbiped.utils.mujoco import mujoco
+
+TIMESTEP = 1e-4
+"""Length of all physics steps, s: plain steps as long as this resolve impacts (docs/convergence.md)."""
+
+START = "start"
+"""Name of the keyframe with the start posture."""
+
+_STANCE, _OTHERS = 1, 2  # bits of contype and conaffinity: of the first stance foot, and of the other feet
+
+
+def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: str | Sequence[float] = "gait") -> None:
+    """Write a robot on its ground as one MJCF file, without controller, for plain MuJoCo.
+
+    The file begins with a comment on what mjbiped's own engine does beyond it. Its keyframe "start" is the first state.
+
+    Args:
+        robot: The robot.
+        terrain: The ground.
+        path: File to write, `.xml`.
+        initial: The first state: "rest"; the robot's angles and rates; or "gait", which is the start of the passive
+            gait of the slope under x = 0, and where there is none, of the gait that controllers imitate.
+
+    Raises:
+        InputError: The first state is refused as `mjbiped.walk` refuses it, or legs are too short or long for MuJoCo.
+        GaitError: The robot has no gait: give another first state.
+        RecordError: The file cannot be written.
+    """
+    plan = _planned(robot, terrain, initial)
+    root = _scene_of(plan)
+    root.insert(0, ElementTree.Comment(notes_of(robot, terrain, TIMESTEP)))
+    with saved(Path(path)) as unfinished:
+        ElementTree.ElementTree(root).write(unfinished, encoding="utf-8")
+
+
+def _planned(robot: Robot, terrain: Terrain, initial: str | Sequence[float]) -> Plan:
+    """Check robot and first state as for a walk without torques."""
+    if initial == "gait":
+        initial = _gait_of(robot, terrain.slope_at(0.0)).start.tolist()
+    terms = Terms(Mujoco(), None, None, robot, None, ScuffingRule())
+    return make_plan(terms, Unpowered(), terrain, initial)
+
+
+def _gait_of(robot: Robot, slope: float) -> Periodic:
+    """Return the passive gait on a slope (rad); where there is none, the gait that controllers imitate."""
+    try:
+        return passive_gait_of(robot, slope)
+    except GaitError:
+        pass
+    try:
+        return usual_gait(robot, math.radians(SHARED["imitate_slope_deg"]))
+    except GaitError as error:
+        raise GaitError(f'{error}; or begin at rest: initial="rest" (--initial rest)') from error
+
+
+def _scene_of(plan: Plan) -> ElementTree.Element:
+    """The scene with the first state of a walk."""
+    robot = plan.robot
+    reach = plan.terms.scuffing.reach * robot.leg_length
+    terrain, cut = _parted(plan.terrain, -reach if robot.collides_from_lift_off else reach)
+    ground = Ground(terrain, reach=ground_needed(robot, DEFAULT_STEPS, None), cut=cut)
+    spec = scene_spec(robot, ground, ground.segments, timestep=TIMESTEP)
+    spec.modelname = f"mjbiped {robot.kind}"
+    for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
+        spec.delete(sensor)  # they make MuJoCo call callbacks that are not there
+    _let_others_pass(spec, robot, ground, cut)
+    height = robot.leg_length + terrain.height_at(0.0)  # the file opens with the robot upright on the ground
+    spec.body("hip").pos = [0.0, 0.0, height]
+    spec.joint("hip_z").ref = height
+    model = spec.compile()
+    key = spec.add_key(name=START)
+    key.qpos, key.qvel = [0.0] * model.nq, [0.0] * model.nv
+    for name, place, rate in zip(robot.places, *first_state(robot, terrain, plan.q, plan.dq), strict=True):
+        address = int(model.joint(name).qposadr[0])
+        key.qpos[address], key.qvel[address] = place, rate
+    return exact_xml(spec, spec.compile())
+
+
+def _parted(terrain: Terrain, x: float) -> tuple[Terrain, int]:
+    """Let a segment that is not the first begin at x (m), and return its index.
+
+    Raises:
+        InputError: The terrain ends before x.
+    """
+    if x >= terrain.end:
+        raise InputError(
+            f"the ground ends at x = {terrain.end:g} m; expected more than {x:g} m, a place for a first step"
+        )
+    rows, index = list(zip(terrain.x, terrain.z, terrain.angle, strict=True)), terrain.segment_at(x)
+    begun = x, terrain.height_at(x), terrain.slope_at(x)
+    if x <= terrain.x[0]:  # the first segment extends backwards
+        rows[:1] = [(x - 1.0, terrain.height_at(x - 1.0), begun[2]), begun]
+        index = 1
+    elif terrain.x[index] != x:
+        index += 1
+        rows.insert(index, begun)
+    starts, heights, angles = zip(*rows, strict=True)
+    return replace(terrain, x=starts, z=heights, angle=angles), index
+
+
+def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int) -> None:
+    """Let all feet but the stance foot pass through the ground before the segment `cut`."""
+    ahead = {name for name, piece in ground.pieces(ground.segments).items() if piece.start >= cut}
+    ahead |= {f"riser_{index}" for index in ground.segments if index >= cut}
+    if ground.terrain.angle[cut - 1] == ground.terrain.angle[cut] and not ground.terrain.rises[cut]:
+        spec.delete(spec.geom(f"edge_{cut}"))  # a stripe where nothing is to be seen
+    for geom in spec.geoms:
+        if geom.name in ahead:
+            geom.conaffinity = _STANCE | _OTHERS
+    for limb in robot.bodies.limbs[1:]:
+        spec.geom(f"{limb.name}_foot").contype = _OTHERS

@@ -1,0 +1,167 @@
+"""The moving parts of a planar robot in anybody's MuJoCo model, seen in its plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.errors import InputError
+from mjbiped.utils.mujoco import mujoco
+
+Vector = NDArray[np.float64]
+
+_PARALLEL = 1e-6  # greatest sine of the angle between directions that count as one
+_SPHERE, _CAPSULE = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+class Part(NamedTuple):
+    """Bodies that are welded together and move as one, in the model's reference posture.
+
+    Attributes:
+        name: Name of its first body.
+        parent: Number of the part that holds it; -1: the world.
+        turns: Whether it turns against what holds it.
+        anchor: Place of the hinge that holds it, shape (2,), m; without a hinge its body's origin.
+        mass: kg.
+        centre: Place of its centre of mass, shape (2,), m.
+        inertia: About its centre of mass and the hinges' axis, kg m^2.
+        ends: Places of the spheres and of the ends of the capsules that can touch something, each of shape (2,), m.
+    """
+
+    name: str
+    parent: int
+    turns: bool
+    anchor: Vector
+    mass: float
+    centre: Vector
+    inertia: float
+    ends: tuple[Vector, ...]
+
+
+def parts_of(model: mujoco.MjModel) -> list[Part]:
+    """Return the moving parts, parents first.
+
+    Raises:
+        InputError: They are not those of a planar robot; the message continues the model's name.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    firsts = sorted({int(weld) for weld in model.body_weldid if weld})
+    if not firsts:
+        raise InputError("nothing in it moves; expected a robot whose bodies have joints")
+    plane, axis = _plane_of(model, data)
+    for first in firsts:
+        _check_joints(model, data, first, axis)
+    return [_part(model, data, first, firsts, plane, axis) for first in firsts]
+
+
+def check_lossless(model: mujoco.MjModel) -> None:
+    """Refuse what the robots of this package do not have.
+
+    Raises:
+        InputError: A joint or tendon has it.
+    """
+    properties = {
+        "damping": model.dof_damping,
+        "armature": model.dof_armature,
+        "frictionloss": model.dof_frictionloss,
+        "stiffness": model.jnt_stiffness,
+        "tendon damping": model.tendon_damping,
+        "tendon stiffness": model.tendon_stiffness,
+        "gravcomp": model.body_gravcomp,
+    }
+    for name, values in properties.items():
+        if np.any(values):
+            raise InputError(
+                f"it has {name} ({np.max(values):g}), which the robots here have not; set it to 0 in a copy"
+            )
+
+
+def _plane_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Vector, Vector]:
+    """Return the directions forward and up as rows, shape (2, 3), and the axis of the hinges, shape (3,).
+
+    Raises:
+        InputError: There are no hinges or no gravity, or the hinges are not horizontal.
+    """
+    hinges = [joint for joint in range(model.njnt) if model.jnt_type[joint] == _HINGE]
+    gravity = float(np.linalg.norm(model.opt.gravity))
+    if not hinges:
+        raise InputError("it has no hinges; expected a hip")
+    if not gravity:
+        raise InputError("it has no gravity; expected option gravity downwards")
+    up, axis = -model.opt.gravity / gravity, data.xaxis[hinges[-1]].copy()
+    if abs(up @ axis) > _PARALLEL:
+        raise InputError(
+            f"the hinge {_joint(model, hinges[-1])} is not horizontal; expected a robot that moves in a plane"
+        )
+    return np.array([np.cross(axis, up), up]), axis
+
+
+def _check_joints(model: mujoco.MjModel, data: mujoco.MjData, first: int, axis: Vector) -> None:
+    """Refuse joints that lead out of the plane, and parts that hang on others by anything but a hinge.
+
+    Raises:
+        InputError: The part of the body `first` is held by such joints.
+    """
+    start = int(model.body_jntadr[first])
+    joints, name = range(start, start + int(model.body_jntnum[first])), _body(model, first)
+    for joint in joints:
+        kind, along = model.jnt_type[joint], abs(float(data.xaxis[joint] @ axis))
+        if kind not in (_HINGE, _SLIDE):
+            raise InputError(f"{name} has a free or ball joint; expected slides and hinges, which keep it in a plane")
+        if (kind == _HINGE and along < 1.0 - _PARALLEL) or (kind == _SLIDE and along > _PARALLEL):
+            raise InputError(f"the joint {_joint(model, joint)} leads out of the plane of the others; remove it")
+    hinges = sum(model.jnt_type[joint] == _HINGE for joint in joints)
+    root = model.body_weldid[model.body_parentid[first]] == 0
+    if hinges > 1 or (not root and len(joints) != 1) or (not root and not hinges):
+        expected = "slides, and one hinge at most" if root else "one hinge"
+        raise InputError(f"{name} is held by {len(joints)} joints, {hinges} of them hinges; expected {expected}")
+
+
+def _part(
+    model: mujoco.MjModel, data: mujoco.MjData, first: int, firsts: list[int], plane: Vector, axis: Vector
+) -> Part:
+    """Gather what is welded to the body `first`."""
+    bodies = np.flatnonzero(model.body_weldid == first)
+    masses, places = model.body_mass[bodies], data.xipos[bodies] @ plane.T
+    mass = float(masses.sum())
+    centre = masses @ places / mass
+    across = data.ximat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1) @ axis  # the axis in each body's inertial frame
+    own = (model.body_inertia[bodies] * across**2).sum()
+    inertia = own + masses @ ((places - centre) ** 2).sum(axis=1)
+    start = int(model.body_jntadr[first])
+    hinges = [k for k in range(start, start + int(model.body_jntnum[first])) if model.jnt_type[k] == _HINGE]
+    parent = int(model.body_weldid[model.body_parentid[first]])
+    return Part(
+        name=_body(model, first),
+        parent=firsts.index(parent) if parent else -1,
+        turns=bool(hinges),
+        anchor=plane @ (data.xanchor[hinges[0]] if hinges else data.xpos[first]),
+        mass=mass,
+        centre=centre,
+        inertia=float(inertia),
+        ends=tuple(plane @ end for body in bodies for end in _ends(model, data, int(body))),
+    )
+
+
+def _ends(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Iterator[Vector]:
+    """Yield centres of the spheres and ends of the capsules' axes of a body that can touch something, shape (3,), m."""
+    for geom in np.flatnonzero(model.geom_bodyid == body):
+        if model.geom_contype[geom] or model.geom_conaffinity[geom]:
+            half = data.geom_xmat[geom].reshape(3, 3)[:, 2] * model.geom_size[geom, 1]
+            if model.geom_type[geom] == _SPHERE:
+                yield data.geom_xpos[geom]
+            elif model.geom_type[geom] == _CAPSULE:
+                yield from (data.geom_xpos[geom] - half, data.geom_xpos[geom] + half)
+
+
+def _body(model: mujoco.MjModel, body: int) -> str:
+    return f"the body {model.body(body).name!r}" if model.body(body).name else f"body {body}, which has no name,"
+
+
+def _joint(model: mujoco.MjModel, joint: int) -> str:
+    return repr(model.joint(joint).name) if model.joint(joint).name else f"number {joint}"

@@ -1,0 +1,199 @@
+"""Robots from MJCF: our own exports read again, models of other hands, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjbiped
+from mjbiped.errors import InputError
+from mjbiped.exchange.foreign import read_robot
+from mjbiped.exchange.mjcf import export_scene
+
+OURS = {
+    "compass": mjbiped.Compass(),
+    "moon": mjbiped.Compass(
+        leg_mass=1 / 3, hip_mass=0.7, lower_length=0.31, leg_inertia=0.0123456789012345, gravity=1.62
+    ),
+    "point masses": mjbiped.Compass(leg_inertia=0.0, hip_mass=3.0),
+    "kneed": mjbiped.KneedBiped(),
+    "no hip mass": mjbiped.KneedBiped(shank_mass=1 / 7, hip_mass=0.0, shank_length=1 / 3, thigh_inertia=0.0),
+}
+
+# A compass on its stance foot, which is hinged to the world: it moves in the plane y-z, and its swing leg is drawn
+# back. The mass of the hip is welded to the stance leg.
+PINNED = """
+<mujoco>
+  <compiler angle="degree"/>
+  <option gravity="0 0 -9.8"/>
+  <worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <body name="a" pos="0 2 0">
+      <joint name="foot" type="hinge" axis="-1 0 0"/>
+      <inertial pos="0 0 0.6" mass="4" diaginertia="0.3 0.25 0.1"/>
+      <geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.8"/>
+      <body name="load" pos="0 0 0.8"><inertial pos="0 0 0" mass="6" diaginertia="1e-9 1e-9 1e-9"/></body>
+      <body name="b" pos="0.1 0 0.8" euler="-30 0 0">
+        <joint name="hip" type="hinge" axis="-1 0 0"/>
+        <inertial pos="0 0 -0.2" euler="0 0 45" mass="4" diaginertia="0.2 0.4 0.3"/>
+        <geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.8"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+PINNED_ROBOT = mjbiped.Compass(
+    leg_mass=4.0, hip_mass=6.0, lower_length=0.6, upper_length=0.2, leg_inertia=0.3, gravity=9.8
+)
+
+# A biped with knees that hangs by a hip, made of geoms with masses; y is the axis, and the shanks turn about -y.
+LEG = """
+      <body name="NAME" pos="0 ACROSS 0">
+        <joint type="hinge" axis="0 1 0"/>
+        <geom type="box" size="0.05 0.05 0.1" pos="0 0 -0.15" mass="3" contype="0" conaffinity="0"/>
+        <body pos="0 0 -0.4">
+          <joint type="hinge" axis="0 -1 0"/>
+          <geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.5" mass="0" contype="0" conaffinity="0"/>
+          <geom type="box" size="0.03 0.02 0.05" pos="0 0 -0.1" mass="0.7" contype="0" conaffinity="0"/>
+          <geom name="NAME" type="sphere" size="0.02" pos="0 0 -0.5" mass="0"/>
+        </body>
+      </body>"""
+KNEED = f"""
+<mujoco>
+  <worldbody>
+    <body name="torso">
+      <joint type="slide" axis="1 0 0"/> <joint type="slide" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>
+      {LEG.replace("NAME", "one").replace("ACROSS", "0.1")}
+      {LEG.replace("NAME", "other").replace("ACROSS", "-0.1")}
+    </body>
+  </worldbody>
+</mujoco>
+"""
+KNEED_ROBOT = mjbiped.KneedBiped(
+    thigh_mass=3.0,
+    shank_mass=0.7,
+    hip_mass=2.0,
+    thigh_length=0.4,
+    shank_length=0.5,
+    thigh_centre=0.15,
+    shank_centre=0.1,
+    thigh_inertia=3.0 * (0.05**2 + 0.1**2) / 3.0,
+    shank_inertia=0.7 * (0.03**2 + 0.05**2) / 3.0,
+)
+
+
+def read(text: str, folder: Path) -> mjbiped.Compass | mjbiped.KneedBiped:
+    file = folder / "model.xml"
+    file.write_text(text, encoding="utf-8")
+    return read_robot(file)
+
+
+def numbers(robot: mjbiped.Compass | mjbiped.KneedBiped) -> list[float]:
+    return [getattr(robot, name) for name in robot.numbers()]
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_an_export_is_the_same_robot(name: str, tmp_path: Path) -> None:
+    robot = OURS[name]
+    export_scene(robot, mjbiped.Terrain.random(seed=1), tmp_path / "scene.xml", initial="rest")
+    found = read_robot(tmp_path / "scene.xml")
+    assert type(found) is type(robot)
+    assert numbers(found) == pytest.approx(numbers(robot), rel=1e-12, abs=0.0)
+
+
+def test_a_pinned_compass_of_other_names_and_axes(tmp_path: Path) -> None:
+    robot = read(PINNED, tmp_path)
+    assert numbers(robot) == pytest.approx(numbers(PINNED_ROBOT), rel=1e-8)  # the load has an inertia of 1e-9
+    model = mujoco.MjModel.from_xml_string(PINNED)
+    data, full = mujoco.MjData(model), np.zeros((2, 2))
+    data.qpos[:] = 0.2, 0.5
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, full)
+    absolute = np.array([[1.0, 0.0], [1.0, 1.0]])  # the swing leg's angle counts from the stance leg there
+    q = [0.2, 0.2 + 0.5 + np.radians(30.0)]
+    assert full == pytest.approx(absolute.T @ robot.mass_matrix(q) @ absolute, abs=2e-9)
+
+
+def test_a_biped_with_knees_of_geoms(tmp_path: Path) -> None:
+    robot = read(KNEED, tmp_path)
+    assert isinstance(robot, mjbiped.KneedBiped)
+    assert numbers(robot) == pytest.approx(numbers(KNEED_ROBOT), rel=1e-12)
+
+
+def test_a_chain_from_shank_to_shank(tmp_path: Path) -> None:
+    """The same robot, held at a shank that turns and slides."""
+    link = '<geom type="sphere" size="0.05" pos="0 0 {z}" mass="{m}" contype="0" conaffinity="0"/>'
+    foot = '<geom type="sphere" size="0.01" pos="0 0 {z}" mass="0"/>'
+    hinge = '<joint type="hinge" axis="0 1 0"/>'
+    text = f"""
+    <mujoco><worldbody><body name="s1">
+      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>{hinge}
+      {foot.format(z=0)}{link.format(z=0.3, m=1)}
+      <body name="t1" pos="0 0 0.5">{hinge}{link.format(z=0.3, m=2)}
+        <body name="t2" pos="0 0 0.4">{hinge}{link.format(z=-0.1, m=2)}
+          <body name="s2" pos="0 0 -0.4">{hinge}{link.format(z=-0.2, m=1)}{foot.format(z=-0.5)}</body>
+        </body></body></body></worldbody></mujoco>"""
+    robot = read(text, tmp_path)
+    assert isinstance(robot, mjbiped.KneedBiped)
+    assert (robot.hip_mass, robot.thigh_mass, robot.shank_mass) == pytest.approx((0.0, 2.0, 1.0))
+    assert (robot.thigh_centre, robot.shank_centre, robot.shank_length) == pytest.approx((0.1, 0.2, 0.5))
+    assert robot.shank_inertia == pytest.approx(0.4 * 0.05**2)
+
+
+FOOT = 'name="other" type="sphere" size="0.02"'
+REFUSED = {
+    "losses": (KNEED.replace("<joint type", '<joint damping="0.5" type', 1), r"it has damping \(0.5\).*set it to 0"),
+    "armature": (KNEED.replace("<joint type", '<joint armature="0.01" type', 1), "it has armature"),
+    "free": (
+        PINNED.replace('type="hinge"', 'type="free"', 1).replace('axis="-1 0 0"/>', "/>", 1),
+        "'a' has a free or ball",
+    ),
+    "across": (KNEED.replace('axis="0 -1 0"', 'axis="1 0 0"', 1), "leads out of the plane"),
+    "upright hinges": (KNEED.replace('axis="0 1 0"', 'axis="0 0 1"').replace("0 -1 0", "0 0 1"), "not horizontal"),
+    "no gravity": (PINNED.replace("-9.8", "0"), "no gravity"),
+    "static": ("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>", "nothing in it moves"),
+    "trunk": (
+        KNEED.replace('axis="0 0 1"/>', 'axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>', 1),
+        "expected no trunk",
+    ),
+    "two trees": (
+        PINNED.replace("</worldbody>", '<body name="c"><joint axis="1 0 0"/><geom size="1"/></body></worldbody>'),
+        "the body 'a' and the body 'c' hang on the world apart",
+    ),
+    "apart": (KNEED.replace('pos="0 -0.1 0"', 'pos="0.1 -0.1 0"'), "hinges apart; expected one hip"),
+    "unequal": (KNEED.replace('mass="3"', 'mass="3.5"', 1), "legs are not equal: mass 3.5 of the body 'one', and 3 of"),
+    "beside": (KNEED.replace('pos="0 0 -0.15"', 'pos="0.02 0 -0.15"'), "'one' lies 0.02 m beside the line"),
+    "no feet": (KNEED.replace(FOOT, FOOT.replace("sphere", "box").replace("0.02", "1 1 1")), "has no foot"),
+    "one leg": (PINNED.replace('<joint name="hip" type="hinge" axis="-1 0 0"/>', ""), "only the body 'a' moves"),
+    "ankles": (
+        KNEED.replace(
+            '<geom name="one"',
+            '<body pos="0 0 -0.5"><joint type="hinge" axis="0 1 0"/><geom size="0.01"/></body><geom name="one"',
+        ),
+        "expected one link each, or a thigh and a shank",
+    ),
+    "double": (
+        KNEED.replace('<joint type="hinge" axis="0 -1 0"/>', '<joint axis="0 1 0"/><joint axis="0 1 0"/>', 1),
+        "held by 2 joints",
+    ),
+    "no MJCF": ("<mujoco><robot/></mujoco>", "MuJoCo cannot read it: XML Error"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_says_what_is_missing(name: str, tmp_path: Path) -> None:
+    text, message = REFUSED[name]
+    assert text not in (KNEED, PINNED)
+    with pytest.raises(InputError, match=message) as raised:
+        read(text, tmp_path)
+    assert "model.xml': " in str(raised.value)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+def test_names_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no such file"):
+        read_robot(tmp_path / "nothing.xml")

@@ -1,0 +1,184 @@
+"""Exported scenes in plain MuJoCo: masses, ground, and a passive step without any of this package's callbacks."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from foreign_models import LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
+from numpy.typing import NDArray
+from simulations import build_scene
+
+import mjbiped
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
+from mjbiped.errors import GaitError, InputError
+from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
+from mjbiped.robots.robot import Robot
+
+WALKS = {
+    "compass": (mjbiped.Compass(), 2.0),
+    "kneed": (mjbiped.KneedBiped(), 2.5),
+    "wheel": (mjbiped.RimlessWheel(), 4.0),
+}
+
+
+def exported(
+    folder: Path, robot: Robot, terrain: mjbiped.Terrain, **given: Any
+) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """An exported scene as plain MuJoCo opens it, of its text alone, at its start."""
+    path = folder / "scene.xml"
+    export_scene(robot, terrain, path, **given)
+    model = mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key(START).id)
+    return model, data
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_mass_matrix_is_that_of_the_equations(name: str, tmp_path: Path) -> None:
+    robot = ROBOTS[name]
+    model, _ = exported(tmp_path, robot, LEVEL, initial="rest")
+    seen = robot
+    if isinstance(robot, mjbiped.Compass) and not robot.hip_mass:  # MuJoCo has no body without mass
+        seen = dataclasses.replace(robot, hip_mass=SMALLEST_HIP_MASS * robot.total_mass)
+    if isinstance(robot, mjbiped.RimlessWheel):
+        seen = dataclasses.replace(robot, mass=robot.mass * (1 + SMALLEST_HIP_MASS))
+    for q in some_angles(robot):
+        # rounding: entries are sums of some ten products of numbers with 16 digits
+        assert mass_matrix_in(model, robot, q) == pytest.approx(seen.mass_matrix(q), rel=1e-12, abs=1e-12)
+
+
+def postures(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, times: NDArray[np.float64], halved: int
+) -> NDArray[np.float64]:
+    """Postures at given times in plain steps of TIMESTEP / halved."""
+    length = TIMESTEP / halved
+    model.opt.timestep = length
+    for damped in (model.geom_solref, model.jnt_solref, model.eq_solref):
+        damped[damped[:, 1] < -1.0, 1] = -1.0 / length  # as the file's comment says
+    seen = []
+    for time in times:
+        mujoco.mj_step(model, data, nstep=round((time - data.time) / length))
+        seen.append(data.qpos[addresses(model, robot)].copy())
+    return np.array(seen)
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
+    robot, slope_deg = WALKS[name]
+    terrain = mjbiped.Terrain.incline(slope_deg)
+    walk = mjbiped.walk(Unpowered(), terrain, steps=2, robot=robot)
+    touchdown = walk.touchdowns["time"][0]
+    swing = walk.samples["time"] < touchdown
+    times, expected = walk.samples["time"][swing][::10], walk.samples["qpos"][swing][::10]
+    whole, halved = (postures(*exported(tmp_path, robot, terrain), robot, times, n) for n in (1, 2))
+    # In plain steps the foot, a sphere, rolls by its radius times the leg's turn, which an inverted pendulum lets grow.
+    leg = expected[:, 2]
+    growth = np.exp(np.sqrt(robot.gravity / robot.leg_length) * times[-1])
+    rolled = FOOT_RADIUS * np.ptp(leg) * growth
+    # Euler's steps are of first order: halving them takes away half of the error, and twice that leaves none.
+    halving = np.abs(whole - halved).max()
+    assert np.abs(whole - expected).max() < 2.2 * halving + rolled
+    assert np.abs(2.0 * halved - whole - expected).max() < 2.0 * rolled  # a swing shank turns more than the leg
+    assert np.abs(whole - expected).max() < 0.02 * np.ptp(leg)
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_next_foot_takes_the_load_at_touchdown(name: str, tmp_path: Path) -> None:
+    robot, slope_deg = WALKS[name]
+    terrain = mjbiped.Terrain.incline(slope_deg)
+    walk = mjbiped.walk(Unpowered(), terrain, steps=2, robot=robot)
+    model, data = exported(tmp_path, robot, terrain)
+    foot = model.geom(f"{robot.bodies.limbs[1].name}_foot").id
+    time, place = walk.touchdowns["time"][0], walk.touchdowns["x"][0]
+    # error of a passive step's time and length: first order in the timestep
+    mujoco.mj_step(model, data, nstep=round((time + 0.01) / TIMESTEP))
+    met = {geom for contact in data.contact for geom in contact.geom}
+    assert foot in met
+    assert data.geom_xpos[foot, 0] == pytest.approx(place, abs=0.01 * robot.leg_length)
+
+
+def test_ground_is_that_of_the_engine(tmp_path: Path) -> None:
+    """With the segment that begins where the first swing foot may land, all pieces are where the engine has them."""
+    robot, terrain = ROBOTS["kneed"], mjbiped.Terrain.random(seed=3, roughness=0.004)
+    model, _ = exported(tmp_path, robot, terrain, initial="rest")
+    other = build_scene(robot, terrain, timestep=TIMESTEP, reach=62.0).model
+    for kind in ("ground_", "riser_"):
+        # the part behind the cut is one piece more in the first stretch, and one segment more before each riser
+        ours, theirs = (places(each, kind, beyond=1.0) for each in (model, other))
+        assert len(ours) > 9
+        assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+    assert model.hfield_data[-20:].tolist() == other.hfield_data[-20:].tolist()
+
+
+def places(model: mujoco.MjModel, kind: str, beyond: float) -> NDArray[np.float64]:
+    """Place, size and direction of all geoms of a kind from a place x (m) on."""
+    geoms = [model.geom(k) for k in range(model.ngeom) if model.geom(k).name.startswith(kind)]
+    return np.array([[*geom.pos, *geom.size, *geom.quat] for geom in geoms if geom.pos[0] > beyond])
+
+
+def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Path) -> None:
+    """On samples at equal distances too, which share heightfields."""
+    file = tmp_path / "trail.csv"
+    file.write_text("".join(f"{k * 0.1 - 2:.1f},{0.002 * (k % 2)}\n" for k in range(60)))
+    model, _ = exported(tmp_path, mjbiped.Compass(), mjbiped.Terrain.from_file(file), initial="rest")
+    behind = [model.geom(k) for k in range(model.ngeom) if model.geom(k).conaffinity[0] == 1]
+    ahead = [model.geom(k) for k in range(model.ngeom) if model.geom(k).conaffinity[0] == 3]
+    assert max(geom.pos[0] + geom.size[0] for geom in behind if geom.name.startswith("ground")) < 0.2 + 1e-9
+    assert min(geom.pos[0] - geom.size[0] for geom in ahead) > 0.2 - 1e-9
+    assert model.geom("left_foot").contype[0] == 1
+    assert model.geom("right_foot").contype[0] == 2
+
+
+def test_feet_of_legs_with_knees_pass_through_the_ground_behind_alone(tmp_path: Path) -> None:
+    model, _ = exported(tmp_path, mjbiped.KneedBiped(), mjbiped.Terrain.incline(2.5))
+    behind, ahead = (model.geom(f"ground_0_{k}") for k in (0, 1))
+    assert (behind.conaffinity[0], ahead.conaffinity[0]) == (1, 3)
+    ends = behind.pos[0] + model.hfield("ground_0_0").size[0], ahead.pos[0] - model.hfield("ground_0_1").size[0]
+    assert ends == pytest.approx((-0.2, -0.2))
+
+
+def test_opens_upright_on_the_ground(tmp_path: Path) -> None:
+    model, data = exported(tmp_path, mjbiped.Compass(), mjbiped.Terrain.incline(2.0))
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    assert data.geom("left_foot").xpos == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    assert data.qpos.tolist() == [0.0, 1.0, 0.0, 0.0]
+
+
+def test_comment_says_what_the_file_does_not(tmp_path: Path) -> None:
+    def told(robot: Robot, terrain: mjbiped.Terrain = LEVEL) -> str:
+        export_scene(robot, terrain, tmp_path / "scene.xml", initial="rest")
+        text = (tmp_path / "scene.xml").read_text(encoding="utf-8")
+        return " ".join(text.partition("<!--")[2].partition("-->")[0].split())
+
+    straight = told(mjbiped.Compass(sole=(0.05, 0.15)))
+    assert "until it is 0.2 m ahead of the stance foot" in straight
+    assert "0.05 m behind and 0.15 m ahead of the ankle" in straight
+    assert "eq_active" not in straight
+    knees = told(mjbiped.KneedBiped(), dataclasses.replace(LEVEL, name="a -- b\x1b"))
+    assert "data.eq_active" in knees
+    assert "Sole" not in knees
+    assert "on a - - b, written by mjbiped" in knees
+
+
+def test_first_states_are_those_of_walks(tmp_path: Path) -> None:
+    walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
+    _, data = exported(tmp_path, walk.robot, walk.terrain, initial=walk.settings["initial"])
+    assert data.qpos == pytest.approx(walk.samples["qpos"][0], abs=1e-15)
+    with pytest.raises(InputError, match="four finite numbers q1, q2, dq1, dq2"):
+        exported(tmp_path, walk.robot, walk.terrain, initial=[0.0])
+    with pytest.raises(GaitError, match="--initial rest"):
+        exported(tmp_path, mjbiped.RimlessWheel(), LEVEL)
+
+
+def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
+    short = dataclasses.replace(LEVEL, end=0.1)
+    with pytest.raises(InputError, match=r"ends at x = 0\.1 m"):
+        export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")

@@ -1,0 +1,65 @@
+"""Records as tables, read by pandas and PyArrow."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pyarrow.parquet
+import pytest
+
+import mjbiped
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.errors import InputError, RecordError
+from mjbiped.exchange.records import export_walk
+
+WALKS = {
+    "straight legs": (None, 2.0),
+    "knees": (mjbiped.KneedBiped(), 2.5),
+}
+
+
+@pytest.fixture(scope="module", params=WALKS)
+def walk(request: pytest.FixtureRequest) -> mjbiped.Walk:
+    robot, slope_deg = WALKS[request.param]
+    return mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(slope_deg), robot=robot, steps=2, engine="hybrid")
+
+
+def test_csv_holds_all_digits(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    export_walk(walk, tmp_path / "walk.csv")
+    for file, expected in zip(("walk.csv", "walk_touchdowns.csv"), walk.to_pandas(), strict=True):
+        # pandas' own reader of numbers errs in the last digit
+        pandas.testing.assert_frame_equal(pandas.read_csv(tmp_path / file), expected, rtol=1e-15, atol=0.0)
+        assert "," in (tmp_path / file).read_text(encoding="utf-8").splitlines()[0]
+
+
+def test_parquet_holds_units_too(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    export_walk(walk, tmp_path / "walk.parquet")
+    for file, expected in zip(("walk.parquet", "walk_touchdowns.parquet"), walk.to_pandas(), strict=True):
+        read = pandas.read_parquet(tmp_path / file)
+        pandas.testing.assert_frame_equal(read, expected, check_exact=True)
+        assert read.attrs["units"] == expected.attrs["units"]
+    table = pyarrow.parquet.read_table(tmp_path / "walk.parquet")
+    assert table["q_stance"].to_pylist() == walk.samples["q"][:, 0].tolist()
+
+
+def test_walk_without_samples_has_touchdowns(tmp_path: Path) -> None:
+    walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=2, engine="hybrid", sample_period=None)
+    export_walk(walk, tmp_path / "walk.csv")
+    assert len(pandas.read_csv(tmp_path / "walk.csv")) == len(walk.samples["time"])
+    assert np.array(pandas.read_csv(tmp_path / "walk_touchdowns.csv")["step"]).tolist() == [1, 2]
+
+
+def test_refusals(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match=r"must end in \.csv or \.parquet or \.mcap"):
+        export_walk(walk, tmp_path / "walk.xlsx")
+    with pytest.raises(RecordError, match="cannot write"):
+        export_walk(walk, tmp_path / "nothing" / "walk.csv")
+    with pytest.raises(RecordError, match="export_walk"):
+        walk.save(tmp_path / "walk.csv")
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(InputError, match=r"a file walk\.parquet needs PyArrow.*mjbiped\[data\]"):
+        export_walk(walk, tmp_path / "walk.parquet")
+    assert not list(tmp_path.iterdir())

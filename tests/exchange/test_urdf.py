@@ -1,0 +1,71 @@
+"""URDF in the parser of ROS, and in MuJoCo's own compiler of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from foreign_models import ROBOTS, addresses, mass_matrix_in, some_angles
+from urdf_parser_py.urdf import URDF
+
+import mjbiped
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS
+from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
+from mjbiped.errors import RecordError
+from mjbiped.exchange.urdf import export_urdf, urdf_of
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_mass_matrix_is_that_of_the_equations(name: str) -> None:
+    robot = ROBOTS[name]
+    model = mujoco.MjModel.from_xml_string(urdf_of(robot))
+    # slider and hip without mass have so much of the robot's, which are at the hip
+    added = 2 * SMALLEST_HIP_MASS * robot.total_mass * robot.leg_length**2
+    for q in some_angles(robot):
+        assert mass_matrix_in(model, robot, q) == pytest.approx(robot.mass_matrix(q), rel=1e-12, abs=added)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_feet_are_where_the_robot_has_them(name: str) -> None:
+    robot = ROBOTS[name]
+    model = mujoco.MjModel.from_xml_string(urdf_of(robot))
+    data = mujoco.MjData(model)
+    q = np.random.default_rng(1).uniform(0.1, 0.5, len(robot.places))
+    data.qpos[addresses(model, robot)] = q
+    mujoco.mj_forward(model, data)
+    assert data.geom_xpos[:, [0, 2]] == pytest.approx(robot.limbs(q)[:, -1], abs=1e-12)
+    assert model.geom_size[:, 0].tolist() == [FOOT_RADIUS] * len(robot.bodies.limbs)
+
+
+def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:
+    robot = mjbiped.KneedBiped(shank_mass=1 / 7)
+    export_urdf(robot, tmp_path / "kneed.urdf")
+    read = URDF.from_xml_string((tmp_path / "kneed.urdf").read_bytes())
+    assert (read.name, read.get_root()) == ("mjbiped_kneed", "world")
+    assert sorted(read.joint_map) == sorted(robot.places)
+    assert read.get_chain("world", "right_shank", links=False) == ["hip_x", "hip_z", "right", "right_knee"]
+    shank, knee = read.link_map["left_shank"], read.joint_map["left_knee"]
+    assert shank.inertial.mass == 1 / 7
+    assert shank.inertial.origin.xyz == [0.0, 0.0, -0.09]
+    assert shank.inertial.inertia.iyy == robot.shank_inertia
+    assert (knee.type, knee.origin.xyz, knee.limit.lower) == ("revolute", [0.0, 0.0, -0.5], 0.0)
+    assert [each.geometry.length for each in shank.visuals if hasattr(each.geometry, "length")] == [0.5]
+
+
+def test_spokes_are_one_link() -> None:
+    robot = mjbiped.RimlessWheel(spokes=5)
+    read = URDF.from_xml_string(urdf_of(robot).encode())
+    wheel = read.link_map["wheel"]
+    feet = np.array([each.origin.xyz for each in wheel.collisions])
+    assert feet[:, [0, 2]] == pytest.approx(robot.limbs([0.0, 0.0, 0.0])[:, -1], abs=1e-15)
+    middles = np.array([each.origin.xyz for each in wheel.visuals if hasattr(each.geometry, "length")])
+    assert 2.0 * middles == pytest.approx(feet, abs=1e-15)
+    pitch = [each.origin.rpy[1] for each in wheel.visuals if hasattr(each.geometry, "length")]
+    assert np.tan(pitch) == pytest.approx(feet[:, 0] / feet[:, 2], abs=1e-12)
+
+
+def test_refuses_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="cannot write"):
+        export_urdf(mjbiped.Compass(), tmp_path / "nothing" / "robot.urdf")
