@@ -122,7 +122,7 @@ class Disturbances:
     @property
     def sensors(self) -> Sensors:
         """Errors of the sensors in the form that engines take."""
-        return Sensors(*(getattr(self, name) for name in Sensors._fields[:-1]), seed=words_of(self.seed))
+        return Sensors(*(getattr(self, name) for name in Sensors._fields[:-1]), words_of(self.seed))
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
         """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).

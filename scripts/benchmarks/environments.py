@@ -15,7 +15,7 @@ import numpy as np
 
 import mjbiped.envs
 from mjbiped.envs.tasks import CONTROL_PERIOD
-from mjbiped.envs.vector import CompassWalkVectorEnv
+from mjbiped.envs.vector import WalkVectorEnv
 from scripts.benchmarks.timing import Case, Rows, interleaved, side_by_side
 
 STEPS = 1500  # of one environment in a repetition
@@ -64,7 +64,7 @@ def stepping(reset: Callable[[], object], step: Callable[[Any], bool], actions: 
 
 def many(threads: int) -> Case:
     """Steps of many robots, each on ground of its own."""
-    env = CompassWalkVectorEnv(ROBOTS, "walk_random", residual=True, threads=threads)
+    env = WalkVectorEnv(ROBOTS, "walk_random", residual=True, threads=threads)
     random = np.random.default_rng(0)
     actions = random.uniform(-1.0, 1.0, (VECTOR_STEPS, ROBOTS, 2)).astype(np.float32)
 
