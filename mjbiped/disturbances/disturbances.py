@@ -122,7 +122,8 @@ class Disturbances:
     @property
     def sensors(self) -> Sensors:
         """Errors of the sensors in the form that engines take."""
-        return Sensors(*(getattr(self, name) for name in Sensors._fields[:-1]), words_of(self.seed))
+        noise, bias = (self.angle_noise, self.rate_noise), (self.angle_bias, self.rate_bias)
+        return Sensors(*noise, *bias, self.angle_resolution, words_of(self.seed))
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
         """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).
