@@ -27,5 +27,6 @@ def actions(
         slope: Of the ground since the start, rad, shape (robots,).
     """
     each = weights.reshape(len(weights), -1).T
-    told = action(each, np.minimum(time, LATEST), *angles.T, *rates.T, stance_after_touchdown, slope)
+    (q1, q2), (dq1, dq2) = angles.T, rates.T
+    told = action(each, np.minimum(time, LATEST), q1, q2, dq1, dq2, stance_after_touchdown, slope)
     return np.stack(told, axis=1)

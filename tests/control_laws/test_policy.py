@@ -51,7 +51,8 @@ def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
     while not over:
         if felt[4]:
             turned += felt[6] - felt[9]
-        shares = action(policy.weights, min(felt[5], 1.5 * 0.765), *felt[:4], felt[8], turned)
+        q1, q2, dq1, dq2 = felt[:4]
+        shares = action(policy.weights, min(felt[5], 1.5 * 0.765), q1, q2, dq1, dq2, felt[8], turned)
         felt, _, fell, late, _ = env.step(np.array(shares))
         over = fell or late
     there = env.walk()
