@@ -15,11 +15,11 @@ __all__ = ["IDS", "TASKS", "WalkTask", "load"]
 if importlib.util.find_spec("gymnasium") is not None:
     import gymnasium
 
-    for name, (task, robot) in IDS.items():
+    for name, (task, kind) in IDS.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 id=name,
                 entry_point="mjbiped.envs.single:WalkEnv",
                 vector_entry_point="mjbiped.envs.vector:WalkVectorEnv",
-                kwargs={"task": task, "robot": robot},
+                kwargs={"task": task, "kind": kind},
             )

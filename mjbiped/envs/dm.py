@@ -161,6 +161,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """Torques that the joints hold, N m."""
         return self._felt("torque")
 
+    def knee_locked(self) -> bool:
+        """Whether the swing knee has struck its stop and is locked; straight legs count as never locked."""
+        return "knee" in self._walkers.task.model.joints and bool(self._felt("knee_locked")[0])
+
     def hip_position(self) -> float:
         """Place of the hip, x in m."""
         return float(self._walkers.value(feeling.HIP_X)[0])

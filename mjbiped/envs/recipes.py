@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, prefixed, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_named
 from mjbiped.robots.robot import Robot
@@ -75,8 +75,9 @@ class Recipe(Generic[Made]):
         Raises:
             InputError: A parameter is unknown, or reaches beyond its domain.
         """
-        for end in (0, 1):
-            self.made({name: draw.ends[end] for name, draw in self.draws.items()})
+        for end, which in enumerate(("least", "greatest")):
+            with prefixed(f"with the {which} numbers that can be drawn, " if self.draws else ""):
+                self.made({name: draw.ends[end] for name, draw in self.draws.items()})
 
     @cached_property
     def _only(self) -> Made:

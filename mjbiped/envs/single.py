@@ -15,6 +15,7 @@ from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import HIGHEST, SEEN, Walkers
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -41,8 +42,13 @@ class Settings(TypedDict, total=False):
     time_limit: float
 
 
-def task_of(name: str, settings: Settings) -> WalkTask:
+def task_of(name: str, kind: str, settings: Settings) -> WalkTask:
     """Make the task of a name; settings that are None have their defaults.
+
+    Args:
+        name: One of `mjbiped.envs.TASKS`.
+        kind: Name of the robot where the setting `robot` does not give it.
+        settings: The others.
 
     Raises:
         InputError: There is no such setting, or its value is outside its domain.
@@ -50,6 +56,9 @@ def task_of(name: str, settings: Settings) -> WalkTask:
     for key in settings:
         known_name("setting", key, Settings.__annotations__)
     given: Any = {key: value for key, value in settings.items() if value is not None}
+    robot = given.setdefault("robot", kind)
+    if isinstance(robot, Mapping):
+        given["robot"] = {"kind": kind, **robot}
     return WalkTask(name, **given)
 
 
@@ -188,6 +197,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         self,
         task: str = "walk_level",
         *,
+        kind: str = Compass.kind,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
@@ -197,6 +207,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
 
         Args:
             task: One of `mjbiped.envs.TASKS`.
+            kind: Name of the robot where the setting `robot` does not give it: "compass" or "kneed".
             render_mode: "rgb_array" if `render` shall give pictures.
             width: Width of pictures, pixels.
             height: Height of pictures, pixels.
@@ -207,7 +218,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
-        chosen = task_of(task, settings)
+        chosen = task_of(task, kind, settings)
         self.walkers = Walkers(chosen)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}

@@ -14,6 +14,7 @@ from mjbiped.envs.single import TERMS, Settings, action_space, observation_space
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import SEED, STEPS, WALKS, WORKERS, entries
 from mjbiped.utils.parallel import cores
@@ -41,6 +42,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         num_envs: int = 1,
         task: str = "walk_level",
         *,
+        kind: str = Compass.kind,
         max_episode_steps: int | None = None,
         threads: int | None = None,
         **settings: Unpack[Settings],
@@ -50,6 +52,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         Args:
             num_envs: Number of robots.
             task: One of `mjbiped.envs.TASKS`.
+            kind: Name of the robot where the setting `robot` does not give it: "compass" or "kneed".
             max_episode_steps: Number of steps after which an episode is truncated, in the place of `time_limit`.
             threads: Number of threads that step robots at the same time; by default the number of cores.
             **settings: Settings of the task, which `WalkEnv` describes.
@@ -57,7 +60,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         Raises:
             InputError: A value is outside its domain.
         """
-        chosen = task_of(task, settings)
+        chosen = task_of(task, kind, settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)
             chosen = replace(chosen, time_limit=longest * chosen.control_period)

@@ -77,9 +77,13 @@ def test_gymnasiums_own_wrapper_observes_pixels(name: str) -> None:
 
 
 def test_all_tasks_have_a_name() -> None:
-    assert sorted(IDS.values()) == sorted((task, robot) for task in TASKS for robot in ("compass", "kneed"))
-    for name, (task, robot) in IDS.items():
-        assert gymnasium.spec(name).kwargs == {"task": task, "robot": robot}
+    assert sorted(IDS.values()) == sorted((task, kind) for task in TASKS for kind in ("compass", "kneed"))
+    for name, (task, kind) in IDS.items():
+        assert gymnasium.spec(name).kwargs == {"task": task, "kind": kind}
+    for robot in (None, {"sole": 0.1}, "kneed", mjbiped.KneedBiped()):
+        made = gymnasium.make("mjbiped/KneedWalk-v0", robot=robot).unwrapped
+        assert isinstance(made, WalkEnv)
+        assert isinstance(made.walkers.task.model, mjbiped.KneedBiped)
     assert isinstance(gymnasium.make("mjbiped.envs:mjbiped/CompassWalk-v0").unwrapped, WalkEnv)
 
 
