@@ -200,6 +200,21 @@ def test_a_restarted_simulation_is_a_new_one() -> None:
     assert walked(walkers, actions).tobytes() == walked(begun(task, 9), actions).tobytes()
 
 
+def test_another_robot_or_disturbance_on_the_same_ground_is_a_new_simulation() -> None:
+    drawn: Any
+    for drawn in ({"robot": {"leg_mass": {"uniform": [4.0, 6.0]}}}, {"disturbances": {"rate_noise": 0.1}}):
+        task = WalkTask("walk_level", **drawn)
+        random = np.random.default_rng(0)
+        walkers = Walkers(task)
+        walkers.begin(0, random)
+        walkers.begin(0, random)
+        episode = walkers.episode()
+        fresh = Walkers(task)
+        fresh._place(0, episode)
+        actions = random_actions(task, 30)
+        assert walked(walkers, actions).tobytes() == walked(fresh, actions).tobytes()
+
+
 @pytest.mark.parametrize(("name", "residual"), [*itertools.product(TASKS, (False, True))])
 def test_random_actions_give_numbers_within_their_ranges(name: str, residual: bool) -> None:
     task = WalkTask(name, residual=residual)
