@@ -107,7 +107,7 @@ format: setup ## write the code in its one format
 
 lock: ## take the newest allowed versions into constraints.txt
 	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster,browser,notebooks,docs]' hatchling
+	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check '.[test,cluster,browser,notebooks,docs,sb3]' hatchling
 	$(VENV)-lock/bin/pip freeze --exclude mjbiped > constraints.txt
 	rm -rf $(VENV)-lock
 

@@ -11,6 +11,7 @@ from controllers.comparison.passivity import PassivityController
 from controllers.kneed import KneedController
 from controllers.library import LibraryController
 from controllers.passive import PassiveController
+from controllers.policy import PolicyController
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "Memory",
     "PassiveController",
     "PassivityController",
+    "PolicyController",
     "SupervisedController",
     "never",
 ]

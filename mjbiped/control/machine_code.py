@@ -41,6 +41,22 @@ class CompiledLaw(NamedTuple):
     knee_strike: int = 0
 
 
+def halves(state: Angles) -> tuple[Angles, Angles]:
+    """Split a state into angles and rates; compiled code needs slices with constant bounds."""
+    if len(state) == 2:
+        return state[:1], state[1:]
+    return (state[:2], state[2:]) if len(state) == 4 else (state[:3], state[3:])
+
+
+def thirds(postures: Angles) -> tuple[Angles, Angles, Angles]:
+    """Split postures into angles before a touchdown, angles after it, and rates."""
+    if len(postures) == 3:
+        return postures[:1], postures[1:2], postures[2:]
+    if len(postures) == 6:
+        return postures[:2], postures[2:4], postures[4:]
+    return postures[:3], postures[3:6], postures[6:]
+
+
 def torque(law: CompiledLaw, memory: Memory, t: float, q: Angles, dq: Angles) -> tuple[float, ...]:
     """Call `Law.torque` by its address."""
     found: tuple[float, ...] = call_torque(law.torque, law.record, memory, (t, *q, *dq), law.values)

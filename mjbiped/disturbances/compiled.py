@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from mjbiped.control import machine_code
 from mjbiped.control.controller import Law, Memory, never
-from mjbiped.control.machine_code import CompiledLaw
+from mjbiped.control.machine_code import CompiledLaw, halves, thirds
 from mjbiped.disturbances import loop as laws
-from mjbiped.disturbances.loop import Angles, Loop
+from mjbiped.disturbances.loop import Loop
 from mjbiped.numerics.addresses import floats_at
 
 
@@ -38,37 +38,21 @@ def _torque(parts: Parts, memory: Memory, *_: float) -> tuple[float, ...]:
 
 
 def _tick(parts: Parts, memory: Memory, t: float, *state: float) -> None:
-    q, dq = _halves(state)
+    q, dq = halves(state)
     laws.tick(machine_code.torque, parts.inner, parts.loop, memory, t, q, dq)
 
 
 def _touchdown(parts: Parts, memory: Memory, *postures: float) -> None:
-    q_before, q, dq = _thirds(postures)
+    q_before, q, dq = thirds(postures)
     q_before, q, dq = laws.touchdown(parts.loop, memory, q_before, q, dq)
     machine_code.touchdown(parts.inner, memory, q_before, q, dq)
 
 
 def _knee_strike(parts: Parts, memory: Memory, t: float, *state: float) -> None:
-    q, dq = _halves(state)
+    q, dq = halves(state)
     q, dq = laws.knee_strike(parts.loop, memory, q, dq)
     machine_code.knee_strike(parts.inner, memory, t, q, dq)
 
 
 def _slope_estimate(parts: Parts, memory: Memory) -> float:
     return machine_code.slope_estimate(parts.inner, memory)
-
-
-def _halves(state: Angles) -> tuple[Angles, Angles]:
-    """Split a state into angles and rates; compiled code needs slices with constant bounds."""
-    if len(state) == 2:
-        return state[:1], state[1:]
-    return (state[:2], state[2:]) if len(state) == 4 else (state[:3], state[3:])
-
-
-def _thirds(postures: Angles) -> tuple[Angles, Angles, Angles]:
-    """Split postures into angles before a touchdown, angles after it, and rates."""
-    if len(postures) == 3:
-        return postures[:1], postures[1:2], postures[2:]
-    if len(postures) == 6:
-        return postures[:2], postures[2:4], postures[4:]
-    return postures[:3], postures[3:6], postures[6:]

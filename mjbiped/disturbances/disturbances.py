@@ -11,6 +11,7 @@ import numpy as np
 
 from mjbiped.disturbances.chance import words_of
 from mjbiped.disturbances.pushes import Pushes, following
+from mjbiped.disturbances.sensors import Sensors
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import check_fields, entries, known_name
@@ -117,6 +118,12 @@ class Disturbances:
             self.push_interval or 0.0,
             words_of(self.seed),
         )
+
+    @property
+    def sensors(self) -> Sensors:
+        """Errors of the sensors in the form that engines take."""
+        noise, bias = (self.angle_noise, self.rate_noise), (self.angle_bias, self.rate_bias)
+        return Sensors(*noise, *bias, self.angle_resolution, words_of(self.seed))
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
         """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).

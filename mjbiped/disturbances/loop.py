@@ -6,11 +6,10 @@ code. The loop's own memory stands behind the controller's: `at` counts from the
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, MutableSequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
-from mjbiped.disturbances.chance import Seed, normal
+from mjbiped.disturbances.sensors import STRIKE, TICK, Angles, Sensors, at_touchdown, sensed
 
 (
     TICKS,  # so far
@@ -18,20 +17,6 @@ from mjbiped.disturbances.chance import Seed, normal
     SIDE,  # 1: the left leg stands, -1: the right one
     BEGUN,  # first of the torques that the motors have at the tick's beginning, N m, one for each joint
 ) = range(4)
-
-Channels: TypeAlias = tuple[tuple[int, int, int], tuple[int, int, int]]
-"""Channels of noise of ankle, hip and knee: of their angles, and of their rates."""
-
-_TICK: Channels = (0, 1, 9), (2, 3, 10)
-_TOUCHDOWN: Channels = (8, 5, 12), (6, 7, 13)  # the ankle that stands and the knee that swings from then on
-_OLD_ANKLE, _HIP, _OLD_KNEE = 4, 5, 11  # of the same posture's angles in the old roles
-_STRIKE: Channels = (14, 15, 18), (16, 17, 19)
-
-SENSORS = ("angle_noise", "rate_noise", "angle_bias", "rate_bias", "angle_resolution")
-"""Names of the disturbances of the sensors, in `Disturbances` and in `Loop`."""
-
-Angles: TypeAlias = tuple[float, ...]
-"""Stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad, or their rates, rad/s."""
 
 
 class Loop(NamedTuple):
@@ -47,15 +32,10 @@ class Loop(NamedTuple):
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
         senses: Whether the sensors differ from the truth.
-        angle_noise: Standard deviation of the noise of each joint's angle, rad.
-        rate_noise: Standard deviation of the noise of each joint's rate, rad/s.
-        angle_bias: Constant error of each joint's angle, rad.
-        rate_bias: Constant error of each joint's rate, rad/s.
-        angle_resolution: Step of the encoders, rad; 0: none.
+        sensors: Errors of the sensors.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
         mean: Mean of that fraction over the tick.
-        seed: Seed of the noise.
     """
 
     size: int
@@ -67,15 +47,10 @@ class Loop(NamedTuple):
     room: int
     delay: int
     senses: bool
-    angle_noise: float
-    rate_noise: float
-    angle_bias: float
-    rate_bias: float
-    angle_resolution: float
+    sensors: Sensors
     torque_limit: float
     remaining: float
     mean: float
-    seed: Seed
 
 
 def tick(
@@ -94,7 +69,7 @@ def tick(
     """
     if loop.senses:
         number = int(memory[loop.size + TICKS])
-        q, dq = _sensed(loop, memory, number, _TICK, q, dq)
+        q, dq = sensed(loop.sensors, memory[loop.size + SIDE], number, TICK, q, dq)
     values = ask(law, memory, t, q, dq)
     for joint in range(loop.joints):
         _drive(loop, memory, joint, values[joint])
@@ -131,17 +106,7 @@ def touchdown(
     number = _exchanged(loop, memory)
     if not loop.senses:
         return q_before, q, dq
-    ankle = read_angle(loop, q_before[0], number, _OLD_ANKLE)
-    if len(q_before) == 1:
-        now = _sensed(loop, memory, number, _TOUCHDOWN, q, dq)
-        return (ankle,), now[0], now[1]
-    side = memory[loop.size + SIDE]
-    leg = ankle - side * read_angle(loop, side * (q[1] - q[0]), number, _HIP)  # one encoder, one reading
-    now = _sensed(loop, memory, number, _TOUCHDOWN, q, dq)
-    if len(q_before) == 2:
-        return (ankle, leg), now[0], now[1]
-    knee = read_angle(loop, q_before[2] - q_before[1], number, _OLD_KNEE)
-    return (ankle, leg, leg + knee), now[0], now[1]
+    return at_touchdown(loop.sensors, memory[loop.size + SIDE], number, q_before, q, dq)
 
 
 def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angles) -> tuple[Angles, Angles]:
@@ -149,7 +114,7 @@ def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angle
     if not loop.senses:
         return q, dq
     number = int(memory[loop.size + TOUCHDOWNS])
-    return _sensed(loop, memory, number, _STRIKE, q, dq)
+    return sensed(loop.sensors, memory[loop.size + SIDE], number, STRIKE, q, dq)
 
 
 def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
@@ -177,52 +142,6 @@ def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
         memory[first + 1] = -memory[first + 1]
     if loop.joints > 2:
         memory[first + 2] = 0.0
-
-
-def _sensed(
-    loop: Loop, memory: MutableSequence[float], number: int, channels: Channels, q: Angles, dq: Angles
-) -> tuple[Angles, Angles]:
-    """Angles and rates as the sensors of ankle, hip and swing knee show them.
-
-    The hip's sensors show the angle from the left to the right leg.
-
-    Args:
-        loop: The loop's parameters.
-        memory: Memory, which says which leg stands.
-        number: Number of the reading.
-        channels: Channels of its noise.
-        q: Angles, rad.
-        dq: Their rates, rad/s.
-    """
-    angles, rates = channels
-    ankle = read_angle(loop, q[0], number, angles[0])
-    ankle_rate = read_rate(loop, dq[0], number, rates[0])
-    if len(q) == 1:
-        return (ankle,), (ankle_rate,)
-    side = memory[loop.size + SIDE]
-    leg = ankle + side * read_angle(loop, side * (q[1] - q[0]), number, angles[1])
-    leg_rate = ankle_rate + side * read_rate(loop, side * (dq[1] - dq[0]), number, rates[1])
-    if len(q) == 2:
-        return (ankle, leg), (ankle_rate, leg_rate)
-    knee = read_angle(loop, q[2] - q[1], number, angles[2])
-    knee_rate = read_rate(loop, dq[2] - dq[1], number, rates[2])
-    return (ankle, leg, leg + knee), (ankle_rate, leg_rate, leg_rate + knee_rate)
-
-
-def read_angle(loop: Loop, angle: float, number: int, channel: int) -> float:
-    """Reading of an encoder at an angle, rad."""
-    shown = angle + loop.angle_bias
-    if loop.angle_noise > 0.0:
-        shown += loop.angle_noise * normal(loop.seed, number, channel)
-    if loop.angle_resolution > 0.0:
-        shown = loop.angle_resolution * math.floor(shown / loop.angle_resolution + 0.5)
-    return shown
-
-
-def read_rate(loop: Loop, rate: float, number: int, channel: int) -> float:
-    """Reading of a rate sensor, rad/s."""
-    shown = rate + loop.rate_bias
-    return shown + loop.rate_noise * normal(loop.seed, number, channel) if loop.rate_noise > 0.0 else shown
 
 
 def limited(loop: Loop, torque: float) -> float:

@@ -12,7 +12,6 @@ from mjbiped.control.compilation import MachineCode, compilable_law
 from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.control.controller import Controller, Law, Memory
 from mjbiped.disturbances import loop as laws
-from mjbiped.disturbances.chance import words_of
 from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
 from mjbiped.disturbances.loop import Loop
 
@@ -40,7 +39,7 @@ class SampledController(Controller):
             InputError: The delay does not fit the period.
         """
         given, states, joints = disturbances, len(inner.states), len(inner.joints)
-        sensors = {name: getattr(given, name) for name in laws.SENSORS}
+        sensors = given.sensors
         delay = given.delay_ticks(period)
         lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
         self.inner = inner
@@ -60,12 +59,11 @@ class SampledController(Controller):
             ring=ring,
             room=room,
             delay=delay,
-            senses=any(sensors.values()),
-            **sensors,
+            senses=any(sensors[:-1]),
+            sensors=sensors,
             torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
             remaining=math.exp(-lag) if lag else 0.0,
             mean=-math.expm1(-lag) / lag if lag else 0.0,
-            seed=words_of(given.seed),
         )
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:

@@ -10,19 +10,19 @@ import importlib.util
 from mjbiped.utils.mujoco import mujoco as mujoco  # isort: split
 
 from mjbiped.envs.load import load
-from mjbiped.envs.tasks import IDS, TASKS, WalkTask
+from mjbiped.envs.recipes import TASKS
+from mjbiped.envs.tasks import IDS, WalkTask
 
 __all__ = ["IDS", "TASKS", "WalkTask", "load"]
 
 if importlib.util.find_spec("gymnasium") is not None:
     import gymnasium
 
-    for name, task in IDS.items():
+    for name, (task, kind) in IDS.items():
         if name not in gymnasium.registry:
             gymnasium.register(
                 id=name,
-                entry_point="mjbiped.envs.single:CompassWalkEnv",
-                vector_entry_point="mjbiped.envs.vector:CompassWalkVectorEnv",
-                max_episode_steps=WalkTask(task).max_steps,
-                kwargs={"task": task},
+                entry_point="mjbiped.envs.single:WalkEnv",
+                vector_entry_point="mjbiped.envs.vector:WalkVectorEnv",
+                kwargs={"task": task, "kind": kind},
             )

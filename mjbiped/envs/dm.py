@@ -55,7 +55,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             self._reload_from_data(self._wrapped())
 
     def begin(self, random: np.random.Generator) -> None:
-        """Begin an episode, whose ground and start are drawn from `random`."""
+        """Begin an episode, which is drawn from `random`."""
         self._walkers.begin(0, random)
         self._show()
 
@@ -74,7 +74,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self._walkers.task.control_period
 
     def set_control(self, control: NDArray[np.float64]) -> None:
-        """Choose the ankle and hip torque of the next step, N m, clipped to the action's bounds."""
+        """Choose the torques of the next step, N m, ankle first, clipped to the action's bounds."""
         self._walkers.act(control)
 
     def step(self, nstep: int = 1) -> None:
@@ -138,11 +138,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     # --- the robot ----------------------------------------------------------------------------------------------------
 
     def joint_angles(self) -> NDArray[np.float64]:
-        """Angles of stance and swing leg from the normal of the ground under the stance foot, rad."""
+        """Angles of stance leg, swing leg (thigh, shank) from the normal of the ground under the stance foot, rad."""
         return self._felt("joint_angles")
 
     def joint_rates(self) -> NDArray[np.float64]:
-        """Rates of stance and swing leg, rad/s."""
+        """Rates of these angles, rad/s."""
         return self._felt("joint_rates")
 
     def touchdown(self) -> bool:
@@ -158,8 +158,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self._felt("last_touchdown")
 
     def torque(self) -> NDArray[np.float64]:
-        """Torques that ankle and hip hold, N m."""
+        """Torques that the joints hold, N m."""
         return self._felt("torque")
+
+    def knee_locked(self) -> bool:
+        """Whether the swing knee has struck its stop and is locked; straight legs count as never locked."""
+        return "knee" in self._walkers.task.model.joints and bool(self._felt("knee_locked")[0])
 
     def hip_position(self) -> float:
         """Place of the hip, x in m."""
@@ -172,6 +176,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def ground_heights(self) -> NDArray[np.float64]:
         """Heights of the ground 0.1 to 1 leg length ahead of the stance foot, above the stance foot, m."""
         return self._walkers.ground_seen(0)[1:]
+
+    def drawn(self) -> dict[str, float]:
+        """Numbers that were drawn for the episode, by names such as "robot.leg_mass"."""
+        return dict(self._walkers.episode().drawn)
 
     def outcome(self) -> Outcome:
         """Outcome of the episode; `Outcome.WALKING` while it lasts."""
@@ -195,7 +203,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self._walkers.walk()
 
     def _felt(self, name: str) -> NDArray[np.float64]:
-        return self._walkers.felt[0, feeling.OBSERVED[name]].copy()
+        return self._walkers.felt[0, feeling.observed(self._walkers.joints)[name]].copy()
 
 
 class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
@@ -216,6 +224,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
         if isinstance(random, np.random.RandomState):
             random = int(random.randint(2**31))
         self._random = np.random.default_rng(random)
+        self._parts = feeling.observed(len(settings.model.joints))
 
     @property
     def random(self) -> np.random.Generator:
@@ -223,7 +232,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
         return self._random
 
     def initialize_episode(self, physics: Physics) -> None:
-        """Draw ground and start."""
+        """Draw the episode."""
         physics.begin(self._random)
 
     def before_step(self, action: NDArray[np.float64], physics: Physics) -> None:
@@ -231,14 +240,14 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
         physics.set_control(action)
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
-        """Bounds of an action: ankle and hip torque, N m."""
+        """Bounds of an action: torques of the joints, N m."""
         most = np.array(self.settings.limits)
-        return specs.BoundedArray((2,), np.float64, -most, most, name="ankle\thip")
+        return specs.BoundedArray(most.shape, np.float64, -most, most, name="\t".join(self.settings.model.joints))
 
     def get_observation(self, physics: Physics) -> OrderedDict[str, NDArray[np.float64]]:
         """Observe what the robot feels, and in a privileged task the ground."""
         felt = physics._walkers.felt[0].copy()
-        observation = OrderedDict((name, felt[part]) for name, part in feeling.OBSERVED.items())
+        observation = OrderedDict((name, felt[part]) for name, part in self._parts.items())
         if self.settings.privileged:
             seen = physics._walkers.ground_seen(0)
             observation["ground_slope"], observation["ground_heights"] = seen[:1], seen[1:]

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from mjbiped.control import machine_code
 from mjbiped.control.compilation import MachineCode, compilable_law
 from mjbiped.control.controller import Controller, Law, Memory
-from mjbiped.control.machine_code import CompiledLaw
+from mjbiped.control.machine_code import CompiledLaw, halves, thirds
 
-Pair = tuple[float, float]
-"""Torques of ankle and hip, N m."""
+Torques = tuple[float, ...]
+"""A torque for each joint with a motor, N m."""
 
 
 class Parameters(NamedTuple):
@@ -21,38 +21,38 @@ class Parameters(NamedTuple):
 
     Attributes:
         base: Machine code of the other controller's laws.
-        place: Index in the memory of the torque added at the ankle; that at the hip follows.
+        place: Index in the memory of the torque added at the ankle; those of the other joints follow.
         most: Greatest torque that is added, N m.
         peak: Greatest torque of the motors, N m.
     """
 
     base: CompiledLaw
     place: int
-    most: Pair
-    peak: Pair
+    most: Torques
+    peak: Torques
 
 
 @dataclass(frozen=True)
 class DrivenController(Controller):
-    """Adds the torques in the last two numbers of its memory to those of another controller.
+    """Adds the torques in the last numbers of its memory, one for each joint, to those of another controller.
 
     The environment writes them between two ticks. While they are zero, and the motors strong enough, the walk is
     bitwise that of the other controller.
 
     Attributes:
         base: The other controller; the first numbers of the memory are its own.
-        most: Limits of the added ankle and hip torque, N m.
-        peak: Limits of the motors at ankle and hip, to which the sum is clipped, N m.
+        most: Limits of the added torques, N m.
+        peak: Limits of the motors, to which the sums are clipped, N m.
     """
 
     base: Controller
-    most: Pair
-    peak: Pair
+    most: Torques
+    peak: Torques
 
     def __post_init__(self) -> None:
-        """Take over the other controller's states, memory, robot and gait."""
-        own = {"states": self.base.states, "memory_size": self.base.memory_size + 2}
-        for name, value in {**own, "robot": self.base.robot, "gait": self.base.gait}.items():
+        """Take over the other controller's joints, states, memory, robot and gait."""
+        own = {name: getattr(self.base, name) for name in ("joints", "states", "robot", "gait")}
+        for name, value in {**own, "memory_size": self.base.memory_size + len(self.base.joints)}.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -68,10 +68,13 @@ class DrivenController(Controller):
         """Inform the other controller."""
         self.base.on_touchdown(memory, q_before, q, dq)
 
+    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Inform the other controller."""
+        self.base.on_knee_strike(memory, t, q, dq)
+
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Add to the other controller's torques, and clip the sum to the motors' limits; see `Controller.torque`."""
-        ankle, hip, *rates = self.base.torque(memory, t, q, dq)
-        return (*_driven(memory, self.place, self.most, self.peak, ankle, hip), *rates)
+        return _driven(memory, self.place, self.most, self.peak, tuple(self.base.torque(memory, t, q, dq)))
 
     def slope_estimate(self, memory: Memory) -> float:
         """Slope estimate of the other controller, rad."""
@@ -83,14 +86,15 @@ class DrivenController(Controller):
         law = compilable_law(self.base)
         if law is None:
             return None
-        return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False)
+        joints = len(self.joints)
+        return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False, joints=joints)
 
     def law(self) -> Law | None:
         """Functions for compilation; None if those of the other controller cannot be compiled."""
         if self._machine_code is None:
             return None
         parameters = Parameters(self._machine_code.law, self.place, self.most, self.peak)
-        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity)
+        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
 
     def describe(self) -> dict[str, Any]:
         """Name, limits and the other controller's own description."""
@@ -106,12 +110,18 @@ class DrivenController(Controller):
         return {name: value for name, value in self.__dict__.items() if name != "_machine_code"}
 
 
-def _driven(memory: Memory, place: int, most: Pair, peak: Pair, ankle: float, hip: float) -> Pair:
-    """Add the torques in the memory to those of ankle and hip, and clip both, N m."""
-    return (
-        _within(ankle + _within(memory[place], most[0]), peak[0]),
-        _within(hip + _within(memory[place + 1], most[1]), peak[1]),
-    )
+def _driven(memory: Memory, place: int, most: Torques, peak: Torques, values: Torques) -> Torques:
+    """Add the torques in the memory to the first of some values, and clip them, N m; the other values stay."""
+    ankle = _sum(memory, place, most, peak, values, 0)
+    hip = _sum(memory, place, most, peak, values, 1)
+    if len(most) == 2:
+        return (ankle, hip) + values[2:]  # noqa: RUF005 (Numba knows no star here)
+    return (ankle, hip, _sum(memory, place, most, peak, values, 2)) + values[3:]  # noqa: RUF005
+
+
+def _sum(memory: Memory, place: int, most: Torques, peak: Torques, values: Torques, joint: int) -> float:
+    """Torque of a joint, N m."""
+    return _within(values[joint] + _within(memory[place + joint], most[joint]), peak[joint])
 
 
 def _within(value: float, limit: float) -> float:
@@ -121,25 +131,20 @@ def _within(value: float, limit: float) -> float:
     return -limit if value < -limit else value
 
 
-def _torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, ...]:
-    values = machine_code.torque(parameters.base, memory, t, (q1, q2), (dq1, dq2))
-    driven = _driven(memory, parameters.place, parameters.most, parameters.peak, values[0], values[1])
-    return driven + values[2:]
+def _torque(parameters: Parameters, memory: Memory, t: float, *state: float) -> tuple[float, ...]:
+    q, dq = halves(state)
+    values = machine_code.torque(parameters.base, memory, t, q, dq)
+    return _driven(memory, parameters.place, parameters.most, parameters.peak, values)
 
 
-def _touchdown(
-    parameters: Parameters,
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> None:
-    machine_code.touchdown(parameters.base, memory, (q1_before, q2_before), (q1, q2), (dq1, dq2))
+def _touchdown(parameters: Parameters, memory: Memory, *postures: float) -> None:
+    q_before, q, dq = thirds(postures)
+    machine_code.touchdown(parameters.base, memory, q_before, q, dq)
+
+
+def _knee_strike(parameters: Parameters, memory: Memory, t: float, *state: float) -> None:
+    q, dq = halves(state)
+    machine_code.knee_strike(parameters.base, memory, t, q, dq)
 
 
 def _slope_estimate(parameters: Parameters, memory: Memory) -> float:

@@ -1,4 +1,4 @@
-"""Observation and reward of a robot at the end of a control period, as plain functions of numbers.
+"""Observation and reward of a robot when its next action is due, as plain functions of numbers.
 
 The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.advance`), after the steps of each robot.
 """
@@ -6,72 +6,149 @@ The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.ad
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence
+from collections.abc import Mapping, MutableSequence
 from typing import Any
 
-from mjbiped.engines.mujoco.compiled.advance import Sizes
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.disturbances.sensors import TICK, Angles, Sensors, at_touchdown, sensed
+from mjbiped.engines.mujoco.compiled.advance import After, Sizes
 from mjbiped.rules.termination import Outcome
 
-OBSERVED: dict[str, slice] = {
-    "joint_angles": slice(0, 2),
-    "joint_rates": slice(2, 4),
-    "touchdown": slice(4, 5),
-    "time_since_touchdown": slice(5, 6),
-    "last_touchdown": slice(6, 10),
-    "torque": slice(10, 12),
-}
-"""Parts of an observation by their places in `out`; docs/environments.md describes them."""
-
-LOWEST = (-10.0, -10.0, -100.0, -100.0, 0.0, 0.0, -10.0, -10.0, -10.0, -10.0, -100.0, -100.0)
-HIGHEST = (10.0, 10.0, 100.0, 100.0, 1.0, 100.0, 10.0, 10.0, 10.0, 10.0, 100.0, 100.0)
-"""Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
-
-OBSERVATIONS = 12
-HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X = range(OBSERVATIONS, OBSERVATIONS + 7)
-"""Indices in `out`, behind the observation: hip's x (m), terms of the reward, `mjbiped.rules.termination.Outcome`,
-slope under the stance foot (rad) and the stance foot's x (m)."""
+HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X, FELT = range(8)
+"""Indices in `out`: hip's x (m), terms of the reward, `mjbiped.rules.termination.Outcome`, slope under the stance foot
+(rad), the stance foot's x (m), and the first number of the observation."""
 
 (
-    LEG_LENGTH,  # m
-    TARGET,  # distance that the hip is to go in a control period, m
-    SHARE,  # of a control period in the average of that distance
-    AFFORDED,  # work in a control period at which the reward's second term is a half, J
-    AVERAGE,  # distance that the hip goes in a control period, averaged, m
+    TARGET,  # distance that the hip is to go between two actions, m
+    SHARE,  # of that time in the average of that distance
+    AFFORDED,  # work in that time at which the reward's second term is a half, J
+    TICKS,  # of the controller between two actions
+    SENSES,  # 1: the sensors err; how, say the numbers from `SENSORS` on
+    AVERAGE,  # distance that the hip goes between two actions, averaged, m
     LAST_X,  # hip at the last call, m
     LAST_WORK,  # absolute work up to the last call, J
     LAST_COUNT,  # touchdowns up to the last call
-) = range(8)
+    TICK_NUMBER,  # of the next tick
+    SENSORS,  # five numbers of `mjbiped.disturbances.sensors.Sensors`, and its seed's low and high word
+) = range(11)
 
-SIZES = Sizes(inputs=2, kept=8, out=OBSERVATIONS + 7)
+_KEPT = SENSORS + 7
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25
 
+_ANGLE, _RATE, _TIME, _TORQUE = 10.0, 100.0, 100.0, 1000.0
+"""Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
+
 _DIVERGED = float(Outcome.DIVERGED)
 
+_Part = tuple[int, float, float]
+"""Size of a part of the observation, and its bounds."""
 
-def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
-    """Fill `out` with a robot's observation and its reward since the last call.
 
-    Args:
-        now: `State` of its walk as the next tick will find it.
-        kept: Numbers of this robot by the indices above; the last four are updated.
-        out: Numbers to fill, by `OBSERVED` and the indices behind the observation.
-    """
-    for index in range(2):
-        out[index], out[2 + index] = now.angles[index], now.turning[index]
-        out[6 + index], out[8 + index] = now.told_before[index], now.told_q[index]
-        out[10 + index] = now.torque[index]
-    out[4] = 1.0 if now.count > kept[LAST_COUNT] else 0.0
-    out[5] = now.time - now.transfer_time
+def _parts(joints: int) -> dict[str, _Part]:
+    """Parts of the observation of a robot with so many motors, in their order."""
+    return {
+        "joint_angles": (joints, -_ANGLE, _ANGLE),
+        "joint_rates": (joints, -_RATE, _RATE),
+        "touchdown": (1, 0.0, 1.0),
+        "time_since_touchdown": (1, 0.0, _TIME),
+        "last_touchdown": (2 * joints, -_ANGLE, _ANGLE),
+        "torque": (joints, -_TORQUE, _TORQUE),
+        **({"knee_locked": (1, 0.0, 1.0)} if joints > 2 else {}),
+    }
+
+
+def observed(joints: int) -> Mapping[str, slice]:
+    """Parts of an observation by their places in it; docs/environments.md describes them."""
+    ends = np.cumsum([size for size, _, _ in _parts(joints).values()]).tolist()
+    return dict(zip(_parts(joints), map(slice, [0, *ends], ends), strict=False))
+
+
+def bounds(joints: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Least and greatest observation."""
+    sizes, low, high = zip(*_parts(joints).values(), strict=True)
+    return np.repeat(low, sizes), np.repeat(high, sizes)
+
+
+def sizes_of(joints: int) -> Sizes:
+    """Numbers that are given, kept and filled for a robot."""
+    return Sizes(inputs=joints, kept=_KEPT, out=FELT + len(bounds(joints)[0]))
+
+
+def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
+    """Store the errors of a robot's sensors."""
+    kept[SENSES] = any(sensors[:-1])
+    kept[SENSORS:_KEPT] = *sensors[:-1], *sensors.seed
+
+
+def feel_straight(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+    """`feel` for straight legs."""
+    q, dq = (now.angles[0], now.angles[1]), (now.turning[0], now.turning[1])
+    before, after = (now.told_before[0], now.told_before[1]), (now.told_q[0], now.told_q[1])
+    _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1]))
+
+
+def feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+    """`feel` for legs with knees."""
+    q = now.angles[0], now.angles[1], now.angles[2]
+    dq = now.turning[0], now.turning[1], now.turning[2]
+    before = now.told_before[0], now.told_before[1], now.told_before[2]
+    after = now.told_q[0], now.told_q[1], now.told_q[2]
+    _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1], now.told_dq[2]))
+    out[len(out) - 1] = now.locked if out[OUTCOME] != _DIVERGED else 0.0
+
+
+FEEL: Mapping[int, After] = {2: feel_straight, 3: feel_kneed}
+"""Functions by the number of motors. They fill `out` with a robot's observation and its reward since the last call.
+
+Their arguments are the `State` of its walk as the next tick will find it; numbers of this robot by the indices above,
+some of which are updated; and the numbers to fill.
+"""
+
+
+def _feel(
+    now: Any,
+    kept: MutableSequence[float],
+    out: MutableSequence[float],
+    q: Angles,
+    dq: Angles,
+    before: Angles,
+    after: Angles,
+    rates_after: Angles,
+) -> None:
+    """Fill observation and reward, from angles and rates now and at the last touchdown."""
+    joints = len(q)
+    if kept[SENSES] != 0.0:  # what the sensors will show at the next tick, and have shown at the touchdown
+        side = 1.0 - 2.0 * now.stance
+        sensors = Sensors(
+            kept[SENSORS],
+            kept[SENSORS + 1],
+            kept[SENSORS + 2],
+            kept[SENSORS + 3],
+            kept[SENSORS + 4],
+            (int(kept[SENSORS + 5]), int(kept[SENSORS + 6])),
+        )
+        q, dq = sensed(sensors, side, int(kept[TICK_NUMBER]), TICK, q, dq)
+        if now.count > 0.0:
+            before, after, _ = at_touchdown(sensors, side, int(now.count) - 1, before, after, rates_after)
+    kept[TICK_NUMBER] += kept[TICKS]
 
     sound = now.running != 0.0  # MuJoCo resets what diverges, and notices it in the step after
-    for index in range(OBSERVATIONS):
-        sound = sound and math.isfinite(out[index])
-        out[index] = min(max(out[index], LOWEST[index]), HIGHEST[index])
+    for joint in range(joints):
+        at = FELT + joint
+        sound = _put(out, at, q[joint], _ANGLE) and sound
+        sound = _put(out, at + joints, dq[joint], _RATE) and sound
+        sound = _put(out, at + 2 * joints + 2, before[joint], _ANGLE) and sound
+        sound = _put(out, at + 3 * joints + 2, after[joint], _ANGLE) and sound
+        sound = _put(out, at + 4 * joints + 2, now.torque[joint], _TORQUE) and sound
+    out[FELT + 2 * joints] = 1.0 if now.count > kept[LAST_COUNT] else 0.0
+    sound = _put(out, FELT + 2 * joints + 1, now.time - now.transfer_time, _TIME) and sound
 
     stance = now.q[3] if now.stance else now.q[2]
-    hip_x = now.foot_x + kept[LEG_LENGTH] * math.sin(stance)
+    hip_x = now.foot_x + now.reach * math.sin(stance + now.tilt)
     work = now.work_absolute - kept[LAST_WORK]
     kept[AVERAGE] += kept[SHARE] * (hip_x - kept[LAST_X] - kept[AVERAGE])
     progress = PROGRESS_WEIGHT * min(max(kept[AVERAGE] / kept[TARGET], 0.0), 1.0)
@@ -80,9 +157,15 @@ def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) ->
     out[HIP_X], out[PROGRESS], out[ECONOMY] = hip_x, progress, economy
     out[REWARD] = progress + economy
     out[OUTCOME], out[SLOPE], out[FOOT_X] = now.outcome, now.slope, now.foot_x
-    for index in range(OBSERVATIONS, len(out)):
+    for index in range(FELT):
         sound = sound and math.isfinite(out[index])
     if not sound:
         for index in range(len(out)):
             out[index] = 0.0
         out[OUTCOME] = _DIVERGED
+
+
+def _put(out: MutableSequence[float], index: int, value: float, bound: float) -> bool:
+    """Fill in a number, clipped to a bound in both directions; whether it is finite."""
+    out[index] = min(max(value, -bound), bound)
+    return math.isfinite(value)

@@ -39,6 +39,7 @@ def load(
         task: "walk_level", "walk_slopes", "walk_stairs" or "walk_random".
         task_kwargs: Fields of `mjbiped.envs.WalkTask` but its name, and `random`: a seed, or a
             `numpy.random.RandomState`; the same seed gives the same episodes. Without it they differ from time to time.
+            `{"robot": "kneed"}` walks with knees.
         environment_kwargs: `flat_observation`: whether observations are one array.
 
     Returns:

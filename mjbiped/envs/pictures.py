@@ -15,21 +15,22 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import RenderError
 from mjbiped.rendering.gl import ensure_gl
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
 _SIGHT = 4.0  # ground about the robot, m
 _REACH = 100.0  # how far ground of a single segment is built, m
-_CAMERA = "track"  # of models/compass.xml
+_CAMERA = "track"  # of the robots' files in models/
 
 
 class Camera:
-    """Draws a robot from a camera that moves with it; each ground has a scene of its own."""
+    """Draws a robot from a camera that moves with it; each robot and ground has a scene of its own."""
 
     def __init__(self, width: int, height: int) -> None:
         """Note the size of pictures, pixels; nothing is built yet."""
         self._size = height, width
-        self._terrain: Terrain | None = None
+        self._shown: tuple[Robot, Terrain] | None = None
         self._renderer: Any = None
 
     def picture(self, plan: Plan, simulation: Simulation) -> NDArray[np.uint8]:
@@ -39,8 +40,8 @@ class Camera:
             RenderError: No OpenGL platform works.
         """
         x = float(simulation.data.qpos[0])
-        if self._terrain is not plan.terrain:
-            self._terrain, self._inside = plan.terrain, (math.inf, -math.inf)
+        if self._shown is None or self._shown[0] is not plan.robot or self._shown[1] is not plan.terrain:
+            self._shown, self._inside = (plan.robot, plan.terrain), (math.inf, -math.inf)
             self._windows = GroundWindows(
                 plan.robot,
                 plan.terrain,

@@ -8,12 +8,16 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.envs import feeling
 from mjbiped.envs.pictures import Camera
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import HIGHEST, SEEN, Walkers
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import PIXELS, SEED, known_name
 
@@ -27,16 +31,24 @@ TERMS = {"reward_progress": feeling.PROGRESS, "reward_economy": feeling.ECONOMY,
 
 
 class Settings(TypedDict, total=False):
-    """Settings of a task, which `CompassWalkEnv` describes."""
+    """Settings of a task, which `WalkEnv` describes."""
 
     residual: bool
     privileged: bool
-    terrain: Terrain | Mapping[str, Any]
+    robot: Robot | str | Mapping[str, Any]
+    terrain: Terrain | str | Mapping[str, Any]
+    disturbances: Disturbances | Mapping[str, Any]
     control_period: float
+    time_limit: float
 
 
-def task_of(name: str, settings: Settings) -> WalkTask:
+def task_of(name: str, kind: str, settings: Settings) -> WalkTask:
     """Make the task of a name; settings that are None have their defaults.
+
+    Args:
+        name: One of `mjbiped.envs.TASKS`.
+        kind: Name of the robot where the setting `robot` does not give it.
+        settings: The others.
 
     Raises:
         InputError: There is no such setting, or its value is outside its domain.
@@ -44,19 +56,23 @@ def task_of(name: str, settings: Settings) -> WalkTask:
     for key in settings:
         known_name("setting", key, Settings.__annotations__)
     given: Any = {key: value for key, value in settings.items() if value is not None}
+    robot = given.setdefault("robot", kind)
+    if isinstance(robot, Mapping):
+        given["robot"] = {"kind": kind, **robot}
     return WalkTask(name, **given)
 
 
-def action_space() -> Any:
-    """Space of actions: ankle and hip torque, as shares of the greatest."""
-    return gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
+def action_space(task: WalkTask) -> Any:
+    """Space of actions: torques of the joints, as shares of the greatest."""
+    return gymnasium.spaces.Box(-1.0, 1.0, (len(task.limits),), np.float32)
 
 
 def observation_space(task: WalkTask) -> Any:
     """Space of observations, in a privileged task with those of the ground."""
     seen = SEEN if task.privileged else 0
-    low, high = ([*felt, *[end] * seen] for felt, end in ((feeling.LOWEST, -HIGHEST), (feeling.HIGHEST, HIGHEST)))
-    return gymnasium.spaces.Box(np.array(low), np.array(high), dtype=np.float64)
+    low, high = feeling.bounds(len(task.limits))
+    low, high = np.append(low, [-HIGHEST] * seen), np.append(high, [HIGHEST] * seen)
+    return gymnasium.spaces.Box(low, high, dtype=np.float64)
 
 
 def observations(walkers: Walkers) -> NDArray[np.float64]:
@@ -67,19 +83,20 @@ def observations(walkers: Walkers) -> NDArray[np.float64]:
     return np.column_stack([felt, [walkers.ground_seen(index) for index in range(len(felt))]])
 
 
-class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
-    """A compass biped walks on ground that it does not see.
+class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
+    """A biped walks on ground that it does not see.
 
     ## Description
 
     Two straight legs of 1 m and 5 kg are joined at the hip: the robot of Table I of Pu et al., *Adaptive Passive Biped
     Dynamic Walking on Unknown Uneven Terrain*. It walks in a plane. A motor at the ankle turns the stance leg against
-    the ground, one at the hip the legs against each other. It feels its joints and touchdowns, and neither gravity's
-    direction nor the ground. The aim is to walk on, as fast as the passive gait on 2° does, with little work.
+    the ground, one at the hip the legs against each other. The other robot has knees, with a motor at the swing knee.
+    It feels its joints and touchdowns, and neither gravity's direction nor the ground. The aim is to walk on, as fast
+    as the gait that it begins with, with little work.
 
     The physics is MuJoCo with the contact events of `mjbiped.walk`: with `residual=True` and zero actions the walk is
-    bitwise that of the adaptive controller there. As in `mjbiped.walk` the swing foot passes through the ground until
-    it is 0.2 m ahead of the stance foot, for legs without knees must scuff.
+    bitwise that of the adaptive controller there. As in `mjbiped.walk` a straight swing leg's foot passes through the
+    ground until it is 0.2 m ahead of the stance foot, for legs without knees must scuff.
 
     | id | ground |
     |---|---|
@@ -87,36 +104,45 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     | `mjbiped/CompassWalkSlopes-v0` | every 1.5 m the slope turns downhill by 0.3° |
     | `mjbiped/CompassWalkStairs-v0` | treads of 1.8 m, steps of 20 mm down |
     | `mjbiped/CompassWalkRandom-v0` | other ground in each episode: slopes of −3° to 3°, steps of −20 to 5 mm |
+    | `mjbiped/KneedWalk-v0` | legs with knees, level |
+    | `mjbiped/KneedWalkSlopes-v0` | legs with knees, every 1.5 m the slope turns downhill by 0.3° |
+    | `mjbiped/KneedWalkStairs-v0` | legs with knees, treads of 1.8 m, steps of 20 mm down |
+    | `mjbiped/KneedWalkRandom-v0` | legs with knees, other ground in each episode |
 
     ## Action space
 
-    `Box(-1, 1, (2,), float32)`. Each number is a part of the greatest torque that an action can ask for; it is held for
-    a control period of 20 ms. Numbers beyond are cut off.
+    `Box(-1, 1, (2,), float32)`, with knees `(3,)`. Each number is a part of the greatest torque that an action can ask
+    for; it is held for a control period of 20 ms. Numbers beyond are cut off. The torques are those of the robot of
+    Table I; other robots' are in proportion to weight and leg length, with knees half as great again.
 
     | number | action | torque at 1 | at 1 with `residual=True` |
     |---|---|---|---|
     | 0 | ankle: turns the stance leg forward | 11.85 N m | 3.555 N m |
     | 1 | hip: turns the swing leg forward against the stance leg | 7.9 N m | 2.37 N m |
+    | 2 | with knees, swing knee: bends it | 11.85 N m | 3.555 N m |
 
     With `residual=True` the action is added to the torques of the adaptive controller; the sum is cut off at what the
-    motors give, 35.55 N m at the ankle and 23.7 N m at the hip.
+    motors give, 35.55 N m at the ankle and the knee, and 23.7 N m at the hip.
 
     ## Observation space
 
-    `Box((12,), float64)`; with `privileged=True` 23 numbers. The bounds are far beyond what a walk comes to. Angles
-    are measured from the normal of the ground under the stance foot, positive forward.
+    `Box((12,), float64)`, with knees 18 numbers; with `privileged=True` 11 more. The bounds are far beyond what a walk
+    comes to. Angles are measured from the normal of the ground under the stance foot, positive forward.
 
-    | number | observation | unit |
-    |---|---|---|
-    | 0, 1 | angle of stance leg, swing leg | rad |
-    | 2, 3 | their rates | rad/s |
-    | 4 | 1 if the swing foot touched down in the last control period, else 0 | |
-    | 5 | time since the last touchdown, or since the start | s |
-    | 6, 7 | last touchdown: old stance leg and leg that landed, from the old ground's normal | rad |
-    | 8, 9 | last touchdown: new stance leg and new swing leg, from the new ground's normal | rad |
-    | 10, 11 | torque that ankle and hip hold | N m |
-    | 12 | privileged: slope under the stance foot, positive downhill | rad |
-    | 13 to 22 | privileged: height of the ground 0.1, 0.2, ... 1.0 m ahead of the stance foot, over its own | m |
+    | number | with knees | observation | unit |
+    |---|---|---|---|
+    | 0, 1 | 0 to 2 | angle of stance leg, swing leg; with knees stance leg, swing thigh, swing shank | rad |
+    | 2, 3 | 3 to 5 | their rates | rad/s |
+    | 4 | 6 | 1 if the swing foot touched down in the last control period, else 0 | |
+    | 5 | 7 | time since the last touchdown, or since the start | s |
+    | 6, 7 | 8 to 10 | last touchdown: the angles in the old roles, from the old ground's normal | rad |
+    | 8, 9 | 11 to 13 | last touchdown: the angles in the new roles, from the new ground's normal | rad |
+    | 10, 11 | 14 to 16 | torques that the joints hold, ankle first | N m |
+    | | 17 | 1 once the swing knee has struck its stop and is locked, else 0 | |
+    | 12 | 18 | privileged: slope under the stance foot, positive downhill | rad |
+    | 13 to 22 | 19 to 28 | privileged: ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, over it | m |
+
+    Where sensors err by `disturbances`, the angles and rates are those that the controller reads.
 
     ## Rewards
 
@@ -127,22 +153,23 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     | `reward_progress` | 0.75 · min(max(v / v₀, 0), 1) |
     | `reward_economy` | 0.25 / (1 + w / w₀) |
 
-    Here v is the hip's speed, averaged over about a step (exponentially, with the gait's period of 0.765 s, from v₀
-    on), and v₀ that of the passive gait, 0.494 m/s; w is the absolute work of both motors in this control period, and
-    w₀ a tenth of the weight times the way at v₀.
+    Here v is the hip's speed, averaged over about a step (exponentially, with the gait's period, 0.765 s or with knees
+    1.007 s, from v₀ on), and v₀ that of the gait, 0.494 m/s either way; w is the absolute work of all motors in this
+    control period, and w₀ a tenth of the weight times the way at v₀.
 
-    `info` holds `x_position` (of the hip, m) and `outcome` ("walking", or how the walk ended), too.
+    `info` holds `x_position` (of the hip, m), `outcome` ("walking", or how the walk ended), and the numbers that were
+    drawn for the episode, such as `terrain.seed`.
 
     ## Starting state
 
-    The passive gait on 2° just after its touchdown, left foot at x = 0, each rate times a random number from 0.95 to
-    1.05.
+    The passive gait on 2°, or with knees a gait of 8 cm clearance on level ground, just after its touchdown, left foot
+    at x = 0, the rates of either leg times a random number from 0.95 to 1.05.
 
     ## Episode end
 
     An episode is *terminated* when the walk ends as in `mjbiped.walk`: the hip comes lower than half a leg over the
     ground, no touchdown comes for 3.2 s, the stance foot slips by 0.1 m, the ground ends, or the physics diverges. It
-    is *truncated* after 1000 steps (20 s).
+    is *truncated* after `time_limit`, with the outcome "time limit".
 
     ## Arguments
 
@@ -150,10 +177,16 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     |---|---|---|
     | `residual` | `False` | add actions to the adaptive controller's torques |
     | `privileged` | `False` | observe the ground, too |
-    | `terrain` | `{}` | parameters of the ground's preset, such as `{"rise": -0.03}`, or a `mjbiped.Terrain` |
+    | `robot` | of the id | a `mjbiped.Compass` or `mjbiped.KneedBiped`, its name, or its parameters |
+    | `terrain` | `{}` | parameters of the ground's preset, a preset's name, or a `mjbiped.Terrain` |
+    | `disturbances` | `None` | a `mjbiped.Disturbances`, or its parameters |
     | `control_period` | `0.02` | time between two actions, s, a multiple of 4 ms |
+    | `time_limit` | `20` | longest episode, s |
     | `render_mode` | `None` | `"rgb_array"`: `render` gives a picture |
     | `width`, `height` | `640`, `480` | its size, pixels |
+
+    Parameters of robot, terrain and disturbances may be distributions, `{"leg_mass": {"uniform": [4.5, 5.5]}}`, from
+    which each episode draws.
 
     An environment can be pickled and copied in the middle of an episode; the copy goes on by itself, bitwise the same.
     """
@@ -164,6 +197,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         self,
         task: str = "walk_level",
         *,
+        kind: str = Compass.kind,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
@@ -173,6 +207,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
 
         Args:
             task: One of `mjbiped.envs.TASKS`.
+            kind: Name of the robot where the setting `robot` does not give it: "compass" or "kneed".
             render_mode: "rgb_array" if `render` shall give pictures.
             width: Width of pictures, pixels.
             height: Height of pictures, pixels.
@@ -183,11 +218,11 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
-        chosen = task_of(task, settings)
+        chosen = task_of(task, kind, settings)
         self.walkers = Walkers(chosen)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}
-        self.action_space = action_space()
+        self.action_space = action_space(chosen)
         self.observation_space = observation_space(chosen)
         self._most = np.array(chosen.limits)
         self._size = PIXELS.check("width", width), PIXELS.check("height", height)
@@ -206,12 +241,14 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         walkers = self.walkers
         walkers.act(action, self._most)
         walkers.step()
-        reward, over = float(walkers.value(feeling.REWARD)[0]), bool(walkers.value(feeling.OUTCOME)[0])
-        return observations(walkers)[0], reward, over, False, self._info()
+        reward, outcome = float(walkers.value(feeling.REWARD)[0]), walkers.outcome(0)
+        truncated = outcome is Outcome.TIME_LIMIT
+        over = outcome is not Outcome.WALKING and not truncated
+        return observations(walkers)[0], reward, over, truncated, self._info()
 
     def _info(self) -> dict[str, Any]:
         told = {name: float(self.walkers.value(at)[0]) for name, at in TERMS.items()}
-        return {**told, "outcome": self.walkers.outcome(0).words}
+        return {**told, "outcome": self.walkers.outcome(0).words, **self.walkers.episode(0).drawn}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the robot, RGB, shape (height, width, 3); None without `render_mode`.
@@ -229,7 +266,7 @@ class CompassWalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     def walk(self) -> Walk:
         """Return the record of the episode so far, with the measures, figures and videos of any walk.
 
-        Its outcome is "interrupted" while the robot walks, and "time limit" after 20 s.
+        Its outcome is "interrupted" while the robot walks, and "time limit" at the end of the longest episode.
         """
         return self.walkers.walk()
 

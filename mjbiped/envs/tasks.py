@@ -7,58 +7,55 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from mjbiped.control.registry import make_controller
+from mjbiped.control.registry import driver_of, make_controller
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import LONGEST_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
-from mjbiped.envs.driven import DrivenController, Pair
+from mjbiped.envs.driven import DrivenController
+from mjbiped.envs.recipes import TASKS, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.described import usual_gait
+from mjbiped.gaits.gait import Periodic
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
+from mjbiped.utils.draws import Number
 
-TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
+IDS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "walk_level": ("level", {}),
-        "walk_slopes": ("slopes", {}),
-        "walk_stairs": ("stairs", {"rise": -0.02}),
-        "walk_random": ("random", {"length": 15.0}),
+        f"mjbiped/{kind}Walk{ground}-v0": (f"walk_{ground.lower() or 'level'}", kind.lower())
+        for kind in ("Compass", "Kneed")
+        for ground in ("", "Slopes", "Stairs", "Random")
     }
 )
-"""The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
+"""Tasks and robots by their names in Gymnasium."""
 
-IDS: Mapping[str, str] = MappingProxyType(
-    {
-        "mjbiped/CompassWalk-v0": "walk_level",
-        "mjbiped/CompassWalkSlopes-v0": "walk_slopes",
-        "mjbiped/CompassWalkStairs-v0": "walk_stairs",
-        "mjbiped/CompassWalkRandom-v0": "walk_random",
-    }
-)
-"""Tasks by their names in Gymnasium."""
+PEAK: Mapping[str, float] = MappingProxyType({"ankle": 35.55, "hip": 23.7, "knee": 35.55})
+"""Greatest torques of the motors, N m: those of the knees (35.55) and hips of Unitree's Go1, a walking robot of 12 kg
+(`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie). They are for the robot of Table I, and are in proportion to
+weight and leg length for others."""
 
-PEAK: Pair = (35.55, 23.7)
-"""Greatest torque of the ankle's and of the hip's motor, N m: what the knee's and the hip's motor of Unitree's Go1
-give, a walking robot of 12 kg (`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie)."""
+TORQUE = 3.0
+"""`PEAK` over what an action can ask for: somewhat more than the adaptive controller asks for on the tasks' grounds
+(10 and 3.2 N m), and little enough that a policy which knows nothing yet does not throw the robot."""
 
-TORQUE: Pair = (PEAK[0] / 3.0, PEAK[1] / 3.0)
-"""Greatest ankle and hip torque of an action, N m: somewhat more than the adaptive controller asks for on the tasks'
-grounds (10 and 3.2 N m), and little enough that a policy which knows nothing yet does not throw the robot."""
-
-RESIDUAL: Pair = (PEAK[0] / 10.0, PEAK[1] / 10.0)
-"""Greatest ankle and hip torque of an action that is added to the adaptive controller's, N m."""
+RESIDUAL = 10.0
+"""`PEAK` over what an action can add to the adaptive controller's torques."""
 
 CONTROL_PERIOD = 0.02  # s
 TIME_LIMIT = 20.0  # of an episode, s
 TIMESTEP = LONGEST_TIMESTEP
 """Longest physics step, s: at 4 ms c_mt errs by 0.03 % (docs/step_size.md)."""
+KNEES_TIMESTEP, KNEES_TICK = 2e-3, 4e-3
+"""Longest physics step, and time between two ticks of the controller, of robots with knees, s: their shanks are light,
+and with torques held for 20 ms the adaptive controller falls on the first steps."""
 DISTURBANCE = 0.05  # of the rates at an episode's start, as a part of them
 IMITATED_DEG = 2.0  # slope of the passive gait on which episodes begin, degrees
 AHEAD = tuple(0.1 * step for step in range(1, 11))
@@ -67,15 +64,41 @@ _CONTROL_PERIOD = domains.Domain(TIMESTEP, 1.0, "s")  # what is recorded in a lo
 _SHORTEST_STEP = ScuffingRule().delay  # no step of a walk is shorter, s
 
 
+class Episode(NamedTuple):
+    """What an episode begins with.
+
+    Attributes:
+        robot: The robot that walks.
+        terrain: The ground.
+        disturbances: Of its control loop, pushes and friction.
+        start: First angles (rad) and rates (rad/s).
+        drawn: Numbers that were drawn for the episode, by names such as "robot.leg_mass".
+    """
+
+    robot: Robot
+    terrain: Terrain
+    disturbances: Disturbances
+    start: tuple[float, ...]
+    drawn: Mapping[str, Number]
+
+
 @dataclass(frozen=True)
 class WalkTask:
     """A task for a learner.
+
+    Robot, terrain and disturbances may have distributions in the place of numbers, {"uniform": [4, 5]} for instance,
+    from which each episode draws; `mjbiped.envs.recipes` reads them.
 
     Attributes:
         name: One of `TASKS`.
         residual: Whether actions are added to the torques of the adaptive controller; otherwise they act alone.
         privileged: Whether the terrain is observed too.
-        terrain: Parameters of the task's preset that replace the default ones, or a terrain.
+        robot: The robot that walks: an object, a name such as "kneed", or a table of parameters. The adaptive
+            controller knows the robot with the medians of what is drawn.
+        terrain: Parameters of the task's preset that replace the default ones, a preset's name, or a terrain. Random
+            ground whose seed is not given is another one in each episode.
+        disturbances: Disturbances, or a table of them; noise and pushes whose seed is not given are others in each
+            episode.
         control_period: Time between two actions, s, a multiple of the timestep 4 ms, at most 1 s.
         time_limit: Longest episode, s.
 
@@ -86,7 +109,9 @@ class WalkTask:
     name: str
     residual: bool = False
     privileged: bool = False
-    terrain: Terrain | Mapping[str, Any] = field(default_factory=dict)
+    robot: Robot | str | Mapping[str, Any] = Compass.kind
+    terrain: Terrain | str | Mapping[str, Any] = field(default_factory=dict)
+    disturbances: Disturbances | Mapping[str, Any] | None = None
     control_period: Annotated[float, _CONTROL_PERIOD] = CONTROL_PERIOD
     time_limit: Annotated[float, domains.TIME] = TIME_LIMIT
 
@@ -96,24 +121,61 @@ class WalkTask:
         for name in ("residual", "privileged"):
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name} = {shown(getattr(self, name))}: must be True or False")
-        if not isinstance(self.terrain, Terrain | Mapping):
-            raise InputError(
-                f"terrain = {shown(self.terrain)}: must be a Terrain, or a dictionary of parameters of the preset "
-                f"{TASKS[self.name][0]}"
-            )
         domains.check_fields(self)
-        _ = self.engine
-        self.ground(np.random.default_rng(0))
+        for recipe in self._recipes:
+            recipe.check()
+        if "hip" not in self.model.joints:
+            raise InputError(f"robot: a {type(self.model).__name__} has no legs to walk with; give compass or kneed")
+        _ = self.ticks
+
+    @cached_property
+    def _recipes(self) -> tuple[Recipe[Robot], Recipe[Terrain], Recipe[Disturbances]]:
+        """How robot, terrain and disturbances are made."""
+        return robot_recipe(self.robot), terrain_recipe(self.terrain, self.name), disturbances_recipe(self.disturbances)
+
+    @cached_property
+    def model(self) -> Robot:
+        """Robot that the controller knows: parameters that are drawn have their medians."""
+        return self._recipes[0].middle
+
+    @property
+    def _knees(self) -> bool:
+        return "knee" in self.model.joints
 
     @cached_property
     def engine(self) -> Mujoco:
-        """Engine of the task."""
-        return Mujoco(timestep=TIMESTEP, control_period=self.control_period)
+        """Engine of the task; its control period is the time between two ticks of the controller."""
+        usual = KNEES_TICK if self._knees else self.control_period
+        tick = self._recipes[2].middle.control_period or usual
+        return Mujoco(timestep=KNEES_TIMESTEP if self._knees else TIMESTEP, control_period=tick)
 
-    @property
-    def limits(self) -> Pair:
-        """Greatest ankle and hip torque of an action, N m."""
-        return RESIDUAL if self.residual else TORQUE
+    @cached_property
+    def ticks(self) -> int:
+        """Ticks of the controller while an action is held.
+
+        Raises:
+            InputError: They do not fit the time between two actions.
+        """
+        tick = self.engine.control_period or self.control_period
+        ticks = round(self.control_period / tick)
+        if ticks < 1 or abs(ticks * tick - self.control_period) > 1e-6 * tick:
+            raise InputError(
+                f"control_period = {self.control_period:g}: must be a multiple of the time between two ticks of the "
+                f"controller, {tick:g} s"
+            )
+        return ticks
+
+    @cached_property
+    def peak(self) -> tuple[float, ...]:
+        """Greatest torques of the motors, N m."""
+        usual = Compass()
+        size = self.model.weight * self.model.leg_length / (usual.weight * usual.leg_length)
+        return tuple(PEAK[joint] * size for joint in self.model.joints)
+
+    @cached_property
+    def limits(self) -> tuple[float, ...]:
+        """Greatest torques of an action, N m."""
+        return tuple(peak / (RESIDUAL if self.residual else TORQUE) for peak in self.peak)
 
     @property
     def max_steps(self) -> int:
@@ -121,80 +183,72 @@ class WalkTask:
         return max(1, round(self.time_limit / self.control_period))
 
     @cached_property
-    def gait(self) -> Gait:
+    def gait(self) -> Periodic:
         """Gait with which episodes begin."""
-        return _gait()
+        return _gait(self.model)
 
     @property
     def target_speed(self) -> float:
         """Speed at which the reward's first term is full, m/s: that of the gait."""
         return float(self.gait.step_length / self.gait.period)
 
-    def ground(self, random: np.random.Generator) -> Terrain:
-        """Terrain of an episode.
+    def episode(self, random: np.random.Generator) -> Episode:
+        """Draw an episode.
 
         Args:
-            random: Generator that draws the seed of a ground that differs from episode to episode.
+            random: Generator; the same state of it gives the same episode.
 
         Raises:
-            InputError: A parameter is outside its domain.
+            InputError: A number is outside its domain; of a normal distribution it can be.
         """
-        if not self.redrawn:
-            return self._only_ground
-        return self._preset(seed=int(random.integers(2**31)))
+        drawn = self._drawn(random)
+        start = self._start(random)
+        robot, terrain, disturbances = self._recipes
+        return Episode(robot.made(drawn), terrain.made(drawn), disturbances.made(drawn), start, drawn)
 
-    @cached_property
-    def _only_ground(self) -> Terrain:
-        """Terrain of all episodes."""
-        return self.terrain if isinstance(self.terrain, Terrain) else self._preset()
+    def _drawn(self, random: np.random.Generator) -> dict[str, Number]:
+        """Draw the numbers of an episode, in the order of their names."""
+        draws = {name: draw for recipe in self._recipes for name, draw in recipe.draws.items()}
+        return {name: draws[name].value(random) for name in sorted(draws)}
 
-    def _preset(self, **drawn: int) -> Terrain:
-        assert not isinstance(self.terrain, Terrain)
-        preset, own = TASKS[self.name]
-        return Terrain.preset(preset, **{**own, **self.terrain, **drawn})
-
-    @property
-    def redrawn(self) -> bool:
-        """Whether each episode has a ground of its own."""
-        return not isinstance(self.terrain, Terrain) and self.name == "walk_random" and "seed" not in self.terrain
-
-    def start(self, random: np.random.Generator) -> tuple[float, float, float, float]:
-        """Angles (rad) and rates (rad/s) at an episode's start: the gait's, with disturbed rates."""
-        q1, q2, dq1, dq2 = self.gait.start.tolist()
-        first, second = random.uniform(1.0 - DISTURBANCE, 1.0 + DISTURBANCE, 2).tolist()
-        return q1, q2, dq1 * first, dq2 * second
+    def _start(self, random: np.random.Generator) -> tuple[float, ...]:
+        """Angles (rad) and rates (rad/s) at an episode's start: the gait's, with disturbed rates of either leg."""
+        start = self.gait.start.tolist()
+        count = len(start) // 2
+        stance, swing = random.uniform(1.0 - DISTURBANCE, 1.0 + DISTURBANCE, 2).tolist()
+        return (*start[:count], start[count] * stance, *(rate * swing for rate in start[count + 1 :]))
 
     @cached_property
     def controller(self) -> DrivenController:
         """Controller that the actions drive."""
-        robot = self.gait.robot
-        settings = {"imitate_slope_deg": IMITATED_DEG} if self.residual else {}
-        base = make_controller("adaptive" if self.residual else "passive", robot, settings)
-        return DrivenController(base, self.limits, PEAK)
+        name, gait = ("adaptive", self.gait) if self.residual else ("passive", None)
+        base = driver_of(make_controller(name, self.model, {}, gait), self.model)
+        return DrivenController(base, self.limits, self.peak)
 
     @cached_property
     def _description(self) -> dict[str, Any]:
         return check_controller(self.controller)
 
-    def plan(self, terrain: Terrain, start: tuple[float, float, float, float], *, recorded: bool) -> Plan:
+    def plan(self, episode: Episode, *, recorded: bool) -> Plan:
         """Plan of the walk of an episode, as `mjbiped.walk` would check it.
 
         Args:
-            terrain: The ground.
-            start: First angles (rad) and rates (rad/s).
+            episode: What was drawn for it.
             recorded: Whether samples are kept.
         """
         terms = Terms(
             self.engine,
             math.ceil(self.time_limit / _SHORTEST_STEP) + 1,
             None,
-            self.gait.robot,
+            episode.robot,
             DEFAULT_SAMPLE_PERIOD if recorded else None,
             ScuffingRule(),
         )
-        return make_plan(terms, self.controller, terrain, start, self._description)
+        return make_plan(
+            terms, self.controller, episode.terrain, episode.start, self._description, episode.disturbances
+        )
 
 
-@lru_cache(maxsize=1)
-def _gait() -> Gait:
-    return find_passive_gait(Compass(), math.radians(IMITATED_DEG))
+@lru_cache(maxsize=16)
+def _gait(robot: Robot) -> Periodic:
+    return usual_gait(robot, math.radians(IMITATED_DEG))

@@ -14,6 +14,7 @@ from mjbiped.envs.single import TERMS, Settings, action_space, observation_space
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
+from mjbiped.robots.compass import Compass
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import SEED, STEPS, WALKS, WORKERS, entries
 from mjbiped.utils.parallel import cores
@@ -25,8 +26,8 @@ from gymnasium.vector.utils import batch_space  # isort: skip
 _WORDS = np.array([outcome.words for outcome in Outcome])
 
 
-class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
-    """Many robots of `mjbiped.envs.single.CompassWalkEnv`, each on ground of its own.
+class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
+    """Many robots of `mjbiped.envs.single.WalkEnv`, each on ground of its own.
 
     `gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64)` makes it. Each robot walks bitwise as in an
     environment of its own with the seed `seed + index`, whatever the number of threads. After the end of its episode
@@ -41,6 +42,7 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         num_envs: int = 1,
         task: str = "walk_level",
         *,
+        kind: str = Compass.kind,
         max_episode_steps: int | None = None,
         threads: int | None = None,
         **settings: Unpack[Settings],
@@ -50,14 +52,15 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         Args:
             num_envs: Number of robots.
             task: One of `mjbiped.envs.TASKS`.
-            max_episode_steps: Number of steps after which an episode is truncated; by default those of 20 s.
+            kind: Name of the robot where the setting `robot` does not give it: "compass" or "kneed".
+            max_episode_steps: Number of steps after which an episode is truncated, in the place of `time_limit`.
             threads: Number of threads that step robots at the same time; by default the number of cores.
-            **settings: Settings of the task, which `CompassWalkEnv` describes.
+            **settings: Settings of the task, which `WalkEnv` describes.
 
         Raises:
             InputError: A value is outside its domain.
         """
-        chosen = task_of(task, settings)
+        chosen = task_of(task, kind, settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)
             chosen = replace(chosen, time_limit=longest * chosen.control_period)
@@ -65,7 +68,8 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         threads = WORKERS.check("threads", cores() if threads is None else threads)
         self.walkers = Walkers(chosen, num_envs, threads=threads, recorded=False)
         self._longest = chosen.max_steps
-        self.single_action_space, self.single_observation_space = action_space(), observation_space(chosen)
+        self._drawn: dict[str, NDArray[Any]] = {}
+        self.single_action_space, self.single_observation_space = action_space(chosen), observation_space(chosen)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._most = np.array(chosen.limits)
@@ -106,9 +110,11 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
                 self._randoms[index] = seeding.np_random(each)[0]
         for index in np.flatnonzero(mask).tolist():
             self.walkers.begin(index, self._randoms[index])
+        self._note_drawn()
         self._steps[mask] = 0
         self._ended = [index for index in self._ended if not mask[index]]
-        return observations(self.walkers), self._info(self.walkers.told())
+        told = self.walkers.told()
+        return observations(self.walkers), self._info(told, told[feeling.OUTCOME])
 
     def step(
         self, actions: NDArray[np.float32]
@@ -122,19 +128,27 @@ class CompassWalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], N
         for index in begun:
             walkers.begin(index, self._randoms[index])
             self._steps[index] = 0
+        if begun:
+            self._note_drawn()
         told = walkers.told()
-        rewards, terminated = told[feeling.REWARD], told[feeling.OUTCOME] != 0.0
+        rewards, outcomes = told[feeling.REWARD], told[feeling.OUTCOME]
+        terminated = outcomes != 0.0
         for index in begun:
             rewards[index] = 0.0
         truncated = self._steps >= self._longest
         truncated &= ~terminated
+        outcomes[truncated] = float(Outcome.TIME_LIMIT)
         self._ended = np.flatnonzero(terminated | truncated).tolist()
-        return observations(walkers), rewards, terminated, truncated, self._info(told)
+        return observations(walkers), rewards, terminated, truncated, self._info(told, outcomes)
 
-    def _info(self, told: NDArray[np.float64]) -> dict[str, Any]:
+    def _note_drawn(self) -> None:
+        """Note the numbers that were drawn for the robots' episodes, in new arrays: infos keep the old ones."""
+        each = [self.walkers.episode(index).drawn for index in range(self.num_envs)]
+        self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
+
+    def _info(self, told: NDArray[np.float64], outcomes: NDArray[np.float64]) -> dict[str, Any]:
         """Arrays of `info`, each with the mask that Gymnasium asks for."""
-        info: dict[str, Any] = {name: told[at] for name, at in TERMS.items()}
-        outcomes = told[feeling.OUTCOME]
+        info: dict[str, Any] = {**{name: told[at] for name, at in TERMS.items()}, **self._drawn}
         info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
         return {**info, **{f"_{name}": self._all for name in info}}
 

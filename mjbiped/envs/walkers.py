@@ -14,12 +14,11 @@ from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
 from mjbiped.engines.mujoco.ticks import Ticks
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.envs import feeling
-from mjbiped.envs.tasks import AHEAD, WalkTask
+from mjbiped.envs.tasks import AHEAD, Episode, WalkTask
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
 SEEN = 1 + len(AHEAD)
@@ -33,6 +32,11 @@ AFFORDED = 0.1
 the adaptive controller's on level ground."""
 
 
+def _alike(first: Episode, second: Episode) -> bool:
+    """Whether two episodes are those of the same objects, so that their simulation can be used again."""
+    return all(getattr(first, name) is getattr(second, name) for name in ("robot", "terrain", "disturbances"))
+
+
 def _checksum(numbers: NDArray[np.float64]) -> float:
     """Checksum that tells a robot's state from other numbers."""
     return float(zlib.crc32(np.ascontiguousarray(numbers).tobytes()))
@@ -43,7 +47,8 @@ class Walkers:
 
     Attributes:
         task: Their task.
-        actions: Torques for the next control period, N m, shape (robots, 2); `act` writes them.
+        joints: Number of joints with motors.
+        actions: Torques for the next control period, N m, shape (robots, joints); `act` writes them.
     """
 
     def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
@@ -57,11 +62,13 @@ class Walkers:
         """
         self.task = task
         self._recorded, self._threads = recorded, threads
-        self._ticks = Ticks(count, feeling.SIZES, feeling.feel, threads=threads)
+        self.joints = joints = len(task.model.joints)
+        self._ticks = Ticks(count, feeling.sizes_of(joints), feeling.FEEL[joints], threads=threads, ticks=task.ticks)
         self.actions = self._ticks.inputs
         self._out = self._ticks.out
-        self._shapes = ((count, 2), *([(2,)] if count == 1 else []))  # of actions
+        self._shapes = ((count, joints), *([(joints,)] if count == 1 else []))  # of actions
         self._runs: list[MujocoRun | None] = [None] * count
+        self._episodes: list[Episode | None] = [None] * count
         self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
         # what is recorded waits in a simulation's own rows until it is taken
         samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
@@ -73,39 +80,40 @@ class Walkers:
 
         Args:
             index: Number of the robot.
-            random: Generator that draws ground and start.
+            random: Generator that draws the episode.
         """
         with announced("the environment's robot", wanted=True):
-            self._place(index, self.task.ground(random), self.task.start(random))
+            self._place(index, self.task.episode(random))
 
-    def _place(self, index: int, ground: Terrain, start: tuple[float, float, float, float]) -> None:
-        plan = self.task.plan(ground, start, recorded=self._recorded)
-        before = self._runs[index]
-        same = before.simulation if before is not None and before.plan.terrain is ground else None
-        run = MujocoRun(plan, self.task.engine, before=same)
-        self._runs[index] = run
-        self._ticks.put(index, run.simulation, self.task.controller.place)
+    def _place(self, index: int, episode: Episode) -> None:
+        task = self.task
+        plan = task.plan(episode, recorded=self._recorded)
+        before, old = self._runs[index], self._episodes[index]
+        same = before.simulation if before is not None and old is not None and _alike(old, episode) else None
+        run = MujocoRun(plan, task.engine, before=same)
+        self._runs[index], self._episodes[index] = run, episode
+        self._ticks.put(index, run.simulation, task.controller.place)
         self._note_inside(index)
-        kept, target = self._ticks.kept[index], self.task.target_speed * self.task.control_period
-        kept[feeling.LEG_LENGTH], kept[feeling.TARGET] = plan.robot.leg_length, target
+        kept, target = self._ticks.kept[index], task.target_speed * task.control_period
+        kept[feeling.TARGET] = target
         kept[feeling.AFFORDED] = AFFORDED * plan.robot.weight * target
-        kept[feeling.SHARE] = min(1.0, self.task.control_period / self.task.gait.period)
-        kept[feeling.LAST_WORK] = kept[feeling.LAST_COUNT] = 0.0
+        kept[feeling.SHARE] = min(1.0, task.control_period / task.gait.period)
+        kept[feeling.TICKS] = task.ticks
+        feeling.sense_by(episode.disturbances.sensors, kept)
+        kept[feeling.LAST_WORK] = kept[feeling.LAST_COUNT] = kept[feeling.TICK_NUMBER] = 0.0
         self.actions[index] = 0.0
         self._ticks.look(index)
         kept[feeling.AVERAGE] = target
 
     def restart(self, index: int) -> None:
         """Begin the episode of a robot again, on the same ground and from the same state."""
-        plan = self._run(index).plan
-        q1, q2, dq1, dq2 = (*plan.q, *plan.dq)
-        self._place(index, plan.terrain, (q1, q2, dq1, dq2))
+        self._place(index, self.episode(index))
 
     def act(self, actions: ArrayLike, scale: float | NDArray[np.float64] = 1.0) -> None:
         """Choose the actions of the next control period.
 
         Args:
-            actions: Torques of ankle and hip; a row for each of several robots.
+            actions: Torques of the joints; a row for each of several robots.
             scale: Torque that 1 stands for, N m.
 
         Raises:
@@ -116,9 +124,9 @@ class Walkers:
                 raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
         except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
-            wanted = f"shape {self.actions.shape}, ankle and hip of each robot"
+            wanted = f"shape {self.actions.shape}, {self.named_joints} of each robot"
             if len(self.actions) == 1:
-                wanted = "two numbers, of ankle and hip"
+                wanted = f"{('two', 'three')[self.joints - 2]} numbers, of {self.named_joints}"
             raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
 
     def step(self) -> None:
@@ -163,9 +171,15 @@ class Walkers:
         run.simulation.take(run.recorder)
 
     @property
+    def named_joints(self) -> str:
+        """The joints in words: "ankle and hip"."""
+        *first, last = self.task.model.joints
+        return f"{', '.join(first)} and {last}"
+
+    @property
     def felt(self) -> NDArray[np.float64]:
-        """Observations of the robots, shape (robots, `feeling.OBSERVATIONS`), which `step` overwrites."""
-        return self._out[:, : feeling.OBSERVATIONS]
+        """Observations of the robots, shape (robots, numbers), which `step` overwrites; see `feeling.observed`."""
+        return self._out[:, feeling.FELT :]
 
     def value(self, which: int) -> NDArray[np.float64]:
         """One number of all robots by its index in `feeling`, which `step` overwrites."""
@@ -177,7 +191,13 @@ class Walkers:
 
     def outcome(self, index: int) -> Outcome:
         """Outcome of a robot's episode; `Outcome.WALKING` while it lasts."""
-        return Outcome(int(self._out[index, feeling.OUTCOME]))
+        outcome = Outcome(int(self._out[index, feeling.OUTCOME]))
+        return Outcome.TIME_LIMIT if outcome is Outcome.WALKING and self._is_late(index) else outcome
+
+    def _is_late(self, index: int) -> bool:
+        """Whether a robot has walked for the longest time of an episode."""
+        late: bool = self.simulation(index).data.time > self.task.time_limit - 0.5 * self.task.control_period
+        return late
 
     def ground_seen(self, index: int) -> NDArray[np.float64]:
         """Privileged part of an observation, shape (`SEEN`,).
@@ -190,6 +210,13 @@ class Walkers:
         heights = plan.terrain.height(places) - self._ticks.now[index].foot_z
         return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
 
+    def episode(self, index: int = 0) -> Episode:
+        """What a robot's episode began with."""
+        episode = self._episodes[index]
+        if episode is None:
+            raise MjbipedError(_NO_EPISODE)
+        return episode
+
     def plan(self, index: int = 0) -> Plan:
         """Plan of a robot's episode."""
         return self._run(index).plan
@@ -201,12 +228,12 @@ class Walkers:
     def walk(self, index: int = 0) -> Walk:
         """Return the record of a robot's episode so far.
 
-        Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the task's.
+        Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the longest time.
         """
         run = self._run(index)
         outcome = run.simulation.outcome
-        late = run.simulation.data.time > self.task.time_limit - 0.5 * self.task.control_period
-        run.outcome = outcome if outcome is not Outcome.WALKING else Outcome.TIME_LIMIT if late else Outcome.INTERRUPTED
+        lasting = Outcome.TIME_LIMIT if self._is_late(index) else Outcome.INTERRUPTED
+        run.outcome = lasting if outcome is Outcome.WALKING else outcome
         run.simulation.finish(run.recorder)
         return run.record()
 
@@ -244,7 +271,7 @@ class Walkers:
     def close(self) -> None:
         """End the threads, and release the simulations."""
         self._ticks.close()
-        self._runs = [None] * len(self._runs)
+        self._runs, self._episodes = [None] * len(self._runs), [None] * len(self._runs)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return settings and episodes, from which `__setstate__` builds the robots again."""
@@ -252,15 +279,15 @@ class Walkers:
         for index, run in enumerate(self._runs):
             if run is not None:
                 self._take(index)
-                start = (*run.plan.q, *run.plan.dq)
-                episodes[index] = run.plan.terrain, start, self.state(index), run.recorder
-        return {"made": (self.task, len(self._runs), self._threads, self._recorded), "episodes": episodes}
+                episodes[index] = self.episode(index), self.state(index), run.recorder
+        made = self.task, len(self._runs), self._threads, self._recorded
+        return {"made": made, "episodes": episodes}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Build the robots again, each in its state."""
         task, count, threads, recorded = state["made"]
         self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
-        for index, (terrain, start, whole, recorder) in state["episodes"].items():
-            self._place(index, terrain, start)
+        for index, (episode, whole, recorder) in state["episodes"].items():
+            self._place(index, episode)
             self.set_state(whole, index)
             self._run(index).recorder = recorder

@@ -162,7 +162,7 @@ def _controller(walk: Walk) -> Iterator[Option]:
     if "gait" in described:
         gait = described["gait"]
         settings["initial_slope_estimate_deg"] = _degrees(
-            next(described[key] for key in SLOPE_FIELDS if key in described)
+            next((described[key] for key in SLOPE_FIELDS if key in described), 0.0)
         )
         if "goal" in gait:
             settings["reference"] = words_of(Goal(**gait["goal"]))

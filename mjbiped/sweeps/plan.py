@@ -25,11 +25,12 @@ from mjbiped.gaits.gait import Periodic
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
-from mjbiped.sweeps.values import Draw, Scalar, check_keys
+from mjbiped.sweeps.values import Scalar, check_keys, generator
 from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.draws import Draw
 from mjbiped.utils.reading import read_text
 
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
@@ -159,7 +160,7 @@ def _cells(
     for sample in range(samples):
         for combination in product(*parts):
             values = {
-                name: value.value(seed, sample, name) if isinstance(value, Draw) else value
+                name: value.value(generator(seed, sample, name)) if isinstance(value, Draw) else value
                 for part in combination
                 for name, value in part.items()
             }

@@ -17,11 +17,12 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import named
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS, ROBOT
-from mjbiped.sweeps.values import Choice, Draw, check_keys, read_choice
+from mjbiped.sweeps.values import Choice, check_keys, read_choice
 from mjbiped.terrain.files import FILE_KEY
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
+from mjbiped.utils.draws import Draw
 
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
 SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "scuffing", "terrain")

@@ -6,57 +6,31 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, known_name
+from mjbiped.utils.domains import known_name
+from mjbiped.utils.draws import DISTRIBUTIONS, Draw, read_draw
 
 Scalar: TypeAlias = bool | int | float | str
 
 SCALES = ("linear", "log")
 _RANGE = ("from", "to", "count", "scale")
-_ENDS: dict[str, tuple[Domain | Count, Domain | Count]] = {
-    "uniform": (domains.STUDY_NUMBER, domains.STUDY_NUMBER),
-    "log_uniform": (domains.STUDY_POSITIVE, domains.STUDY_POSITIVE),
-    "normal": (domains.STUDY_NUMBER, domains.STUDY_POSITIVE),
-    "integer": (domains.STUDY_EXACT, domains.STUDY_EXACT),
-}
-DISTRIBUTIONS = tuple(_ENDS)
 
 _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 
-@dataclass(frozen=True)
-class Draw:
-    """A distribution from which values are drawn.
-
-    Attributes:
-        kind: One of `DISTRIBUTIONS`.
-        first: Lower end, included; mean of the normal distribution.
-        second: Upper end, of "integer" included; standard deviation of the normal distribution.
-    """
-
-    kind: str
-    first: float
-    second: float
-
-    def value(self, seed: int, sample: int, name: str) -> Scalar:
-        """Draw the value of a quantity in a sample; it depends on the study's seed, the sample and the name alone."""
-        key = (sample, zlib.crc32(name.encode()))
-        draw = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
-        if self.kind == "integer":
-            return int(draw.integers(int(self.first), int(self.second), endpoint=True))
-        if self.kind == "log_uniform":
-            return math.exp(draw.uniform(math.log(self.first), math.log(self.second)))
-        return float(getattr(draw, self.kind)(self.first, self.second))
-
-
 Choice: TypeAlias = tuple[Scalar, ...] | Draw
 """The values of a grid (a single one where the quantity is fixed), or a distribution."""
+
+
+def generator(seed: int, sample: int, name: str) -> np.random.Generator:
+    """Generator of a quantity's value in a sample; depends on the seed of the study, the sample and the name alone."""
+    key = (sample, zlib.crc32(name.encode()))
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
 
 
 def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:
@@ -105,19 +79,11 @@ def _read_table(where: str, table: Mapping[str, object]) -> Choice:
     forms = f"{{from, to, count}} or one of {', '.join(DISTRIBUTIONS)}"
     if len(table) != 1:
         raise InputError(f"{where} has the keys {shortened(', '.join(table)) or 'none'}; expected {forms}")
-    ((kind, ends),) = table.items()
+    ((kind, _),) = table.items()
     if kind not in DISTRIBUTIONS:
         known_name(f"way to vary {where}", kind, (*_RANGE, *DISTRIBUTIONS))
         raise InputError(f"{where} has {shown(kind)} alone; expected {forms}")
-    words = {"normal": "mean, deviation", "integer": "least, greatest"}.get(kind, "low, high")
-    if not isinstance(ends, list) or len(ends) != 2:
-        raise InputError(f"{where}: expected {kind} = [{words}], got {shown(ends)}")
-    names = [f"{where}: {kind}, {word}" for word in words.split(", ")]
-    lower, upper = _ENDS[kind]
-    first, second = float(lower.check(names[0], ends[0])), float(upper.check(names[1], ends[1]))
-    if kind != "normal" and not first < second:
-        raise InputError(f"{where}: {kind} = {shown(ends)} needs its lower end first")
-    return Draw(kind, first, second)
+    return read_draw(where, table)
 
 
 def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:

@@ -50,7 +50,7 @@ class LearnedController(Controller):
         for name, value in {
             "states": driven.states,
             "memory_size": driven.memory_size + 2,
-            "robot": task.gait.robot,
+            "robot": task.model,
             "gait": task.gait,
             "_driven": driven,
             "_weights": read.weights,

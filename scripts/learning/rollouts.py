@@ -52,8 +52,9 @@ class Rollouts:
             walkers.begin(index, np.random.default_rng(seeds[index % len(seeds)]))
         each = np.repeat(weights, len(seeds), axis=0)
         slope, returned, walking = np.zeros(self._robots), np.zeros(self._robots), np.ones(self._robots, dtype=bool)
+        parts = feeling.observed(walkers.joints)
         for _ in range(self._task.max_steps):
-            part = {name: walkers.felt[:, where] for name, where in feeling.OBSERVED.items()}
+            part = {name: walkers.felt[:, where] for name, where in parts.items()}
             touched = part["touchdown"][:, 0] > 0.0
             last = part["last_touchdown"]
             slope[touched] += slope_change(last[touched, 0], last[touched, 3])

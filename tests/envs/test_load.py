@@ -23,15 +23,21 @@ def random_action(spec: Any, random: np.random.Generator) -> Any:
     return random.uniform(spec.minimum, spec.maximum)
 
 
-@pytest.fixture(params=[(task, residual) for task in TASKS for residual in (False, True)], ids=str)
+CASES = [
+    *((task, residual, "compass") for task in TASKS for residual in (False, True)),
+    *(("walk_stairs", residual, "kneed") for residual in (False, True)),
+]
+
+
+@pytest.fixture(params=CASES, ids=str)
 def env(request: pytest.FixtureRequest) -> Any:
-    task, residual = request.param
-    return load(task, task_kwargs={"residual": residual, "privileged": residual, "random": 0})
+    task, residual, robot = request.param
+    return load(task, task_kwargs={"residual": residual, "privileged": residual, "random": 0, "robot": robot})
 
 
 def test_specs_match_what_comes(env: Any) -> None:
     action, observed, random = env.action_spec(), env.observation_spec(), np.random.default_rng(0)
-    assert action.shape == (2,)
+    assert action.shape == (len(action.name.split("\t")),)
     assert np.isfinite([action.minimum, action.maximum]).all()
     assert env.control_timestep() == 0.02
     step = env.reset()
@@ -110,6 +116,7 @@ def test_named_accessors_say_what_is_observed() -> None:
         physics, observed = env.physics, step.observation
         for name in ("joint_angles", "joint_rates", "last_touchdown", "torque", "ground_heights"):
             np.testing.assert_array_equal(getattr(physics, name)(), observed[name])
+        assert not physics.knee_locked()
         assert physics.touchdown() == bool(observed["touchdown"][0])
         assert physics.time_since_touchdown() == observed["time_since_touchdown"][0]
         assert physics.slope() == observed["ground_slope"][0]
@@ -119,6 +126,21 @@ def test_named_accessors_say_what_is_observed() -> None:
     assert physics.named.data.qpos["hip_x"] == pytest.approx(physics.hip_position(), abs=1e-3)
     assert physics.time() == pytest.approx(2.0, abs=1e-5)  # a tick may come a contact step late
     assert physics.walk().steps >= 2
+
+
+def test_what_was_drawn_is_told_and_a_knee_feels_its_lock() -> None:
+    env = load("walk_level", {"robot": {"kind": "kneed", "hip_mass": {"uniform": [4.8, 5.2]}}, "residual": True})
+    masses, locked = set(), set()
+    for _ in range(2):
+        env.reset()
+        masses.add(env.physics.drawn()["robot.hip_mass"])
+        assert env.physics.walk().robot.hip_mass in masses
+        for _ in range(60):
+            step = env.step(np.zeros(3))
+            locked.add(env.physics.knee_locked())
+            assert env.physics.knee_locked() == bool(step.observation["knee_locked"][0])
+    assert len(masses) == 2
+    assert locked == {False, True}
 
 
 def test_zero_residual_is_bitwise_the_walk() -> None:
@@ -238,7 +260,8 @@ def test_the_viewers_runtime_runs_and_begins_again() -> None:
         (("walk_level", {"residul": True}), "did you mean 'residual'"),
         (("walk_level", {}, {"n_sub_steps": 2}), "valid are flat_observation"),
         (("walk_level", {"residual": 1}), "must be True or False"),
-        (("walk_level", {"terrain": "stairs"}), "must be a Terrain, or a dictionary"),
+        (("walk_level", {"terrain": 3}), "must be a Terrain, the name of a preset"),
+        (("walk_level", {"terrain": "stair"}), "did you mean 'stairs'"),
         (("walk_stairs", {"terrain": {"raise": 0.1}}), "did you mean 'rise'"),
         (("walk_level", {"control_period": 0.005}), "must be a multiple of the timestep"),
         (("walk_level", {"random": -1}), "random = -1: must be a whole number from 0"),

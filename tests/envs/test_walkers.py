@@ -8,57 +8,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from episodes import assert_begins_like, begun, random_actions, repeated, walked
 from numpy.typing import NDArray
 
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.envs import feeling
-from mjbiped.envs.tasks import RESIDUAL, TASKS, TORQUE, WalkTask
+from mjbiped.envs import TASKS, feeling
+from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
-
-
-def begun(task: WalkTask, seed: int = 0) -> Walkers:
-    walkers = Walkers(task)
-    walkers.begin(0, np.random.default_rng(seed))
-    return walkers
-
-
-def walked(walkers: Walkers, actions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is felt and rewarded after each action."""
-    rows = []
-    for action in actions:
-        walkers.actions[0] = action
-        walkers.step()
-        rows.append([*walkers.felt[0], walkers.value(feeling.REWARD)[0], walkers.value(feeling.OUTCOME)[0]])
-    return np.array(rows)
-
-
-def random_actions(task: WalkTask, count: int, seed: int = 1) -> NDArray[np.float64]:
-    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2)) * task.limits
-
-
-def repeated(record: Walk, task: WalkTask) -> Walk:
-    """The walk of `mjbiped.walk` by what a record says of itself."""
-    settings = record.settings
-    return mjbiped.walk(
-        task.controller.base,
-        record.terrain,
-        engine=task.engine,
-        initial=settings["initial"],
-        steps=settings["steps"],
-        robot=record.robot,
-    )
-
-
-def assert_begins_like(record: Walk, other: Walk) -> None:
-    """All rows of a record are bitwise the first of another's."""
-    for mine, theirs in ((record.touchdowns, other.touchdowns), (record.samples, other.samples)):
-        for name, column in mine.items():
-            np.testing.assert_array_equal(column, theirs[name][: len(column)], err_msg=name)
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -71,7 +32,7 @@ def test_zero_residual_is_bitwise_the_walk(name: str) -> None:
     # more samples than a simulation has room for at once; the last one is a period before the end at most
     assert record.end[0] == pytest.approx(4.0, abs=1.001 * DEFAULT_SAMPLE_PERIOD)
     assert record.steps >= 4
-    assert_begins_like(record, repeated(record, task))
+    assert_begins_like(record, repeated(walkers))
 
 
 def test_the_walk_of_another_control_period_likewise_and_on_moving_ground() -> None:
@@ -85,7 +46,7 @@ def test_the_walk_of_another_control_period_likewise_and_on_moving_ground() -> N
         models.add(id(walkers.simulation().model))
     record = walkers.walk()
     assert len(models) > 1
-    assert_begins_like(record, repeated(record, task))
+    assert_begins_like(record, repeated(walkers))
 
 
 def test_an_ended_episode_has_the_end_of_the_walk() -> None:
@@ -93,7 +54,7 @@ def test_an_ended_episode_has_the_end_of_the_walk() -> None:
     task = WalkTask("walk_level")
     walkers = begun(task)
     rows = walked(walkers, np.zeros((400, 2)))
-    record, other = walkers.walk(), repeated(walkers.walk(), task)
+    record, other = walkers.walk(), repeated(walkers)
     assert record.outcome == other.outcome
     assert record.outcome != "interrupted"
     assert record.end == other.end
@@ -239,6 +200,21 @@ def test_a_restarted_simulation_is_a_new_one() -> None:
     assert walked(walkers, actions).tobytes() == walked(begun(task, 9), actions).tobytes()
 
 
+def test_another_robot_or_disturbance_on_the_same_ground_is_a_new_simulation() -> None:
+    drawn: Any
+    for drawn in ({"robot": {"leg_mass": {"uniform": [4.0, 6.0]}}}, {"disturbances": {"rate_noise": 0.1}}):
+        task = WalkTask("walk_level", **drawn)
+        random = np.random.default_rng(0)
+        walkers = Walkers(task)
+        walkers.begin(0, random)
+        walkers.begin(0, random)
+        episode = walkers.episode()
+        fresh = Walkers(task)
+        fresh._place(0, episode)
+        actions = random_actions(task, 30)
+        assert walked(walkers, actions).tobytes() == walked(fresh, actions).tobytes()
+
+
 @pytest.mark.parametrize(("name", "residual"), [*itertools.product(TASKS, (False, True))])
 def test_random_actions_give_numbers_within_their_ranges(name: str, residual: bool) -> None:
     task = WalkTask(name, residual=residual)
@@ -255,19 +231,21 @@ def test_random_actions_give_numbers_within_their_ranges(name: str, residual: bo
             walkers.begin(0, random)
     rows = np.array(seen)
     assert np.isfinite(rows).all()
-    assert (rows >= feeling.LOWEST).all()
-    assert (rows <= feeling.HIGHEST).all()
+    low, high = feeling.bounds(2)
+    assert (rows >= low).all()
+    assert (rows <= high).all()
     assert (np.ptp(rows, axis=0) > 0.0).all()  # none is constant
     assert residual or ends >= 2  # the adaptive controller bears these disturbances
 
 
 def test_actions_and_torques_are_cut_off_at_their_limits() -> None:
-    for residual, most in ((False, TORQUE), (True, RESIDUAL)):
+    for residual in (False, True):
         task = WalkTask("walk_level", residual=residual)
+        most = task.limits
         wide, narrow = begun(task), begun(task)
         assert walked(wide, np.full((3, 2), 1e3)).tobytes() == walked(narrow, np.tile(most, (3, 1))).tobytes()
         if not residual:
-            np.testing.assert_array_equal(wide.felt[0, feeling.OBSERVED["torque"]], most)
+            np.testing.assert_array_equal(wide.felt[0, feeling.observed(2)["torque"]], most)
 
 
 def test_the_reward_is_what_the_page_says() -> None:

@@ -50,6 +50,7 @@ def walks() -> dict[str, mjbiped.Walk]:
             engine=HYBRID,
             steps=2,
         ),
+        "policy": mjbiped.walk(make_controller("policy", robot, {}), mjbiped.Terrain.mixed(), engine=HYBRID, steps=2),
     }
 
 
@@ -83,7 +84,7 @@ def test_the_command_makes_the_same_record_with_knees(which: str, tmp_path: Path
     assert mjbiped.Walk.load(tmp_path / "again.npz") == walk, command
 
 
-@pytest.mark.parametrize("which", ["adaptive", "settings", "passive", "compared"])
+@pytest.mark.parametrize("which", ["adaptive", "settings", "passive", "compared", "policy"])
 def test_the_command_makes_the_same_record(which: str, tmp_path: Path) -> None:
     walk = walks()[which]
     command = command_of(walk)

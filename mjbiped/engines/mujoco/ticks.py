@@ -1,6 +1,6 @@
-"""Simulations that go from one tick of their controllers to the next, with numbers from outside at each tick.
+"""Simulations that go from one decision to the next, some ticks of their controllers later, with numbers from outside.
 
-For whoever decides at every control period what the robots do: an environment of a learner. Between two ticks nothing
+For whoever decides now and then what the robots do: an environment of a learner. Between two decisions nothing
 of it is Python where the callbacks are compiled, and the robots of one `Ticks` are stepped in threads.
 """
 
@@ -32,7 +32,7 @@ class Ticks:
         now: What is remembered of each robot's walk, as the next tick will find it.
     """
 
-    def __init__(self, count: int, sizes: Sizes, after: After, *, threads: int = 1) -> None:
+    def __init__(self, count: int, sizes: Sizes, after: After, *, threads: int = 1, ticks: int = 1) -> None:
         """Make room; there are no simulations yet.
 
         Args:
@@ -40,11 +40,13 @@ class Ticks:
             sizes: Floats for each.
             after: Called for each robot after its steps, compiled where the callbacks are.
             threads: That step at a time.
+            ticks: Ticks of the controllers from one call of `advance` to the next.
         """
         self.inputs, self.kept, self.out = (np.zeros((count, size)) for size in sizes)
         self.now = [State() for _ in range(count)]
         self._lines = [np.zeros(0)] * count  # which these show, with the last touchdown's row
         self._sizes, self._after, self._threads = sizes, after, max(1, min(threads, count))
+        self._ticks = ticks
         self._table = np.zeros((count, len(Row._fields)), dtype=np.int64)
         self._address = self._table.ctypes.data
         self._simulations: list[Simulation | None] = [None] * count
@@ -107,16 +109,16 @@ class Ticks:
 
     def look(self, index: int) -> None:
         """Call `after` for one robot as it stands."""
-        self._go(index, index + 1, stepped=False)
+        self._go(index, index + 1, ticks=0)
 
     def advance(self) -> bool:
-        """Step all robots that walk to the next tick, and call `after` for all.
+        """Step all robots that walk to a later tick, and call `after` for all.
 
         Returns:
             Whether MuJoCo has warned of anything meanwhile: `Simulation.outcome` then says of whom.
         """
         if self._functions is None or self._threads == 1:
-            self._go(0, len(self._simulations), stepped=True)
+            self._go(0, len(self._simulations), ticks=self._ticks)
         else:
             self._in_threads()
         before, self._warned = self._warned, registry.warned()
@@ -126,7 +128,7 @@ class Ticks:
         """Step all, each thread the row that is next."""
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="robots")
-        arguments = (self._address, self._next, len(self._simulations), self._mj_step, 1)
+        arguments = (self._address, self._next, len(self._simulations), self._mj_step, self._ticks)
         with registry.compiled():
             self._following[0] = 0
             others = [self._pool.submit(self._advance, *arguments) for _ in range(self._threads - 1)]
@@ -134,35 +136,36 @@ class Ticks:
             for other in others:
                 other.result()
 
-    def _go(self, first: int, last: int, *, stepped: bool) -> None:
+    def _go(self, first: int, last: int, *, ticks: int) -> None:
         """Step some, or only look, in this thread."""
         if self._functions is None:
             for index in range(first, last):
-                self._go_in_python(index, stepped=stepped)
+                self._go_in_python(index, ticks)
             return
         self._following[0] = first
         registry.enter()
         try:
-            self._advance(self._address, self._next, last, self._mj_step, stepped)
+            self._advance(self._address, self._next, last, self._mj_step, ticks)
         finally:
             registry.leave()
 
-    def _go_in_python(self, index: int, *, stepped: bool) -> None:
+    def _go_in_python(self, index: int, ticks: int) -> None:
         """What `advance` does, where the callbacks are Python's."""
         simulation = self._simulations[index]
         assert simulation is not None
         with simulation.callbacks():
             model, data, u = simulation.model, simulation.data, simulation.state
-            if stepped and not simulation.over:
+            if ticks and not simulation.over:
                 place = self._places[index]
                 data.userdata[place : place + self._sizes.inputs] = self.inputs[index]
-                while True:
+            for _ in range(ticks):
+                while not simulation.over:
                     mujoco.mj_step(model, data)
-                    if not data.time <= u.next_control - NOW or simulation.over:
+                    if not data.time <= u.next_control - NOW:
                         break
             line = self._lines[index]
             line[:] = data.userdata[: len(line)]
-            if not simulation.over and simulation.look_ahead(self.now[index], line) and stepped:
+            if not simulation.over and simulation.look_ahead(self.now[index], line) and ticks:
                 mujoco.mj_step(model, data)
         self._after(self.now[index], self.kept[index], self.out[index])
 

@@ -11,6 +11,7 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.layout import library
 from mjbiped.envs.tasks import WalkTask
@@ -39,6 +40,31 @@ def test_nothing_is_left_in_mujocos_globals(threads: int) -> None:
     made.step()
     assert before[-1], "MuJoCo's clock, which walks take away meanwhile"
     assert [pointer.value for pointer in pointers] == before
+    made.close()
+
+
+def test_who_hears_mujocos_warnings_hears_them_again() -> None:
+    """As dm_control does: after a step, and after a walk in Python that begins and ends within compiled ones."""
+    heard: list[str] = []
+    place = ctypes.c_void_p.in_dll(library(), "mju_user_warning")
+    made = Walkers(WalkTask("walk_level"))
+    made.begin(0, np.random.default_rng(0))
+    robot, start = mjbiped.Compass(), ([-0.19, 0.19], [1.1, 0.8])
+    in_python = make_simulation(Unpowered(), Terrain.level(), robot=robot, q=start[0], dq=start[1], compile=False)
+    mujoco.set_mju_user_warning(heard.append)
+    try:
+        before, standing = place.value, mujoco.get_mju_user_warning()
+        made.step()
+        assert (place.value, mujoco.get_mju_user_warning()) == (before, standing)
+        with registry.compiled():
+            assert place.value != before
+            with in_python.callbacks():
+                mujoco.mj_step(in_python.model, in_python.data, nstep=2)
+        assert (place.value, mujoco.get_mju_user_warning()) == (before, standing)
+        made.step()
+        assert place.value == before
+    finally:
+        mujoco.set_mju_user_warning(None)
     made.close()
 
 

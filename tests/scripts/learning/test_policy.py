@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scripts.learning.policy import FEATURES, WEIGHTS, actions
+from controllers.policy import FEATURES
+from scripts.learning.policy import WEIGHTS, actions
 
 
 @pytest.mark.parametrize("time", [0.0, 0.3, 0.765, 1.2, 3.0])

@@ -1,4 +1,4 @@
-"""Steps many simulations to their controllers' next ticks in one call, which lets other threads run.
+"""Steps many simulations to a later tick of their controllers in one call, which lets other threads run.
 
 A *table* says, in words of 64 bits, where the parts of each simulation lie; `advance` works on some of its rows. MuJoCo
 itself is called by the address of `mj_step`.
@@ -73,11 +73,11 @@ def advancing(native: Native, after: After, sizes: Sizes) -> Any:
     """The C function for simulations like one, as a ctypes function pointer.
 
     It takes the table's address, that of the number of the first row, the row behind the last, the address of
-    `mj_step`, and whether steps are made (with 0 it only looks). Threads that share the number of the first row share
-    the rows.
+    `mj_step`, and the number of ticks to be made (with 0 it only looks). Threads that share the number of the first row
+    share the rows.
 
-    A walk that is over, or was reset by MuJoCo, is stepped no more. One that turns out to be over at the end of the
-    control period is stepped once more, so that its own userdata know it.
+    A walk that is over, or was reset by MuJoCo, is stepped no more. One that turns out to be over at the last
+    tick is stepped once more, so that its own userdata know it.
 
     Args:
         native: Of one simulation; the others have the same `functions`.
@@ -90,7 +90,7 @@ def advancing(native: Native, after: After, sizes: Sizes) -> Any:
     return _compile(native.made, native.classes, native.rows, layout(), after, sizes)
 
 
-_SOURCE = """def advance(table, following, last, mj_step, stepped):
+_SOURCE = """def advance(table, following, last, mj_step, ticks):
     while True:
         index = claimed(following)
         if index >= last:
@@ -103,14 +103,14 @@ _SOURCE = """def advance(table, following, last, mj_step, stepped):
         p = numbers(record, SCALARS)
         constants, _, _ = {made}
         u, clock = state_at(word(data + AT_USERDATA)), numbers(data + AT_TIME, 1)
-        if stepped and u.running and not u.outcome:
+        if ticks and u.running and not u.outcome:
             given, held = numbers(inputs, INPUTS), numbers(word(data + AT_USERDATA) + {WORD} * place, INPUTS)
             for i in range(INPUTS):
                 held[i] = given[i]
-            while True:
+        for _ in range(ticks):
+            while u.running and not u.outcome:
                 call_with(mj_step, model, data)
-                waits = clock[0] <= u.next_control - NOW  # false where it is no number
-                if not waits or not u.running or u.outcome:
+                if not clock[0] <= u.next_control - NOW:  # not where it is no number
                     break
         size = SIZE + constants.touched
         told, source = numbers(now, size), numbers(word(data + AT_USERDATA), size)
@@ -124,7 +124,7 @@ _SOURCE = """def advance(table, following, last, mj_step, stepped):
                 Parts({parts}), constants, seen, line, clock[0],
                 numbers(word(data + AT_QPOS), n), numbers(word(data + AT_QVEL), n),
             )
-            if stepped and seen.outcome:
+            if ticks and seen.outcome:
                 call_with(mj_step, model, data)
         after(seen, numbers(kept, KEPT), numbers(out, OUT))
     return 0

@@ -340,18 +340,21 @@ def trampolines() -> Functions:
 
 
 _EXCHANGE = """def exchange(places, clock):
+    warning, kept = word(places + WORD * (COUNT - 1)), places + WORD * (2 * COUNT + 1)
     if clock < 0:
-        for k in range(COUNT):
+        for k in range(COUNT - 1):
             if word(word(places + WORD * k)) != 0:
                 return -1
+        put_word(kept, word(warning))
         at = word(places + WORD * COUNT)
         clock = word(at)
         for k in range(COUNT):
             put_word(word(places + WORD * k), word(places + WORD * (COUNT + 1 + k)))
         put_word(at, 0)
         return clock
-    for k in range(COUNT):
+    for k in range(COUNT - 1):
         put_word(word(places + WORD * k), 0)
+    put_word(warning, word(kept))
     put_word(word(places + WORD * COUNT), clock)
     return 0
 """
@@ -362,12 +365,13 @@ def exchanging(count: int) -> Callable[[int, int], int]:
     """Compile the function that fills and empties MuJoCo's places, for it is done before and after each short advance.
 
     Args:
-        count: Number of places, beside the clock's.
+        count: Number of places, that of warnings the last, beside the clock's.
 
     Returns:
-        A function of two integers. The first is the address of these: the places' addresses, the clock's, and what the
-        places shall hold. Where the second is negative and the places are empty, it fills them, empties the clock's and
-        returns what that held; where they are not empty, it returns -1. Where the second is the clock, all is undone.
+        A function of two integers. The first is the address of these: the places' addresses, the clock's, what the
+        places shall hold, and room for what the place of warnings held, which dm_control fills. Where the second is
+        negative and the other places are empty, it fills them, empties the clock's and returns what that held; where
+        they are not empty, it returns -1. Where the second is the clock, all is undone.
     """
     from mjbiped.numerics.addresses import put_word, word
 

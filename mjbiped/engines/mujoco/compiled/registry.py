@@ -46,9 +46,9 @@ _walker: int | None = None  # the thread that walks in Python
 _builders = 0  # number of models that are being compiled
 _here = _THEIRS
 _NONE: dict[str, Any] = dict.fromkeys(_NAMES)
-_NULLS: Sequence[int | None] = (None,) * len(_NAMES)
 _standing = _NONE  # what somebody else has installed, while something of ours is there
 _pointers: Sequence[int | None] = ()  # MuJoCo's, while the trampolines are there
+_filled = False  # whether `_fill` put them there
 _clock: int | None = None  # MuJoCo's, while it is taken away
 _clockless = False
 _warnings = 0  # number that MuJoCo has given while ours were there
@@ -81,6 +81,8 @@ def _exchange() -> None:
     if wanted == _here:
         return
     if _here == _TRAMPOLINES:
+        if _filled:
+            _note_filled()
         _write_pointers(_pointers)
     elif _here != _THEIRS:
         _set(_standing)
@@ -93,6 +95,14 @@ def _exchange() -> None:
         _set(dict(zip(_NAMES, (_control, _sensor, _filter, _on_warning), strict=True)))
     elif wanted == _NOTHING:
         _set(dict.fromkeys(CALLBACKS))
+
+
+def _note_filled() -> None:
+    """Note what `_fill` has replaced: nothing but what hears warnings, if anything."""
+    global _standing, _pointers, _filled
+    _, _, words = _exchange_by()
+    _standing = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+    _pointers, _filled = [*(None for _ in CALLBACKS), int(words[-1]) or None], False
 
 
 def _write_pointers(addresses: Sequence[int | None]) -> None:
@@ -134,31 +144,31 @@ def _exchange_by() -> tuple[Callable[[int, int], int], int, Any]:
     """
     slots, chosen = _slots()
     clock = ctypes.c_void_p.in_dll(library(), _CLOCK)
-    words = np.array([*map(ctypes.addressof, (*slots, clock)), *chosen], dtype=np.int64)
+    words = np.array([*map(ctypes.addressof, (*slots, clock)), *chosen, 0], dtype=np.int64)
     return exchanging(len(slots)), words.ctypes.data, words
 
 
 def _fill() -> bool:
-    """Put the trampolines where nobody has anything, as it mostly is; whether that could be done."""
-    global _here, _standing, _pointers, _clock, _clockless
+    """Put the trampolines where nobody has callbacks, as it mostly is; whether that could be done."""
+    global _here, _standing, _clock, _clockless, _filled
     if _here != _THEIRS:
         return False
     exchange, words, _ = _exchange_by()
     clock = exchange(words, -1)
     if clock < 0:
         return False
-    _here, _standing, _pointers, _clock, _clockless = _TRAMPOLINES, _NONE, _NULLS, clock or None, True
+    _here, _standing, _clock, _clockless, _filled = _TRAMPOLINES, _NONE, clock or None, True, True
     return True
 
 
 def _empty() -> bool:
     """Undo what `_fill` did; whether that could be done."""
-    global _here, _clockless
-    if _here != _TRAMPOLINES or _standing is not _NONE or _builders or not _clockless:
+    global _here, _clockless, _filled
+    if _here != _TRAMPOLINES or not _filled or _builders or not _clockless:
         return False
     exchange, words, _ = _exchange_by()
     exchange(words, _clock or 0)
-    _here, _clockless = _THEIRS, False
+    _here, _clockless, _filled = _THEIRS, False, False
     return True
 
 

@@ -1,0 +1,155 @@
+"""A learned policy: a linear feedback whose gains are linear in the time since the touchdown.
+
+It feels what the paper's robot can feel, and remembers one number: by how much the ground has turned since the start,
+which the touchdowns tell exactly (the paper's (27), from the posture at touchdown against the old ground and the new).
+
+The memory holds the new stance leg's angle just after the last touchdown and the slope since the start, rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.settings import check_imitation
+from controllers.slope_estimator import slope_change
+from mjbiped.control.controller import Law, LawController, Memory
+from mjbiped.gaits.gait import Periodic
+from mjbiped.robots.compass import Compass
+
+FEATURES = (
+    "stance angle",
+    "swing angle",
+    "stance rate",
+    "swing rate",
+    "time since touchdown",
+    "stance angle after touchdown",
+    "slope since the start",
+    "constant",
+)
+"""What an action is made of."""
+
+PERIOD = 0.765
+"""Of the passive gait on 2 degrees, s; times are told as parts of it."""
+ANGLE = 0.2
+"""Half the angle between the legs at that gait's touchdown, rad; angles are told as parts of it."""
+SLOPE = 0.035
+"""Slope that is told as 1, rad: 2 degrees."""
+LATEST = 1.5 * PERIOD
+"""Time at which time stands still for the policy, s: a late step must not make its gains grow."""
+
+TORQUE = (35.55 / 3.0, 23.7 / 3.0)
+"""Greatest ankle and hip torque in the training, N m."""
+
+STORED = Path(__file__).with_name("policy.csv")
+"""The policy that is walked by name. It tells in its first lines how it was trained."""
+
+AFTER, TURNED = 0, 1  # indices in the memory
+
+
+class Parameters(NamedTuple):
+    """Parameters of the laws of this module.
+
+    Attributes:
+        weights: Of the features: ankle's constant part and part that goes with time, then the hip's; shape (32,).
+        torque: Greatest ankle and hip torque, N m.
+    """
+
+    weights: Any
+    torque: tuple[float, float]
+
+
+def action(weights: Any, t: Any, q1: Any, q2: Any, dq1: Any, dq2: Any, after: Any, turned: Any) -> tuple[Any, Any]:
+    """Torques of ankle and hip as shares of the greatest; of many robots at once where the numbers are arrays.
+
+    Args:
+        weights: 32 numbers, or arrays with a number for each robot; see `Parameters`.
+        t: Time since the touchdown, at most `LATEST`, s.
+        q1: Stance angle, rad.
+        q2: Swing angle, rad.
+        dq1: Stance rate, rad/s.
+        dq2: Swing rate, rad/s.
+        after: Angle of the stance leg just after the touchdown, rad; 0 before the first one.
+        turned: Slope of the ground since the start, rad.
+    """
+    phase = 2.0 * (t / PERIOD) - 1.0  # from -1 on, 1 at the end of the gait's step
+    # the angle after the touchdown is near 0 on the gait
+    features = (q1 / ANGLE, q2 / ANGLE, dq1, dq2, phase, after / ANGLE + 1.0, turned / SLOPE, 1.0)
+    ankle = hip = 0.0
+    for k in range(len(features)):
+        ankle = ankle + (weights[k] + weights[8 + k] * phase) * features[k]
+        hip = hip + (weights[16 + k] + weights[24 + k] * phase) * features[k]
+    return ankle, hip
+
+
+@dataclass(frozen=True)
+class PolicyController(LawController):
+    """Walks by a policy that was learned on random ground, with all torques its own (docs/learning.md).
+
+    It was trained with the robot of Table I and actions held for 20 ms, `Mujoco(timestep=4e-3, control_period=0.02)`.
+
+    Attributes:
+        robot: The robot; the policy knows nothing of it.
+        gait: Gait on which a walk begins; it is not imitated.
+    """
+
+    robot: Compass
+    gait: Periodic
+
+    memory_size: ClassVar[int] = 2
+
+    def __post_init__(self) -> None:
+        """Refuse a robot or a gait of another kind.
+
+        Raises:
+            InputError: One is.
+        """
+        check_imitation(self)
+
+    @cached_property
+    def weights(self) -> NDArray[np.float64]:
+        """The policy, shape (32,)."""
+        return np.loadtxt(STORED, delimiter=",").ravel()
+
+    @cached_property
+    def plain_law(self) -> Law:
+        """The laws of this module; see `LawController.plain_law`."""
+        weights = tuple(self.weights.tolist())
+        return Law(Parameters(weights, TORQUE), torque_law, touchdown_law, slope_law, discontinuity_law)
+
+    def law(self) -> Law:
+        """The law for compilation, with the weights in an array."""
+        return self.plain_law._replace(parameters=Parameters(self.weights, TORQUE))
+
+
+def torque_law(
+    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
+) -> tuple[float, float]:
+    """Ankle and hip torque, N m."""
+    shares = action(parameters.weights, min(t, LATEST), q1, q2, dq1, dq2, memory[AFTER], memory[TURNED])
+    ankle, hip = parameters.torque
+    return min(max(shares[0] * ankle, -ankle), ankle), min(max(shares[1] * hip, -hip), hip)
+
+
+def touchdown_law(
+    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
+) -> None:
+    """Remember the posture, and by how much the ground has turned."""
+    memory[AFTER] = q1
+    memory[TURNED] += slope_change(before1, q2)
+
+
+def slope_law(parameters: Parameters, memory: Memory) -> float:
+    """Slope since the start, rad."""
+    return memory[TURNED]
+
+
+def discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
+    """The time at which the gains stand still, s."""
+    return LATEST if t < LATEST else math.inf

@@ -1,0 +1,209 @@
+"""What walks and on what, in each episode: robot, terrain and disturbances, fixed or drawn from distributions.
+
+A recipe is what a user gives: an object, a name, or a table of parameters. In a table each number may be a
+distribution, {"uniform": [4, 5]}, as in the study files of `mjbiped sweep`; it is drawn anew in each episode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.errors import InputError, prefixed, shown
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import robot_named
+from mjbiped.robots.robot import Robot
+from mjbiped.terrain.presets import RANDOM
+from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.draws import Draw, Number, read_draw
+
+Made = TypeVar("Made")
+
+SEED = MappingProxyType({"integer": (0, 2**31 - 1)})
+"""Distribution of the seed of whatever has one that is not given."""
+
+TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
+    {
+        "walk_level": ("level", {}),
+        "walk_slopes": ("slopes", {}),
+        "walk_stairs": ("stairs", {"rise": -0.02}),
+        "walk_random": ("random", {"length": 15.0}),
+    }
+)
+"""The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
+
+
+@dataclass(frozen=True)
+class Recipe(Generic[Made]):
+    """Makes an object of a table of parameters.
+
+    Attributes:
+        name: Name of the setting, "robot" for instance.
+        make: Makes the object of the parameters.
+        given: Parameters, with a `Draw` in the place of each number that is drawn.
+    """
+
+    name: str
+    make: Callable[[dict[str, Any]], Made]
+    given: Mapping[str, Any]
+
+    @cached_property
+    def draws(self) -> dict[str, Draw]:
+        """Distributions by dotted names, "robot.leg_mass" for instance."""
+        return dict(_draws(self.name, self.given))
+
+    def made(self, drawn: Mapping[str, Number]) -> Made:
+        """Make the object with the numbers that were drawn, by dotted names; without any it is always the same.
+
+        Raises:
+            InputError: A parameter is unknown or outside its domain.
+        """
+        return self._filled(drawn) if self.draws else self._only
+
+    @property
+    def middle(self) -> Made:
+        """The object with the medians of what is drawn."""
+        return self.made({name: draw.middle for name, draw in self.draws.items()})
+
+    def check(self) -> None:
+        """Refuse parameters with which the object cannot be made, at either end of all distributions.
+
+        Raises:
+            InputError: A parameter is unknown, or reaches beyond its domain.
+        """
+        for end, which in enumerate(("least", "greatest")):
+            with prefixed(f"with the {which} numbers that can be drawn, " if self.draws else ""):
+                self.made({name: draw.ends[end] for name, draw in self.draws.items()})
+
+    @cached_property
+    def _only(self) -> Made:
+        return self._filled({})
+
+    def _filled(self, drawn: Mapping[str, Number]) -> Made:
+        return self.make({key: _filled(f"{self.name}.{key}", value, drawn) for key, value in self.given.items()})
+
+
+def _draws(name: str, value: Any) -> Iterator[tuple[str, Draw]]:
+    """List the distributions in a value by their dotted names."""
+    if isinstance(value, Draw):
+        yield name, value
+    for key, each in _parts(value):
+        yield from _draws(f"{name}.{key}", each)
+
+
+def _filled(name: str, value: Any, drawn: Mapping[str, Number]) -> Any:
+    """Replace the distributions in a value by what was drawn."""
+    if isinstance(value, Draw):
+        return drawn[name]
+    return tuple(_filled(f"{name}.{key}", each, drawn) for key, each in _parts(value)) if _parts(value) else value
+
+
+def _parts(value: Any) -> list[tuple[Any, Any]]:
+    """Entries of a table or a list with their keys; none of anything else."""
+    if isinstance(value, Mapping):
+        return list(value.items())
+    return list(enumerate(value)) if isinstance(value, list | tuple) else []
+
+
+def _read(name: str, value: Any) -> Any:
+    """Read a value in which distributions may stand.
+
+    Raises:
+        InputError: A table in it is no distribution.
+    """
+    if isinstance(value, Mapping):
+        return read_draw(name, value)
+    if isinstance(value, list | tuple):
+        return tuple(_read(f"{name}.{key}", each) for key, each in enumerate(value))
+    return value
+
+
+def _recipe(name: str, make: Callable[[dict[str, Any]], Made], table: Mapping[str, Any]) -> Recipe[Made]:
+    return Recipe(name, make, {key: _read(f"{name}.{key}", value) for key, value in table.items()})
+
+
+def _kept(name: str, made: Made) -> Recipe[Made]:
+    """Recipe of an object that is always the same."""
+    return Recipe(name, partial(_given, made), {})
+
+
+def _given(made: Made, _: dict[str, Any]) -> Made:
+    return made
+
+
+def robot_recipe(value: Robot | str | Mapping[str, Any]) -> Recipe[Robot]:
+    """Read the setting `robot`.
+
+    Args:
+        value: A robot; the name of one; or its parameters, with its name as `kind`, as in study files.
+
+    Raises:
+        InputError: It is none of these.
+    """
+    if isinstance(value, Robot):
+        return _kept("robot", value)
+    table = {"kind": value} if isinstance(value, str) else value
+    if not isinstance(table, Mapping):
+        raise InputError(
+            f"robot = {shown(value)}: must be a robot, a name such as 'kneed', or a table of parameters such as "
+            "{'kind': 'kneed', 'thigh_mass': 4.0}"
+        )
+    parameters = dict(table)
+    return _recipe("robot", partial(robot_named, parameters.pop("kind", Compass.kind)), parameters)
+
+
+def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recipe[Terrain]:
+    """Read the setting `terrain`.
+
+    Args:
+        value: A terrain; the name of a preset; or its parameters, with its name as `name`, as in study files. Without
+            the name they replace those of the task's preset.
+        task: The task's name.
+
+    Raises:
+        InputError: It is none of these.
+    """
+    if isinstance(value, Terrain):
+        return _kept("terrain", value)
+    table = {"name": value} if isinstance(value, str) else value
+    preset, own = TASKS[task]
+    if not isinstance(table, Mapping):
+        raise InputError(
+            f"terrain = {shown(value)}: must be a Terrain, the name of a preset such as 'stairs', or a dictionary of "
+            f"parameters of the preset {preset}, or of another one as {{'name': 'stairs', 'rise': 0.01}}"
+        )
+    parameters = dict(table) if "name" in table else {**own, **table}
+    preset = parameters.pop("name", preset)
+    if preset in RANDOM:
+        parameters.setdefault("seed", SEED)
+    return _recipe("terrain", partial(_preset, preset), parameters)
+
+
+def _preset(name: str, parameters: dict[str, Any]) -> Terrain:
+    return Terrain.preset(name, **parameters)
+
+
+def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recipe[Disturbances]:
+    """Read the setting `disturbances`.
+
+    Args:
+        value: Disturbances, or a table of their parameters; None: none.
+
+    Raises:
+        InputError: It is none of these, or the period of the control loop is drawn.
+    """
+    if isinstance(value, Disturbances | None):
+        return _kept("disturbances", value or UNDISTURBED)
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f"disturbances = {shown(value)}: must be a mjbiped.Disturbances, or a table of its parameters such as "
+            "{'angle_noise': 0.002, 'torque_limit': {'uniform': [20, 40]}}"
+        )
+    recipe = _recipe("disturbances", Disturbances.from_dict, {"seed": SEED, **value})
+    if "disturbances.control_period" in recipe.draws:
+        raise InputError("disturbances.control_period cannot be drawn: it is the same in all episodes; give a number")
+    return recipe

@@ -1,0 +1,105 @@
+"""The learned policy that is walked by name: the one that was trained, as it walked in training, in both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import mjbiped
+import mjbiped.envs
+from controllers import PolicyController
+from controllers.policy import STORED, TORQUE, action
+from mjbiped.control.registry import controller_class
+from mjbiped.envs.tasks import WalkTask
+from mjbiped.errors import InputError
+from scripts.learning import export
+from scripts.learning.checkpoint import Checkpoint
+from scripts.learning.evaluate import STORED as TRAINED
+
+
+@pytest.fixture(scope="module")
+def policy() -> PolicyController:
+    robot = mjbiped.Compass()
+    return PolicyController(robot, mjbiped.find_passive_gait(robot, slope=np.radians(2.0)))
+
+
+def test_it_is_the_best_free_one_that_was_trained(policy: PolicyController, tmp_path: Path) -> None:
+    free = [Checkpoint.load(TRAINED / f"free-{seed}.npz") for seed in range(1, 6)]
+    best = max(free, key=lambda training: training.last_return)
+    np.testing.assert_array_equal(policy.weights, best.weights.ravel())
+    again = tmp_path / "policy.csv"
+    done = CliRunner().invoke(
+        export.main, ["--policy", str(TRAINED / f"free-{best.seed}.npz"), "--out", str(again)], catch_exceptions=False
+    )
+    assert done.exit_code == 0
+    assert again.read_text(encoding="utf-8") == STORED.read_text(encoding="utf-8")
+    with pytest.raises(InputError, match="give a free one"):
+        export.written(Checkpoint.load(TRAINED / "residual-1.npz"))
+
+
+def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
+    task = WalkTask("walk_random")
+    assert task.limits == TORQUE
+    env: Any = gymnasium.make("mjbiped/CompassWalkRandom-v0", time_limit=6.0).unwrapped
+    felt, _ = env.reset(seed=4)
+    turned, over = 0.0, False
+    while not over:
+        if felt[4]:
+            turned += felt[6] - felt[9]
+        q1, q2, dq1, dq2 = felt[:4]
+        shares = action(policy.weights, min(felt[5], 1.5 * 0.765), q1, q2, dq1, dq2, felt[8], turned)
+        felt, _, fell, late, _ = env.step(np.array(shares))
+        over = fell or late
+    there = env.walk()
+    here = mjbiped.walk(
+        policy,
+        there.terrain,
+        engine=task.engine,
+        initial=there.settings["initial"],
+        steps=there.settings["steps"],
+        distance=2.0,
+    )
+    assert there.outcome == "time limit"
+    assert 4 <= here.steps <= there.steps
+    for name, column in here.touchdowns.items():
+        if not name.startswith("slope_estimate"):  # the environment's controller has none
+            np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
+def test_it_walks_in_both_engines_without_a_clock_of_its_own(policy: PolicyController, engine: Any) -> None:
+    walk = mjbiped.walk(policy, mjbiped.Terrain.mixed(), engine=engine, steps=12)
+    assert (walk.steps, walk.outcome) == (12, "finished")
+
+
+class Plain(PolicyController):
+    """Without laws to be compiled."""
+
+    def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
+        return super().torque(memory, t, q, dq)
+
+
+def test_it_is_compiled_and_plain_python_is_bitwise_the_same(policy: PolicyController) -> None:
+    compiled, plain = (
+        mjbiped.walk(each, mjbiped.Terrain.mixed(), steps=2) for each in (policy, Plain(policy.robot, policy.gait))
+    )
+    for name, column in compiled.samples.items():
+        np.testing.assert_array_equal(column, plain.samples[name], err_msg=name)
+
+
+def test_its_slope_is_the_turn_of_the_ground(policy: PolicyController) -> None:
+    ground = mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 3.0, 0.0)])
+    walk = mjbiped.walk(policy, ground, engine="hybrid", steps=3)
+    np.testing.assert_allclose(np.degrees(walk.touchdowns["slope_estimate"][1:]), 1.0, rtol=0, atol=1e-9)
+
+
+def test_it_has_a_name_and_wants_straight_legs(policy: PolicyController) -> None:
+    assert controller_class("policy") is PolicyController
+    wrong: Any = mjbiped.KneedBiped()
+    with pytest.raises(InputError, match="needs a mjbiped"):
+        PolicyController(wrong, policy.gait)

@@ -1,0 +1,88 @@
+"""stable-baselines3's vector environment: Gymnasium's robots, which begin anew in the step that ends an episode."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from documentation import blocks
+
+from mjbiped.envs.vector import WalkVectorEnv
+from mjbiped.errors import InputError
+
+WITHOUT = """
+import sys
+sys.modules["stable_baselines3"] = None
+import mjbiped.errors
+try:
+    import mjbiped.envs.stable_baselines
+except mjbiped.errors.MjbipedError as error:
+    print(error)
+"""
+
+
+def test_without_it_is_said_what_to_install() -> None:
+    done = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, check=True)
+    assert "pip install 'mjbiped[sb3]'" in done.stdout
+
+
+def made(count: int, **settings: Any) -> Any:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    from mjbiped.envs.stable_baselines import WalkVecEnv
+
+    return WalkVecEnv(count, "walk_random", **settings)
+
+
+def test_it_has_the_steps_of_gymnasiums_robots_without_those_that_reset() -> None:
+    env, plain = made(3, time_limit=1.0), WalkVectorEnv(3, "walk_random", time_limit=1.0)
+    env.seed(5)
+    np.testing.assert_array_equal(env.reset(), plain.reset(seed=5)[0])
+    assert env.reset_infos[0]["terrain.seed"] != env.reset_infos[1]["terrain.seed"]
+    random, ends = np.random.default_rng(0), []
+    for _ in range(120):
+        actions = random.uniform(-1.0, 1.0, (3, 2)).astype(np.float32)
+        observed, rewards, done, infos = env.step(actions)
+        expected, theirs, terminated, truncated, told = plain.step(actions)
+        np.testing.assert_array_equal(rewards, theirs)
+        np.testing.assert_array_equal(done, terminated | truncated)
+        for index in np.flatnonzero(done):
+            np.testing.assert_array_equal(infos[index]["terminal_observation"], expected[index])
+            assert infos[index]["TimeLimit.truncated"] == truncated[index]
+            assert infos[index]["outcome"] == told["outcome"][index]
+            assert infos[index]["terrain.seed"] == told["terrain.seed"][index]
+            ends.append(infos[index]["outcome"])
+        if done.any():
+            expected, _ = plain.reset(options={"reset_mask": done})
+        np.testing.assert_array_equal(observed, expected)
+    assert len(ends) >= 6
+    assert [each.outcome for each in env.env_method("walk")] == ["interrupted"] * 3
+    env.close()
+
+
+def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    program = next(block.code for block in blocks("docs/environments.md") if "stable_baselines3" in block.code)
+    for long, short in (
+        ("WalkVecEnv(64,", "WalkVecEnv(4, time_limit=0.4, task="),
+        ("n_steps=128", "n_steps=32"),
+        ("64 * 128", "4 * 32"),
+        ("batch_size=2048", "batch_size=64"),
+    ):
+        assert long in program
+        program = program.replace(long, short)
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, Any] = {}
+    exec(program, space)
+    assert space["model"].num_timesteps == 256
+    assert {episode["l"] for episode in space["model"].ep_info_buffer} == {20}
+    assert (tmp_path / "residual.zip").exists()
+
+
+def test_settings_are_fixed() -> None:
+    env = made(1)
+    with pytest.raises(InputError, match="give settings when"):
+        env.set_attr("task", 1)
+    assert env.env_is_wrapped(object) == [False]
+    env.close()
