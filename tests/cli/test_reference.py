@@ -35,6 +35,7 @@ def test_its_table_has_units() -> None:
     assert "% of the step" not in text  # nothing is asked of the foot at any phase
 
 
+@pytest.mark.slow  # a search that finds nothing takes longest
 def test_what_cannot_be_is_told_in_one_line() -> None:
     status, text = run("reference", "--torque-limit", "0.5")
     assert status == 2
@@ -57,7 +58,11 @@ def test_walk_tracks_it(tmp_path: Path) -> None:
         (("--reference", "height=1"), "valid are speed, clearance, retraction, torque_limit, friction"),
         (("--reference", "clearance=-1"), "clearance = -1.0: must be"),
         (("--reference", "clearance=0.1", "--imitate-slope-deg", "3"), "give one of them"),
-        (("--reference", "clearance=0.1", "--controller", "kinetic-energy"), "needs a passive gait"),
+        pytest.param(
+            ("--reference", "clearance=0.1", "--controller", "kinetic-energy"),
+            "needs a passive gait",
+            marks=pytest.mark.slow,
+        ),
         (("--reference", "clearance=0.1", "--controller", "passive"), "--reference is for"),
         (("--gain", "replanning=sum"), "valid are paper, additive"),
     ],

@@ -42,6 +42,7 @@ def test_it_is_the_best_free_one_that_was_trained(policy: PolicyController, tmp_
         export.written(Checkpoint.load(TRAINED / "residual-1.npz"))
 
 
+@pytest.mark.slow  # environments compile the law that an action drives
 def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
     task = WalkTask("walk_random")
     assert task.limits == TORQUE

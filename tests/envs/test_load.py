@@ -25,7 +25,8 @@ def random_action(spec: Any, random: np.random.Generator) -> Any:
 
 CASES = [
     *((task, residual, "compass") for task in TASKS for residual in (False, True)),
-    *(("walk_stairs", residual, "kneed") for residual in (False, True)),
+    ("walk_stairs", True, "kneed"),
+    pytest.param(("walk_stairs", False, "kneed"), marks=pytest.mark.slow),
 ]
 
 

@@ -27,7 +27,7 @@ ROBOTS: dict[str, Any] = {
 @pytest.mark.parametrize(
     "disturbances", [None, {**NOISE, "torque_limit": 30.0, "push_impulse": 1.0, "push_interval": 0.5}]
 )
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", ["knees", "sole", pytest.param("drawn", marks=pytest.mark.slow)])  # a search
 def test_zero_residual_is_bitwise_the_walk(robot: str, disturbances: Any) -> None:
     task = WalkTask("walk_random", residual=True, robot=ROBOTS[robot], disturbances=disturbances, time_limit=2.0)
     walkers = begun(task, seed=3)
@@ -89,6 +89,7 @@ def test_what_is_felt_is_what_the_sensors_show_the_controller(robot: str) -> Non
     assert (quiet.felt[0, parts["joint_angles"]] != felt[0][: len(task.limits)]).all()
 
 
+@pytest.mark.slow
 def test_python_callbacks_give_the_same_with_knees(monkeypatch: pytest.MonkeyPatch) -> None:
     task = WalkTask("walk_random", robot="kneed", disturbances={"rate_noise": 0.05})
     actions = random_actions(task, 30)

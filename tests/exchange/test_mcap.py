@@ -29,9 +29,10 @@ ROBOTS = {
     "kneed": (mjbiped.KneedBiped(), 2.5),
     "wheel": (mjbiped.RimlessWheel(), 4.0),
 }
+NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=NAMES)
 def walk(request: pytest.FixtureRequest) -> mjbiped.Walk:
     robot, slope_deg = ROBOTS[request.param]
     return mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(slope_deg), robot=robot, steps=3, engine="hybrid")

@@ -26,6 +26,7 @@ WALKS = {
     "kneed": (mjbiped.KneedBiped(), 2.5),
     "wheel": (mjbiped.RimlessWheel(), 4.0),
 }
+NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own
 
 
 def exported(
@@ -69,7 +70,7 @@ def postures(
     return np.array(seen)
 
 
-@pytest.mark.parametrize("name", WALKS)
+@pytest.mark.parametrize("name", NAMES)
 def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
     robot, slope_deg = WALKS[name]
     terrain = mjbiped.Terrain.incline(slope_deg)
@@ -89,7 +90,7 @@ def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
     assert np.abs(whole - expected).max() < 0.02 * np.ptp(leg)
 
 
-@pytest.mark.parametrize("name", WALKS)
+@pytest.mark.parametrize("name", NAMES)
 def test_next_foot_takes_the_load_at_touchdown(name: str, tmp_path: Path) -> None:
     robot, slope_deg = WALKS[name]
     terrain = mjbiped.Terrain.incline(slope_deg)

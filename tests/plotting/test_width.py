@@ -113,16 +113,18 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
-)
+NARROW = [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
+"""Where letters find least room; the other widths are slow."""
+
+
+@pytest.mark.parametrize("name", NARROW)
 @pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES)
 def test_figures_are_legible_at_every_width(draw: Callable[[], Figure], name: str) -> None:
     with figure_width(name):
         assert_legible(draw(), name)
 
 
-@pytest.mark.parametrize("name", WIDTHS)
+@pytest.mark.parametrize("name", NARROW)
 @pytest.mark.parametrize(
     ("text", "count"),
     [

@@ -114,6 +114,7 @@ def test_compiled_and_in_python_it_walks_the_same(
     np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
 
 
+@pytest.mark.slow  # it searches for references of another robot
 def test_it_scales_with_the_robot(gait: OptimisedGait) -> None:
     """Legs of half the length and a third of the mass: times shrink by the root, and the same stairs are climbed."""
     small = mjbiped.Compass(leg_mass=5 / 3, lower_length=0.25, upper_length=0.25, sole=(0.06, 0.06))

@@ -68,11 +68,11 @@ def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
 @pytest.mark.parametrize(
     ("terrain", "parameters"),
     [
-        (Terrain.level(), {}),
+        pytest.param(Terrain.level(), {}, marks=pytest.mark.slow),
         (Terrain.mixed(), {}),
-        (Terrain.stairs(rise=-0.06), {}),
-        (Terrain.random(seed=3), {}),
-        (Terrain.slopes(change_deg=1.5), {"control_period": 5e-3}),
+        pytest.param(Terrain.stairs(rise=-0.06), {}, marks=pytest.mark.slow),
+        pytest.param(Terrain.random(seed=3), {}, marks=pytest.mark.slow),
+        pytest.param(Terrain.slopes(change_deg=1.5), {"control_period": 5e-3}, marks=pytest.mark.slow),
         (Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)]), {}),  # struck, and then it falls
     ],
     ids=["level", "mixed", "stairs", "random", "slow controller", "riser"],
