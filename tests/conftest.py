@@ -17,8 +17,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what runs in the background so, and processes that tests start and then interrupt would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# how long an example takes is the machine's, and the first one compiles
-hypothesis.settings.register_profile("mjbiped", deadline=None)
+# how long an example takes is the machine's, and the first one compiles; each run draws others
+hypothesis.settings.register_profile("mjbiped", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("mjbiped")
 
 

@@ -26,7 +26,7 @@ from mjbiped.robots.compass import Array
 
 _COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
 _FALL_LIMIT = 6  # greatest number of steps until a fall with a grey of its own
-_FALL_GREYS = (0.89, 0.72)
+_FALL_GREYS = (0.89, 0.77)
 _SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
 """Without yellow, so that all of it is darker than falling starts in grey print."""
 

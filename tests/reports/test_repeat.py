@@ -54,29 +54,26 @@ def walks() -> dict[str, mjbiped.Walk]:
     }
 
 
-def walks_with_knees() -> dict[str, mjbiped.Walk]:
-    robot, rods, heavy = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods(), mjbiped.KneedBiped(hip_mass=7.0)
-    gait = mjbiped.find_kneed_gait(robot, math.radians(2.0))
-    usual, passive = make_controller("adaptive", rods, {}), KneedController(robot, gait)
-    late = mjbiped.Disturbances(delay=0.002, pushes=((0.3, 1.0),))
-    level = mjbiped.Terrain.level()
-    return {
-        "knees": mjbiped.walk(passive, level, engine=HYBRID, steps=2, disturbances=late),
-        "halved rods": mjbiped.walk(usual, level, engine=HYBRID, steps=2),
-        "heavy": mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(3.0), robot=heavy, engine=HYBRID, steps=2),
-        "held": mjbiped.walk(
-            PassiveController(),
-            mjbiped.Terrain.incline(2.5),
-            robot=robot,
-            engine=mjbiped.Mujoco(stance_knee="motor"),
-            steps=1,
-        ),
-    }
+def walk_with_knees(which: str) -> mjbiped.Walk:
+    level, robot = mjbiped.Terrain.level(), mjbiped.KneedBiped()
+    if which == "knees":
+        passive = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.0)))
+        late = mjbiped.Disturbances(delay=0.002, pushes=((0.3, 1.0),))
+        return mjbiped.walk(passive, level, engine=HYBRID, steps=2, disturbances=late)
+    if which == "halved rods":
+        return mjbiped.walk(
+            make_controller("adaptive", mjbiped.KneedBiped.halved_rods(), {}), level, engine=HYBRID, steps=2
+        )
+    if which == "heavy":
+        heavy = mjbiped.KneedBiped(hip_mass=7.0)
+        return mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(3.0), robot=heavy, engine=HYBRID, steps=2)
+    held = mjbiped.Mujoco(stance_knee="motor")
+    return mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.5), robot=robot, engine=held, steps=1)
 
 
-@pytest.mark.parametrize("which", ["knees", "halved rods", "heavy", "held"])
+@pytest.mark.parametrize("which", ["knees", pytest.param("halved rods", marks=pytest.mark.slow), "heavy", "held"])
 def test_the_command_makes_the_same_record_with_knees(which: str, tmp_path: Path) -> None:
-    walk = walks_with_knees()[which]
+    walk = walk_with_knees(which)
     command = command_of(walk)
     assert command is not None
     result = run(*shlex.split(command)[1:], "--out", tmp_path / "again.npz", "--quiet")

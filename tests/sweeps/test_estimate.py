@@ -15,7 +15,8 @@ STUDY = {
     "engine": "hybrid",
     "steps": 2,
     "controller": {"name": "passive"},
-    "terrain": {"name": "incline", "slope_deg": {"from": 1.8, "to": 2.2, "count": 60}},
+    "terrain": {"name": "incline", "slope_deg": 2.0},
+    "initial": {"around": "gait", "dq1": {"from": -0.01, "to": 0.01, "count": 60}},
 }
 
 

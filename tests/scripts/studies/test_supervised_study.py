@@ -57,6 +57,7 @@ def test_thresholds_recover_always_or_never() -> None:
     assert (walks[0].samples["q"] == walks[1].samples["q"]).all()
 
 
+@pytest.mark.slow  # it searches for three references
 def test_limits_by_energy() -> None:
     """A heel that is 4 cm further behind works that much more over the same step, and on the same grade."""
     short, long = (sole_limits_study.estimates(sole_limits_study.law(sole)) for sole in (0.08, 0.12))
