@@ -17,9 +17,18 @@ MOST = 1_000_000_000
 
 
 def root() -> Path:
-    """Return the folder of all machine code: in NUMBA_CACHE_DIR if that is set, else in the user's cache."""
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(named) / "mjbiped" if named else platformdirs.user_cache_path("mjbiped") / "machine_code"
+    """Return the folder of all machine code: in NUMBA_CACHE_DIR if that is set, else in the user's cache.
+
+    A user without a home that can be written to, as in some containers, has it beside this file.
+    """
+    if named := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(named) / "mjbiped"
+    usual = platformdirs.user_cache_path("mjbiped") / "machine_code"
+    with suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+        if os.access(usual, os.W_OK):
+            return usual
+    return Path(__file__).parent / "__pycache__" / "machine_code"
 
 
 @cache

@@ -31,6 +31,14 @@ def test_what_was_not_used_for_longest_is_deleted_first(files: list[Path]) -> No
     assert files[0].exists()
 
 
+def test_without_a_home_it_is_beside_the_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder.root() == tmp_path / "mjbiped" / "machine_code"
+    monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/nobody")
+    assert cache_folder.root().is_relative_to(Path(cache_folder.__file__).parent)
+
+
 def test_the_command_clears_it_and_nothing_else(files: list[Path], tmp_path: Path) -> None:
     assert "give it alone" in run("compile", "adaptive", "--clear").stderr
     result = run("compile", "--clear")
