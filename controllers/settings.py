@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from mjbiped.control.controller import Controller, LawController, Memory
+from mjbiped.control.controller import Controller, LawController, Memory, check_tracking
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.gaits.passive import PassiveGait
@@ -145,12 +145,11 @@ class PaperSettings(LawController):
         return float(self.parameters_of(memory).gains.transition_time) if memory[REPLANNED] else 0.0
 
 
-def check_imitation(controller: Controller, *, passive: bool = False) -> None:
-    """Refuse a controller whose robot or gait is not a compass biped's.
+def check_imitation(controller: Controller) -> None:
+    """Refuse a controller whose robot or gait is not a compass biped's, or whose law needs a passive gait.
 
     Args:
         controller: The controller.
-        passive: Whether its law imitates the passive motion itself, and so needs a passive gait.
 
     Raises:
         InputError: Its robot or gait is of another kind.
@@ -160,9 +159,5 @@ def check_imitation(controller: Controller, *, passive: bool = False) -> None:
             f"{type(controller).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
             f"got {type(controller.robot).__name__} and {type(controller.gait).__name__}"
         )
-    if passive and not isinstance(controller.gait, PassiveGait):
-        raise InputError(
-            f"{type(controller).__name__} imitates how a passive walker's energy goes, and needs a passive gait (see "
-            "mjbiped.find_passive_gait); an optimised reference is tracked by controllers that follow it in time, as "
-            "AdaptiveController and LimitCycleController"
-        )
+    if not isinstance(controller.gait, PassiveGait):
+        check_tracking(type(controller))

@@ -78,7 +78,6 @@ class KnownSlopeController(LawController):
 
     memory_size: ClassVar[int] = 2
     follows: ClassVar[bool] = False
-    """Whether the law follows the gait's trajectory in time."""
     torque_law: ClassVar[Callable[..., tuple[float, float]]]
     """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
 
@@ -88,7 +87,7 @@ class KnownSlopeController(LawController):
         Raises:
             InputError: An attribute is so; see `mjbiped.utils.domains`.
         """
-        check_imitation(self, passive=not self.follows)
+        check_imitation(self)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
         domains.check_fields(self)
 

@@ -18,6 +18,7 @@ from collections.abc import Callable, MutableSequence, Sequence
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
+from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots.compass import Compass
@@ -83,6 +84,8 @@ class Controller(ABC):
         joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
             three numbers each.
         with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
+        follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
+            passive gaits alone.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
@@ -91,6 +94,7 @@ class Controller(ABC):
     memory_size: ClassVar[int] = 0
     joints: ClassVar[tuple[str, ...]] = Compass.joints
     with_knees: ClassVar[str | None] = None
+    follows: ClassVar[bool] = True
     robot: Robot | None = None
     gait: Periodic | None = None
 
@@ -228,3 +232,17 @@ class LawController(Controller):
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
     """Return infinity: `Law.next_discontinuity` of a law without kinks."""
     return math.inf
+
+
+def check_tracking(kind: type[Controller]) -> None:
+    """Refuse an optimised reference for a law that imitates passive walking itself.
+
+    Raises:
+        InputError: The class does not follow a gait's trajectory in time.
+    """
+    if not kind.follows:
+        raise InputError(
+            f"{kind.__name__} imitates how a passive walker's energy goes, and needs a passive gait (see "
+            "mjbiped.find_passive_gait); an optimised reference is tracked by controllers that follow it in time, as "
+            "AdaptiveController and LimitCycleController"
+        )

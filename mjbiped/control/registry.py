@@ -23,7 +23,7 @@ from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import Any
 
-from mjbiped.control.controller import Controller
+from mjbiped.control.controller import Controller, check_tracking
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
@@ -185,6 +185,8 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
             for key in ("imitate_slope_deg", "initial_slope_estimate_deg")
         )
         reference = values.pop("reference")
+        if reference is not None:
+            check_tracking(kind)  # before the search for it
         values["gait"] = gait or _imitated(robot, slope, reference, passive="imitate_slope_deg" in settings)
         values |= {key: estimate for key in SLOPE_FIELDS if key in own}
     try:

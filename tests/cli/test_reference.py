@@ -58,11 +58,7 @@ def test_walk_tracks_it(tmp_path: Path) -> None:
         (("--reference", "height=1"), "valid are speed, clearance, retraction, torque_limit, friction"),
         (("--reference", "clearance=-1"), "clearance = -1.0: must be"),
         (("--reference", "clearance=0.1", "--imitate-slope-deg", "3"), "give one of them"),
-        pytest.param(
-            ("--reference", "clearance=0.1", "--controller", "kinetic-energy"),
-            "needs a passive gait",
-            marks=pytest.mark.slow,
-        ),
+        (("--reference", "clearance=0.1", "--controller", "kinetic-energy"), "needs a passive gait"),
         (("--reference", "clearance=0.1", "--controller", "passive"), "--reference is for"),
         (("--gain", "replanning=sum"), "valid are paper, additive"),
     ],

@@ -11,6 +11,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, LimitCycleController, PassiveController, PassivityController
 from controllers.comparison.known_slope import KnownSlopeController
+from mjbiped.control import registry
 from mjbiped.control.registry import controller_from, controller_names, make_controller, registered, settings_of
 from mjbiped.errors import InputError
 from mjbiped.sweeps.run import law_folders
@@ -136,3 +137,11 @@ def test_another_package_registers_its_own(robot: mjbiped.Compass, tmp_path: Pat
     assert law.describe() == {"name": "HipSpread", "stiffness": 5.0}
     with pytest.raises(InputError, match="lost is registered as own_laws:Lost, which fails"):
         make_controller("lost", robot, {})
+
+
+def test_a_law_that_imitates_passive_walking_is_refused_a_reference_before_any_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
+    with pytest.raises(InputError, match="needs a passive gait"):
+        make_controller("kinetic-energy", mjbiped.Compass(), {"reference": "clearance=0.1"})
