@@ -353,6 +353,7 @@ class Simulation:
         law, states, joints = compilable_law(controller), len(controller.states), len(controller.joints)
         code: MachineCode | CalledMethods
         try:
+            registry.learn_layout()
             check_offsets(self.model, self.data)
             with refused_in_words(controller, law):
                 if law is None:

@@ -85,7 +85,7 @@ def test_gains_beyond_all_robots_are_unresolved(
     compiled = AdaptiveController(robot, gait, velocity_gain=1e6)
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)  # compiled now
     for law in (plain, compiled):
-        with interrupted_after(60.0, TimeoutError):  # some 0.5 s; it once took hours
+        with interrupted_after(300.0, TimeoutError):  # some seconds, a minute on a busy machine; it once took hours
             walk = mjbiped.walk(law, Terrain.level(), engine="hybrid", steps=3)
         assert walk.outcome == "unresolved"
     assert walk.settings["compiled"]

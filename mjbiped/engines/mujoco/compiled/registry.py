@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mjbiped.engines.mujoco.compiled.callbacks import address_of, exchanging, trampolines
-from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, library
+from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError, layout, library
 from mjbiped.engines.mujoco.scene import OWNER, RECORDS_SIZE
 from mjbiped.errors import MjbipedError
 from mjbiped.utils.mujoco import mujoco
@@ -253,6 +253,18 @@ def python_callbacks_removed() -> Iterator[None]:
             _builders -= 1
             _refresh()
             _changed.notify_all()
+
+
+@lru_cache(maxsize=1)
+def learn_layout() -> None:
+    """Let MuJoCo compile the models that show its layout, which it cannot beside callbacks in Python.
+
+    Raises:
+        UnknownLayoutError: The layout is not understood.
+        MjbipedError: Another thread is walking in Python.
+    """
+    with python_callbacks_removed():
+        layout()
 
 
 def _refuse_another_thread() -> None:
