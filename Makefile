@@ -36,7 +36,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/.ready: $(VENV)/.installed
-	@echo "installing the tools and compiling, two minutes the first time ..."
+	@echo "installing the tools and compiling, two to five minutes the first time ..."
 	@$(PIP_INSTALL) -e '.[test]'
 	@$(BIN)/python -c 'import dm_control' 2>/dev/null || $(PIP_INSTALL) --no-deps $(WITHOUT_LABMAZE)
 	@$(BIN)/mjbiped compile

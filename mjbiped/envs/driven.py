@@ -116,7 +116,7 @@ def _driven(memory: Memory, place: int, most: Torques, peak: Torques, values: To
     hip = _sum(memory, place, most, peak, values, 1)
     if len(most) == 2:
         return (ankle, hip) + values[2:]  # noqa: RUF005 (Numba knows no star here)
-    return (ankle, hip, _sum(memory, place, most, peak, values, 2)) + values[3:]  # noqa: RUF005
+    return (ankle, hip, _sum(memory, place, most, peak, values, 2)) + values[3:]  # noqa: RUF005 (nor here)
 
 
 def _sum(memory: Memory, place: int, most: Torques, peak: Torques, values: Torques, joint: int) -> float:

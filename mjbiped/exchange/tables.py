@@ -37,6 +37,6 @@ def _write(path: Path, table: Flat, columns: Mapping[str, Column]) -> None:
             parquet.write_table(arrow.table(table).replace_schema_metadata(attributes(units_of(columns))), unfinished)
         return
     with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
+        writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(table)
         writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
