@@ -1,18 +1,22 @@
-"""Control laws for bipeds with and without knees: plain functions of a state and a memory, without any simulator."""
+"""Control laws for bipeds with and without knees: plain functions of a state and a memory, without any simulator.
 
-from controllers.adaptive import AdaptiveController
-from controllers.bounded.bounded_ankle import BoundedAnkleController
-from controllers.bounded.kneed import BoundedKneedController
-from controllers.bounded.supervisor import SupervisedController
-from controllers.comparison.energy_constraint import EnergyConstraintController
-from controllers.comparison.kinetic_energy import KineticEnergyController
-from controllers.comparison.limit_cycle import LimitCycleController
-from controllers.comparison.passivity import PassivityController
-from controllers.kneed import KneedController
-from controllers.library import LibraryController
-from controllers.passive import PassiveController
-from controllers.policy import PolicyController
+`controllers` is the short name of `mjbiped.controllers`, which no package of a user's can hide.
+"""
+
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
+from mjbiped.controllers.adaptive import AdaptiveController
+from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController
+from mjbiped.controllers.bounded.kneed import BoundedKneedController
+from mjbiped.controllers.bounded.supervisor import SupervisedController
+from mjbiped.controllers.comparison.energy_constraint import EnergyConstraintController
+from mjbiped.controllers.comparison.kinetic_energy import KineticEnergyController
+from mjbiped.controllers.comparison.limit_cycle import LimitCycleController
+from mjbiped.controllers.comparison.passivity import PassivityController
+from mjbiped.controllers.kneed import KneedController
+from mjbiped.controllers.library import LibraryController
+from mjbiped.controllers.passive import PassiveController
+from mjbiped.controllers.policy import PolicyController
+from mjbiped.utils.packages import second_name
 
 __all__ = [
     "AdaptiveController",
@@ -33,3 +37,6 @@ __all__ = [
     "SupervisedController",
     "never",
 ]
+
+if __name__ == "controllers":
+    second_name("mjbiped.controllers", __name__)

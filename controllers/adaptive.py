@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from controllers.replanning import POINTS, Motion, begin_step, discontinuity_after, lay, legs_at, transition
-from controllers.settings import COS, REPLANNED, SIN, Gains, PaperSettings, check_imitation
-from controllers.slope_estimator import estimate_rates, slope_estimate_law, update_estimate
-from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import AdaptiveTracking
+from mjbiped.controllers.replanning import POINTS, Motion, begin_step, discontinuity_after, lay, legs_at, transition
+from mjbiped.controllers.settings import COS, REPLANNED, SIN, Gains, PaperSettings, check_imitation
+from mjbiped.controllers.slope_estimator import estimate_rates, slope_estimate_law, update_estimate
+from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import Table, reference_at
 from mjbiped.robots import compass
@@ -56,7 +56,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     gait: Gait
 
     memory_size: ClassVar[int] = CURVES + 2 * POINTS
-    with_knees: ClassVar[str | None] = "controllers.kneed:KneedController"
+    with_knees: ClassVar[str | None] = "mjbiped.controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
         """Refuse robots other than a compass biped, and gaits of other robots."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple, Self
 
-from controllers.settings import PaperSettings
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.settings import PaperSettings
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.robots import compass

@@ -24,12 +24,20 @@ from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
-from controllers.replanning import POINTS, begin_step, discontinuity_after, lay, legs_at, transition, transition_at
-from controllers.settings import COS, REPLANNED, SIN, Gains, PaperSettings
-from controllers.slope_estimator import estimate_rates_of_chain, slope_estimate_law, update_estimate
-from controllers.tracking import angle_errors, commanded, feedback_gains
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import Tracking
+from mjbiped.controllers.replanning import (
+    POINTS,
+    begin_step,
+    discontinuity_after,
+    lay,
+    legs_at,
+    transition,
+    transition_at,
+)
+from mjbiped.controllers.settings import COS, REPLANNED, SIN, Gains, PaperSettings
+from mjbiped.controllers.slope_estimator import estimate_rates_of_chain, slope_estimate_law, update_estimate
+from mjbiped.controllers.tracking import angle_errors, commanded, feedback_gains
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched
 from mjbiped.gaits.reference import Table, reference_at, table_of

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
-from controllers import adaptive
-from controllers.adaptive import AdaptiveController
-from controllers.gait_library import GaitLibrary, Switch, count_steps
-from controllers.slope_estimator import slope_estimate_law
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers import adaptive
+from mjbiped.controllers.adaptive import AdaptiveController
+from mjbiped.controllers.gait_library import GaitLibrary, Switch, count_steps
+from mjbiped.controllers.slope_estimator import slope_estimate_law
 from mjbiped.utils import domains
 
 _CLIMBING = AdaptiveController.memory_size

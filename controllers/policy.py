@@ -17,9 +17,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.settings import check_imitation
-from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Law, LawController, Memory
+from mjbiped.controllers.settings import check_imitation
+from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Periodic
 from mjbiped.robots.compass import Compass
 

@@ -8,8 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.settings import REPLANNED, Gains
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.settings import REPLANNED, Gains
 from mjbiped.gaits.reference import Table, reference_at, reference_discontinuity
 
 POINTS = 6

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from controllers.settings import COS, SIN, Gains
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.settings import COS, SIN, Gains
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import gravity_beside

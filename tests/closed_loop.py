@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from controllers.comparison.known_slope import KnownSlopeController
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.robots.compass import Array
 
 angles = st.floats(-0.6, 0.6)

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
-from controllers import adaptive
-from controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates, update_slope
-from controllers.bounded.stance import Driven, Model, driven, model_of
-from controllers.replanning import POINTS, legs_at
-from controllers.settings import PaperSettings, check_imitation
-from controllers.tracking import commanded, computed_torque, feedback_gains, tracking_errors
 from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import Tracking
+from mjbiped.controllers import adaptive
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates, update_slope
+from mjbiped.controllers.bounded.stance import Driven, Model, driven, model_of
+from mjbiped.controllers.replanning import POINTS, legs_at
+from mjbiped.controllers.settings import PaperSettings, check_imitation
+from mjbiped.controllers.tracking import commanded, computed_torque, feedback_gains, tracking_errors
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
@@ -57,7 +57,7 @@ class BoundedAnkleController(PaperSettings, Tracking):
     sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
-    with_knees: ClassVar[str | None] = "controllers.bounded.kneed:BoundedKneedController"
+    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.kneed:BoundedKneedController"
     memory_size: ClassVar[int] = adaptive.CURVES + 2 * POINTS
 
     def check_imitated(self) -> None:

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from controllers.settings import Gains
-from controllers.slope_estimator import felt_change
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.settings import Gains
+from mjbiped.controllers.slope_estimator import felt_change
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import gravity_beside

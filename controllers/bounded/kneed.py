@@ -8,12 +8,22 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
-from controllers import kneed
-from controllers.bounded.bounded_ankle import slope_law
-from controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, identifier_rates, update_slope
-from controllers.bounded.stance import Footing, footing_of, holds, turned
-from controllers.kneed import BENT, KneedController, Segments, feel, joint_torques, own_room, plan, stand_bent, track
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers import kneed
+from mjbiped.controllers.bounded.bounded_ankle import slope_law
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, identifier_rates, update_slope
+from mjbiped.controllers.bounded.stance import Footing, footing_of, holds, turned
+from mjbiped.controllers.kneed import (
+    BENT,
+    KneedController,
+    Segments,
+    feel,
+    joint_torques,
+    own_room,
+    plan,
+    stand_bent,
+    track,
+)
 from mjbiped.gaits.gait import Branched
 from mjbiped.robots.bent_leg import ACROSS, force_beside
 from mjbiped.robots.chain import ground_force, weighted

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from controllers import adaptive
-from controllers.bounded import bounded_ankle, recovery
-from controllers.bounded.recovery import RECOVERING, Ankle
-from controllers.bounded.stance import Driven
 from mjbiped.control.controller import Memory
+from mjbiped.controllers import adaptive
+from mjbiped.controllers.bounded import bounded_ankle, recovery
+from mjbiped.controllers.bounded.recovery import RECOVERING, Ankle
+from mjbiped.controllers.bounded.stance import Driven
 from mjbiped.robots import compass
 from mjbiped.rules.scuffing import swing_foot_collides
 

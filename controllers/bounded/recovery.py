@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from controllers.adaptive import CURVES
-from controllers.bounded.identifier import SLOPE
-from controllers.bounded.stance import Driven, Model, driven
-from controllers.replanning import POINTS, lay, transition, transition_at
-from controllers.settings import REPLANNED
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.adaptive import CURVES
+from mjbiped.controllers.bounded.identifier import SLOPE
+from mjbiped.controllers.bounded.stance import Driven, Model, driven
+from mjbiped.controllers.replanning import POINTS, lay, transition, transition_at
+from mjbiped.controllers.settings import REPLANNED
 from mjbiped.robots import compass
 
 RECOVERING = CURVES + 2 * POINTS

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from controllers import adaptive
-from controllers.bounded import bounded_ankle, prediction, recovery
-from controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
-from controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
-from controllers.bounded.recovery import RECOVERING, Ankle, Step
-from controllers.bounded.stance import model_of
-from controllers.gait_library import GaitLibrary, Switch, count_steps
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers import adaptive
+from mjbiped.controllers.bounded import bounded_ankle, prediction, recovery
+from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
+from mjbiped.controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
+from mjbiped.controllers.bounded.recovery import RECOVERING, Ankle, Step
+from mjbiped.controllers.bounded.stance import model_of
+from mjbiped.controllers.gait_library import GaitLibrary, Switch, count_steps
 from mjbiped.rules.scuffing import ScuffingRule
 
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
-from controllers.comparison.virtual_gravity import energy_error
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.controllers.comparison.virtual_gravity import energy_error
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
 from mjbiped.utils import domains

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-from controllers.settings import check_imitation
-from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Law, LawController, Memory, never
+from mjbiped.controllers.settings import check_imitation
+from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.robots import compass

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
 
-from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
-from controllers.tracking import computed_torque, tracking_errors
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.controllers.tracking import computed_torque, tracking_errors
 from mjbiped.gaits.reference import reference_at, reference_discontinuity
 from mjbiped.robots.compass import legs_of
 from mjbiped.utils import domains

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
-from controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.control.controller import Memory
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.utils import domains
 
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import click
 
-from controllers import AdaptiveController
-from controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.cli import kinds
 from mjbiped.cli.sections import Function, Row, options, together
 from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.control.settings import shown_defaults
+from mjbiped.controllers import AdaptiveController
+from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES

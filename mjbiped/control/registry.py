@@ -33,7 +33,6 @@ from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import SLOPE_DEG, known_name
-from mjbiped.utils.packages import hidden_laws
 
 GROUP = "mjbiped.controllers"
 """The group of entry points."""
@@ -97,10 +96,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
         if robot is not None and "knee" in robot.joints and kind.with_knees:
             kind = resolve_name(kind.with_knees)
     except (ImportError, AttributeError) as error:
-        hint = f"; {hidden}" if (hidden := hidden_laws()) else ""
-        raise InputError(
-            f"the controller {name} is registered as {entry.value}, which fails: {shown(error)}{hint}"
-        ) from error
+        raise InputError(f"the controller {name}, registered as {entry.value}, fails: {shown(error)}") from error
     return kind
 
 

@@ -1,17 +1,17 @@
-"""Packages that a program cannot import: extras that are not installed, or `controllers` hidden by a user's file."""
+"""Packages that a program cannot import, and the second name of `controllers`, which a user's file may hide."""
 
 from __future__ import annotations
 
 import importlib.util
+import pkgutil
 import sys
-import warnings
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
 from mjbiped.errors import InputError
 
-_OURS = Path(__file__).parents[2] / "controllers"
+_OURS = tuple(Path(__file__).parents[up] / "controllers" for up in (1, 2))
 
 _IN_WORDS = {
     "distributed": "Dask Distributed",
@@ -45,20 +45,26 @@ def needed(module: str, extra: str, what: str) -> ModuleType:
         ) from error
 
 
+def second_name(package: str, second: str) -> None:
+    """Let a package and its modules be imported by a second name too: each is loaded once and has both names.
+
+    Args:
+        package: Its own name.
+        second: Name of the module that stands for it, which calls this while it is imported.
+    """
+    ours = import_module(package)
+    for found in pkgutil.walk_packages(ours.__path__, f"{package}."):
+        sys.modules[second + found.name.removeprefix(package)] = import_module(found.name)
+    sys.modules[second] = ours
+
+
 def hidden_laws() -> str:
     """Return a message that names the file which hides the package `controllers`; empty if there is none."""
     module = sys.modules.get("controllers")
     found = getattr(importlib.util.find_spec("controllers") if module is None else module.__spec__, "origin", None)
-    if found is None or Path(found).parent == _OURS or not _OURS.is_dir():
+    if found is None or Path(found).parent in _OURS:
         return ""
     return (
-        f"the file {found} hides mjbiped's own package `controllers`, which Python looks for by that name: give the "
-        "file (or folder) another name, for instance my_controllers.py"
+        f"{found} hides mjbiped's package `controllers`: import from `mjbiped.controllers`, which is the same, or give "
+        "the file (or folder) another name"
     )
-
-
-def warn_of_hidden_laws() -> None:
-    """Warn when a program imports mjbiped: its next import from `controllers` would fail without explanation."""
-    # `python -m mjbiped` reports it by itself, and ends
-    if sys.argv[:1] != ["-m"] and (hidden := hidden_laws()):
-        warnings.warn(hidden, stacklevel=3)

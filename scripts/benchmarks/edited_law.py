@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import mjbiped
 from controllers import AdaptiveController
-from controllers.adaptive import Parameters
-from controllers.slope_estimator import estimate_rates
-from controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers.adaptive import Parameters
+from mjbiped.controllers.slope_estimator import estimate_rates
+from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.reference import reference_at
 from mjbiped.robots import compass
 

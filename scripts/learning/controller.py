@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from controllers.slope_estimator import slope_change
 from mjbiped.control.controller import Controller, Memory
+from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.envs.driven import DrivenController
 from mjbiped.envs.tasks import WalkTask
 from scripts.learning.checkpoint import Checkpoint

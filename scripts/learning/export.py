@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from controllers.policy import FEATURES, STORED
+from mjbiped.controllers.policy import FEATURES, STORED
 from mjbiped.errors import InputError
 from mjbiped.utils.files import saved
 from scripts.learning.checkpoint import Checkpoint

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.policy import FEATURES, LATEST, action
+from mjbiped.controllers.policy import FEATURES, LATEST, action
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from controllers.slope_estimator import slope_change
+from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers

@@ -20,7 +20,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller
-from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
+from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.plotting.style import BLACK, BLUE, C_MT, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
 from scripts.pages import write_table

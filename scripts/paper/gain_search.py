@@ -15,7 +15,7 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from controllers.comparison.known_slope import KnownSlopeController
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.plotting.style import BLUE, GREEN, ORANGE, VERMILLION
 from mjbiped.robots.compass import Array
 

@@ -17,7 +17,7 @@ from matplotlib.colors import BoundaryNorm
 
 import mjbiped
 from controllers import KineticEnergyController
-from controllers.comparison.known_slope import SLOPE_SOURCES
+from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.panels import titled
 from mjbiped.plotting.style import new_figure, save_figure, styled

@@ -21,9 +21,9 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import SupervisedController
-from controllers.bounded.recovery import Ankle
-from controllers.bounded.supervisor import Range, Recovery
 from mjbiped import Terrain
+from mjbiped.controllers.bounded.recovery import Ankle
+from mjbiped.controllers.bounded.supervisor import Range, Recovery
 from mjbiped.records.measures import THROUGH
 
 STEPS = 30

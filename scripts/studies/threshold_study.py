@@ -23,13 +23,13 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import SupervisedController
-from controllers.bounded import recovery, supervisor
-from controllers.bounded.bounded_ankle import slope_law
-from controllers.bounded.prediction import State, plan_nominal, step_ahead
-from controllers.bounded.recovery import Step
-from controllers.bounded.supervisor import Foresight
 from mjbiped import Terrain
 from mjbiped.control.controller import Law, Memory
+from mjbiped.controllers.bounded import recovery, supervisor
+from mjbiped.controllers.bounded.bounded_ankle import slope_law
+from mjbiped.controllers.bounded.prediction import State, plan_nominal, step_ahead
+from mjbiped.controllers.bounded.recovery import Step
+from mjbiped.controllers.bounded.supervisor import Foresight
 from scripts.pages import show_table
 from scripts.studies.recovery_search import training
 from scripts.studies.soles_study import STEPS, grounds, through

@@ -14,7 +14,7 @@ from rounding import assert_same
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
-from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.engines.hybrid.run import TOLERANCE
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from

@@ -18,7 +18,7 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController, against_slope
+from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController, against_slope
 from mjbiped.errors import InputError
 from mjbiped.terrain.terrain import Terrain
 

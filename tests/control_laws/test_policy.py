@@ -13,8 +13,8 @@ from click.testing import CliRunner
 import mjbiped
 import mjbiped.envs
 from controllers import PolicyController
-from controllers.policy import STORED, TORQUE, action
 from mjbiped.control.registry import controller_class
+from mjbiped.controllers.policy import STORED, TORQUE, action
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.errors import InputError
 from scripts.learning import export

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from scipy.interpolate import BPoly
 
-from controllers.replanning import transition, transition_at
+from mjbiped.controllers.replanning import transition, transition_at
 
 durations = st.floats(0.02, 3.0)
 ends = st.tuples(

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
-from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
+from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import reference_at
 from mjbiped.robots.compass import Array, Compass, legs_of

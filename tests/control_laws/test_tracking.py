@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import reference_at

@@ -16,10 +16,10 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from controllers.comparison.known_slope import KnownSlopeController
-from controllers.comparison.passivity import PassivityController
 from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Law
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController
+from mjbiped.controllers.comparison.passivity import PassivityController
 from mjbiped.engines.base import Run
 from mjbiped.records import measures
 from mjbiped.utils.parallel import cores

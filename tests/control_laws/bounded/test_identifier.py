@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import mjbiped
 from controllers import BoundedAnkleController
-from controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates
 from mjbiped.robots import compass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

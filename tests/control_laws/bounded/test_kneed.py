@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 import mjbiped
 from controllers import BoundedAnkleController, BoundedKneedController, KneedController
-from controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, compass_about_foot
-from controllers.bounded.kneed import let_go, normal_force
-from controllers.bounded.stance import footing_of
-from controllers.kneed import ANGLES, BENT, Segments, joint_torques, own_room, stand_bent, track
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Law
 from mjbiped.control.registry import controller_class
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, compass_about_foot
+from mjbiped.controllers.bounded.kneed import let_go, normal_force
+from mjbiped.controllers.bounded.stance import footing_of
+from mjbiped.controllers.kneed import ANGLES, BENT, Segments, joint_torques, own_room, stand_bent, track
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedKneedGait
 from mjbiped.robots import compass

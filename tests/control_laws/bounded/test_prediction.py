@@ -10,9 +10,9 @@ import pytest
 
 import mjbiped
 from controllers import SupervisedController
-from controllers.bounded import identifier, recovery
-from controllers.bounded.prediction import Parameters, State, nominal_steps, plan_nominal, step_ahead
-from controllers.bounded.recovery import Step
+from mjbiped.controllers.bounded import identifier, recovery
+from mjbiped.controllers.bounded.prediction import Parameters, State, nominal_steps, plan_nominal, step_ahead
+from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.gaits.optimised import OptimisedGait
 
 

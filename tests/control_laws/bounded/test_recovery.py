@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import mjbiped
-from controllers.bounded import recovery
-from controllers.bounded.recovery import Ankle, Step
-from controllers.bounded.stance import model_of
+from mjbiped.controllers.bounded import recovery
+from mjbiped.controllers.bounded.recovery import Ankle, Step
+from mjbiped.controllers.bounded.stance import model_of
 from mjbiped.robots.compass import Array
 
 STEP = Step(0.4, 0.22, -0.5)

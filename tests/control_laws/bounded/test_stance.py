@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import mjbiped
-from controllers.bounded.stance import Driven, driven, model_of
+from mjbiped.controllers.bounded.stance import Driven, driven, model_of
 from mjbiped.robots import compass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

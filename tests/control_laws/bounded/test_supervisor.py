@@ -9,11 +9,11 @@ import pytest
 
 import mjbiped
 from controllers import BoundedAnkleController, SupervisedController
-from controllers.bounded import recovery, supervisor
-from controllers.bounded.prediction import State
-from controllers.bounded.recovery import RECOVERING
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Law
+from mjbiped.controllers.bounded import recovery, supervisor
+from mjbiped.controllers.bounded.prediction import State
+from mjbiped.controllers.bounded.recovery import RECOVERING
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 

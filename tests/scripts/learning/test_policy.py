@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from controllers.policy import FEATURES
+from mjbiped.controllers.policy import FEATURES
 from scripts.learning.policy import WEIGHTS, actions
 
 
