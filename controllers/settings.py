@@ -154,10 +154,12 @@ def check_imitation(controller: Controller) -> None:
     Raises:
         InputError: Its robot or gait is of another kind.
     """
-    if not isinstance(controller.robot, Compass) or not isinstance(controller.gait, Gait):
+    robot, gait = controller.robot, controller.gait
+    if not isinstance(robot, Compass) or not isinstance(gait, Gait) or not isinstance(gait.robot, Compass):
+        of = f" of a {type(gait.robot).__name__}" if isinstance(gait, Gait) else ""
         raise InputError(
-            f"{type(controller).__name__} needs a mjbiped.Compass and a mjbiped.Gait (see mjbiped.find_passive_gait), "
-            f"got {type(controller.robot).__name__} and {type(controller.gait).__name__}"
+            f"{type(controller).__name__} needs a mjbiped.Compass and a mjbiped.Gait of one (see "
+            f"mjbiped.find_passive_gait), got {type(robot).__name__} and {type(gait).__name__}{of}"
         )
     if not isinstance(controller.gait, PassiveGait):
         check_tracking(type(controller))

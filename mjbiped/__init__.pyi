@@ -18,6 +18,7 @@ from .records.record import Walk
 from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
 from .robots.kneed import KneedBiped
+from .robots.round.biped import RoundCompass
 from .robots.wheel import RimlessWheel
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
@@ -45,6 +46,7 @@ __all__ = [
     "RenderError",
     "ReturnMap",
     "RimlessWheel",
+    "RoundCompass",
     "ScuffingRule",
     "Survival",
     "Terrain",

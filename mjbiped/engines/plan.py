@@ -169,6 +169,7 @@ def make_plan(
     check_kind("terrain", terrain, Terrain)
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
+    _check_ground(robot, terrain)
     driver = driver_of(controller, robot)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
     plan = Plan(terms, controller, driver, terrain, robot, q, dq, told, disturbed)
@@ -193,6 +194,19 @@ def _check_engine(plan: Plan) -> None:
         )
     engine.check(plan)
     engine.check_disturbances(plan.disturbances)
+
+
+def _check_ground(robot: Robot, terrain: Terrain) -> None:
+    """Refuse ground on which a round foot would touch in two places at once.
+
+    Raises:
+        InputError: The robot has round feet, and the ground is no plane.
+    """
+    if robot.radius and (any(terrain.rises) or len(set(terrain.angle)) > 1):
+        raise InputError(
+            f"a {type(robot).__name__} walks on planes, for on uneven ground a round foot would touch in two places at "
+            "once: choose level ground or an incline"
+        )
 
 
 def check_rule(robot: Robot, rule: ScuffingRule) -> None:

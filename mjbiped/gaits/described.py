@@ -17,6 +17,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.round.biped import RoundCompass
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
@@ -24,6 +25,7 @@ FINDERS: Mapping[str, Callable[[Any, float], Periodic]] = {
     Compass.kind: find_passive_gait,
     KneedBiped.kind: find_kneed_gait,
     RimlessWheel.kind: find_rolling,
+    RoundCompass.kind: find_passive_gait,
 }
 """Finders of passive gaits by the kind of robot."""
 

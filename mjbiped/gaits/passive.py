@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -29,13 +29,13 @@ from mjbiped.gaits.reference import reference_at, table_of
 from mjbiped.robots.compass import (
     Array,
     Compass,
-    Constants,
     acceleration,
     impact_rates,
     kinetic_energy,
     legs_of,
     mass_terms,
 )
+from mjbiped.robots.round.biped import RoundCompass
 from mjbiped.utils import domains
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
@@ -64,7 +64,7 @@ class PassiveGait(Passive, Gait):
         return self.robot.energy(self.start[:2], self.start[2:], self.slope)
 
 
-def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
+def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGait:
     """The passive gait of period one on a plane (equation 28), stable or not.
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
@@ -73,14 +73,15 @@ def find_passive_gait(robot: Compass, slope: float) -> PassiveGait:
     MJBIPED_CACHE_DIR says.
 
     Args:
-        robot: Any compass biped.
+        robot: Any compass biped, on point feet or on round ones.
         slope: Slope of the plane, rad, > 0 (downhill).
 
     Raises:
-        InputError: The slope is no number within a right angle of level, or the robot is no `Compass`.
+        InputError: The slope is no number within a right angle of level, or the robot is no compass biped.
         GaitError: The robot has no such gait on that slope.
     """
-    domains.check_kind("robot", robot, Compass)
+    if not isinstance(robot, RoundCompass):
+        domains.check_kind("robot", robot, Compass)
     return _find(robot, checked_slope(slope))
 
 
@@ -106,38 +107,93 @@ class _Model(NamedTuple):
     This makes the search and its tolerances the same for all sizes and gravities.
 
     Attributes:
-        constants: Constants of the robot in these units, as of `Compass`.
-        weight: Its weight, N.
+        motion: (q1, q2, dq1, dq2, sine and cosine of the slope) -> accelerations without torques, rad/s^2.
+        strike: (q1, q2, dq1, dq2) -> rates after the heel strike, in the new roles, rad/s.
+        energy: (q1, q2, dq1, dq2) -> kinetic energy, J.
+        pull: Of gravity on the legs near the upright posture, N m/rad, negative where it topples them, shape (2,).
+        mass: Mass matrix in that posture, kg m^2, shape (2, 2).
+        weight: Weight, N.
+        radius: Of the feet, m.
         metre: The unit of length, m; exactly 1 for the legs of Table I.
         second: The unit of time, s; exactly 1 for its legs and gravity.
     """
 
-    constants: Constants
+    motion: Callable[..., tuple[float, float]]
+    strike: Callable[..., tuple[float, float]]
+    energy: Callable[..., float]
+    pull: Array
+    mass: Array
     weight: float
+    radius: float
     metre: float
     second: float
 
+    def advance(self, half: float) -> float:
+        """How far a foot stands ahead of the other one at a heel strike, m, by half the angle between the legs, rad."""
+        return 2 * ((_TABLE_ONE.leg_length - self.radius) * math.sin(half) + self.radius * half)
 
-def _model(robot: Compass) -> _Model:
+
+def _model(robot: Compass | RoundCompass) -> _Model:
     metre = robot.leg_length / _TABLE_ONE.leg_length
     second = math.sqrt(robot.leg_length / robot.gravity) / math.sqrt(_TABLE_ONE.leg_length / _TABLE_ONE.gravity)
+    weight = robot.total_mass * _TABLE_ONE.gravity
+    if isinstance(robot, RoundCompass):
+        return _rolling(robot, weight, metre, second)
     square, moment = metre * metre, metre * robot.gravity / _TABLE_ONE.gravity
     m11, m12, m22, g1, g2, about_point, about_hip = robot.constants
+    constants = (
+        *(m11 / square, m12 / square, m22 / square, g1 / moment, g2 / moment),
+        *(about_point / square, about_hip / square),
+    )
+    upright = mass_terms(constants, legs_of(0.0, 0.0))
+
+    def motion(q1: float, q2: float, dq1: float, dq2: float, sine: float, cosine: float) -> tuple[float, float]:
+        return acceleration(constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)
+
     return _Model(
-        (m11 / square, m12 / square, m22 / square, g1 / moment, g2 / moment, about_point / square, about_hip / square),
-        robot.total_mass * _TABLE_ONE.gravity,
+        motion,
+        partial(impact_rates, constants),
+        partial(kinetic_energy, constants),
+        np.array([-constants[3], constants[4]]),
+        np.array([[upright[0], upright[1]], [upright[1], upright[2]]]),
+        weight,
+        0.0,
         metre,
         second,
     )
 
 
+def _rolling(robot: RoundCompass, weight: float, metre: float, second: float) -> _Model:
+    lengths = {key: getattr(robot, key) / metre for key in ("lower_length", "upper_length", "foot_radius")}
+    inertia, gravity = robot.leg_inertia / metre**2, _TABLE_ONE.gravity
+    linkage = replace(robot, **lengths, leg_inertia=inertia, gravity=gravity).linkage
+    free = linkage.free_motion
+
+    def motion(q1: float, q2: float, dq1: float, dq2: float, sine: float, cosine: float) -> tuple[float, float]:
+        ddq = free(np.array([q1, q2]), np.array([dq1, dq2]), math.atan2(sine, cosine))
+        return float(ddq[0]), float(ddq[1])
+
+    def strike(q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+        after = linkage.end_strikes(np.array([q1, q2]), np.array([dq1, dq2]))
+        return float(after[0]), float(after[1])
+
+    def energy(q1: float, q2: float, dq1: float, dq2: float) -> float:
+        return linkage.kinetic_energy(np.array([q1, q2]), np.array([dq1, dq2]))
+
+    pull = linkage.gravity_vector(np.full(2, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
+    return _Model(
+        motion, strike, energy, pull, linkage.mass_matrix(np.zeros(2)), weight, lengths["foot_radius"], metre, second
+    )
+
+
 @lru_cache(maxsize=256)
-def _find(robot: Compass, slope: float) -> PassiveGait:
+def _find(robot: Compass | RoundCompass, slope: float) -> PassiveGait:
     found = store.passive(robot, slope, _search)
-    return PassiveGait(robot, slope, table=table_of(found.pop("rate"), found.pop("coefficients")), **found)
+    table = table_of(found.pop("rate"), found.pop("coefficients"))
+    return PassiveGait(robot, slope, table=table, **found)  # type: ignore[arg-type]  # no law imitates rolling feet
 
 
-def _search(robot: Compass, slope: float) -> dict[str, Any]:
+def _search(robot: Compass | RoundCompass, slope: float) -> dict[str, Any]:
     """The attributes of a gait, with the pieces of its table."""
     model = _model(robot)
     scaled = _follow_branch(model, slope)
@@ -149,7 +205,7 @@ def _search(robot: Compass, slope: float) -> dict[str, Any]:
         "start": start / [1, 1, model.second, model.second],
         "end": end / [1, 1, model.second, model.second],
         "period": period * model.second,
-        "step_length": 2 * robot.leg_length * math.sin(end[0]),
+        "step_length": model.advance(end[0]) * model.metre,
         "multipliers": eigenvalues(_return_map_jacobian(model, slope, scaled)),
         "rate": rate / model.second,
         "coefficients": coefficients,
@@ -178,11 +234,11 @@ def no_gait(slope: float, reason: str, what: str = "passive gait") -> GaitError:
 
 def _passive(model: _Model, slope: float) -> Callable[[Array], list[float]]:
     """The unpowered motion: a function from the state to its rates (dq1, dq2, ddq1, ddq2)."""
-    constants, sine, cosine = model.constants, math.sin(slope), math.cos(slope)
+    sine, cosine = math.sin(slope), math.cos(slope)
 
     def rates(state: Array) -> list[float]:
         q1, q2, dq1, dq2 = state.tolist()
-        return [dq1, dq2, *acceleration(constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)]
+        return [dq1, dq2, *model.motion(q1, q2, dq1, dq2, sine, cosine)]
 
     return rates
 
@@ -240,7 +296,7 @@ def _step(model: _Model, slope: float, scaled: Array, steps: int) -> Array:
     """Scaled (q1 + q2 at the end of the period, then q1, dq1, dq2 after the impact); for a gait, (0, q1, dq1, dq2)."""
     start, period = _unscale(slope, scaled)
     q1, q2, dq1, dq2 = _motion(model, slope, start, period, steps, WIDEST)[-1].tolist()
-    after = np.array([q1 + q2, q2, *impact_rates(model.constants, q1, q2, dq1, dq2)])
+    after = np.array([q1 + q2, q2, *model.strike(q1, q2, dq1, dq2)])
     return after / _scales(slope)[[0, 0, 1, 2]]
 
 
@@ -301,9 +357,7 @@ def _follow_branch(model: _Model, slope: float) -> Array:
 
 def _level_limit(model: _Model) -> Array:
     """The scaled gait in the limit of level ground, shape (4,)."""
-    constants = model.constants
-    m11, m12, m22 = mass_terms(constants, legs_of(0.0, 0.0))
-    eigenvalues, modes = scipy.linalg.eigh(np.diag([-constants[3], constants[4]]), np.array([[m11, m12], [m12, m22]]))
+    eigenvalues, modes = scipy.linalg.eigh(np.diag(model.pull), model.mass)
     fall, swing = math.sqrt(-eigenvalues[0]), math.sqrt(eigenvalues[1])  # rates of sinh and sin, 1/s
     together, apart = modes.sum(axis=0), modes[0] - modes[1]
 
@@ -321,8 +375,7 @@ def _level_limit(model: _Model) -> Array:
     growth = float((part1 - part2) / np.linalg.det(modes))
     # the slope makes good the impact's loss, which is of fourth order in the angle: any small angle will do
     q, dq = 1e-2, 1e-2 * growth
-    before = kinetic_energy(constants, q, -q, dq, dq)
-    loss = before - kinetic_energy(constants, -q, q, *impact_rates(constants, q, -q, dq, dq))
+    loss = model.energy(q, -q, dq, dq) - model.energy(-q, q, *model.strike(q, -q, dq, dq))
     slope = loss / (model.weight * 2 * _TABLE_ONE.leg_length * q)
     return np.array([-q, dq, dq, 2 * half]) / _scales(slope)
 

@@ -135,7 +135,7 @@ def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> Non
             batch.memory[0] = batch.fresh[0]
             for c in range(numbers):
                 w.y[c] = batch.start[c]
-            w.stance_flexion, w.locked = flexion, knee
+            w.stance_flexion, w.locked, w.foot_angle = flexion, knee, w.y[0]
             code.advance(batch.law, constants, w)
             outcome = int(w.outcome)
             if outcome == TOUCHDOWN:

@@ -124,9 +124,13 @@ def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     at = np.searchsorted(course.times, times - 1e-12).clip(max=len(course.times) - 1)
     places = APART * leg * np.arange(count)
     down = np.array([math.cos(gait.slope), -math.sin(gait.slope)])
+    raised = robot.radius * down[::-1] * [-1.0, 1.0]  # of the centre of a round foot over the ground
     solid: dict[str, Any] = {"linewidth": 2.2, "solid_capstyle": "round"}
     for foot, q, time in zip(np.outer(places, down), course.q[at] + gait.slope, times.tolist(), strict=True):
-        stance, swing = robot.limbs(robot.posture(foot, 0, q.tolist()))[:2]
+        posture = robot.posture(foot + raised, 0, q.tolist())
+        stance, swing = robot.limbs(posture)[:2]
+        for line, part in zip(robot.outline(posture), ("stance", "swing"), strict=False):
+            axes.plot(*line[len(stance) - 1 :].T, color=look(f"q_{part}")["color"], **solid)
         axes.plot(*stance.T, color=look("q_stance")["color"], **solid)
         for part, ends in zip(robot.angles[1:] or ("swing",), pairwise(swing), strict=True):
             axes.plot(*np.transpose(ends), color=look(f"q_{part}")["color"], **solid)

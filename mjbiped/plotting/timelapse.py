@@ -141,7 +141,7 @@ def _draw_sticks(
     qpos, stance = qpos[inside], stance[inside].astype(np.int64)
     if not len(qpos):
         return
-    hip, limbs = qpos[:, :2], robot.limbs(qpos)
+    hip, limbs = qpos[:, :2], robot.outline(qpos)
     stands = np.arange(limbs.shape[1]) == stance[:, None]
     for is_stance in (False, True):
         axes.add_collection(

@@ -129,7 +129,7 @@ def _data(walk: Walk) -> dict[str, Any]:
         for name, signal in signals_of(robot).items()
         if PANELS[signal.panel].in_words and not (signal.optional and walk.robot.sole is None)
     }
-    legs = walk.robot.limbs(samples["qpos"][keep])
+    legs = walk.robot.outline(samples["qpos"][keep])
     rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {
         "time": _digits(samples["time"][keep]),

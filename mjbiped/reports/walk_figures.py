@@ -162,7 +162,7 @@ def _over_ground(walk: Walk) -> Shown:
 
 def _sticks(robot: Robot, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
     """Return one leg of several postures, each from hip to foot and a gap: x and z, m."""
-    legs = robot.limbs(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
+    legs = robot.outline(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
     x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
     return x, z
 

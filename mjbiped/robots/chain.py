@@ -41,14 +41,15 @@ def with_room(chain: Chain, beside: float = 0.0) -> SimpleNamespace:
         beside: How far its far end lies beside the line of each segment, a right angle ahead of it, m.
 
     Returns:
-        Copies of weights, moments and reach, and `beside`; rooms `q`, `dq`, `ddq` for a motion, `row` and `push` for a
-        point's Jacobian and the motion that a force makes, all of shape (n,), and `even` and `odd` of shape (n, n).
+        Copies of weights, moments and reach, `beside` and gravity; rooms `q`, `dq`, `ddq` for a motion, `row` and
+        `push` for a point's Jacobian and the motion that a force makes, all of shape (n,), and `even` and `odd` of
+        shape (n, n).
     """
     n = len(chain.reach)
     room = {name: np.zeros(n) for name in ("q", "dq", "ddq", "row", "push")}
     squares = {name: np.zeros((n, n)) for name in ("even", "odd")}
     arrays = {name: getattr(chain, name).copy() for name in ("weights", "moments", "reach")}
-    return SimpleNamespace(beside=np.full(n, beside), **arrays, **room, **squares)
+    return SimpleNamespace(beside=np.full(n, beside), gravity=chain.gravity, **arrays, **room, **squares)
 
 
 def hold_end(s: Any, slope: float, x: float, z: float) -> float:

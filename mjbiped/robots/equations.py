@@ -21,9 +21,37 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+from mjbiped.robots.bent_leg import ACROSS, force_beside
+from mjbiped.robots.chain import segment_force
+
 FREE, LOCKED, RESTING = 0, 1, 2
 """How the swing knee is: it bends freely, is locked since it has struck its stop, or is straight and rests on it. A leg
 without a knee is always locked."""
+
+
+def chain_force(c: Any, w: Any, weight: float, pose: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
+    """Force of the ground on a robot's chain, forward and upward, N: the rate of its momentum, and its weight.
+
+    Args:
+        c: The robot's constants.
+        w: The engine's state.
+        weight: Of the robot, N.
+        pose: Sine and cosine of each angle from the vertical.
+        state: Angles and rates.
+        ddq: Holds the accelerations, rad/s^2.
+        first: Index of the first of them.
+    """
+    moments, across, gravity = c.chain.moments, c.stance[ACROSS], c.chain.gravity
+    n = len(moments)
+    forward, upward = 0.0, weight
+    for i in range(n):
+        sine, cosine = pose[2 * i], pose[2 * i + 1]
+        ahead, above = segment_force(moments[i] / gravity, sine, cosine, state[n + i], ddq[first + i])
+        forward, upward = forward + ahead, upward + above
+    if across != 0.0:
+        ahead, above = force_beside(across, gravity, state[0] + w.slope, state[n], ddq[first])
+        forward, upward = forward + ahead, upward + above
+    return forward, upward
 
 
 class Equations(NamedTuple):
@@ -42,6 +70,8 @@ class Equations(NamedTuple):
             angles are from the normal of the ground under the new stance foot, whose slope is given, rad.
         lock_knee: (c, w) -> None. The knee strike, in `y`.
         limbs: (c, w, q) -> the posture behind the place of the hip: angles of left and right leg from the vertical, ...
+        ground_force: (c, w, weight, pose, state, ddq, first) -> force of the ground, forward and upward, N; see
+            `chain_force`, which serves all whose first segment turns about a fixed foot.
         inlined: Whether `accelerations` is so short that it shall become part of the integrator's machine code.
     """
 
@@ -52,4 +82,5 @@ class Equations(NamedTuple):
     exchange: Callable[..., Any]
     lock_knee: Callable[..., Any]
     limbs: Callable[..., Any]
+    ground_force: Callable[..., tuple[float, float]] = chain_force
     inlined: bool = False

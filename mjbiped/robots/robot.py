@@ -20,8 +20,12 @@ from mjbiped.utils import domains
 Array = NDArray[np.float64]
 
 
+ARC = 0.6
+"""Half of the angle over which the arc of a round foot is drawn, rad; it is no limit of its rolling."""
+
+
 class Robot(ABC):
-    """A planar robot with equal legs and point feet; subclasses are frozen dataclasses of its parameters.
+    """A planar robot with equal legs; subclasses are frozen dataclasses of its parameters.
 
     Engines, records, figures and videos take the sizes of states, torques and postures from its attributes.
 
@@ -47,6 +51,11 @@ class Robot(ABC):
     equations: ClassVar[Equations]
     gravity: float
     sole: tuple[float, float] | None = None
+
+    @property
+    def radius(self) -> float:
+        """Radius of the feet, m; 0: point feet."""
+        return 0.0
 
     @property
     def mechanism(self) -> Self:
@@ -141,6 +150,22 @@ class Robot(ABC):
             points.append(points[-1] - segment.length * np.stack([np.sin(angles), np.cos(angles)], axis=-1))
         return np.stack(points, axis=-2)
 
+    def outline(self, qpos: ArrayLike) -> Array:
+        """Lines that figures draw of each leg in postures `qpos`: its limbs, and the arc of a round foot.
+
+        Shapes are those of `limbs`; the line goes along the arc to the heel and back to the toe.
+        """
+        limbs = self.limbs(qpos)
+        if not self.radius:
+            return limbs
+        upper, foot = limbs[..., -2, :], limbs[..., -1, :]
+        along = (foot - upper) / np.linalg.norm(foot - upper, axis=-1, keepdims=True)
+        ahead = along[..., ::-1] * [-1.0, 1.0]  # a right angle ahead of the leg
+        turns = ARC * np.concatenate([np.linspace(0.0, -1.0, 5), np.linspace(-1.0, 1.0, 11)])[:, None]
+        centre = (foot - self.radius * along)[..., None, :]
+        arc = centre + self.radius * (np.cos(turns) * along[..., None, :] + np.sin(turns) * ahead[..., None, :])
+        return np.concatenate([limbs, arc], axis=-2)
+
     def centre_of_mass(self, qpos: ArrayLike) -> Array:
         """Position x, z of the centre of mass in postures `qpos`, shape (..., 2), m."""
         points = self.limbs(qpos)
@@ -196,13 +221,14 @@ class Robot(ABC):
         """Posture `qpos` of the robot on one foot.
 
         Args:
-            foot: Position of the stance foot, x and z in m.
+            foot: Position of the stance foot, or of the centre of a round one, x and z in m.
             stance: Number of the stance leg; for a biped 0 is left, 1 right.
             angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
             stance_flexion: Flexion of the stance knee, rad.
         """
         x, z = foot
-        hip = (x + self.leg_length * math.sin(angles[0]), z + self.leg_length * math.cos(angles[0]))
+        length = self.leg_length - self.radius
+        hip = (x + length * math.sin(angles[0]), z + length * math.cos(angles[0]))
         return (*hip, *(angles[::-1] if stance else angles))
 
     def _chain(self, q: ArrayLike) -> tuple[Chain, Array]:

@@ -340,6 +340,7 @@ LENGTH = Domain(1e-9, 1e3, "m")
 LEG = Domain(1e-3, 2e3, "m")
 SPOKES = Count(5, 100)  # an impact stops a wheel with fewer
 INERTIA = Domain(0.0, 1e12, "kg m^2")
+FOOT_RADIUS = Domain(0.0, 1e3, "m")
 GRAVITY = Domain(1e-3, 1e3, "m/s^2")
 SOLE = Ends(Domain(0.0, 1e3, "m"))
 MUJOCO_LEG = Domain(0.01, 10.0, "m")

@@ -16,11 +16,12 @@ import numpy as np
 
 import mjbiped
 from scripts.pages import show_table
-from scripts.validation import compass_gait, drake_invariants, figure, rimless_wheel, simplest_walker
+from scripts.validation import compass_gait, drake_invariants, figure, rimless_wheel, round_feet, simplest_walker
 from scripts.validation.compass_gait import GOSWAMIS
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.kneed_walker import HSU_CHENS
-from scripts.validation.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, Published
+from scripts.validation.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, MCGEER, ROUND_FEET, Published
+from scripts.validation.round_feet import MCGEERS, ROUND_FEETS
 from scripts.validation.simplest_walker import BHOUNSULES, GARCIAS
 
 MORE = 3
@@ -36,6 +37,8 @@ SOURCES: Mapping[str, tuple[str, Mapping[str, Published], Computations]] = {
     "bhounsule": ("Bhounsule 2014", BHOUNSULE, BHOUNSULES),
     "goswami": ("Goswami et al. 1996", GOSWAMI, GOSWAMIS),
     "hsu chen": ("Hsu Chen 2007", HSU_CHEN, HSU_CHENS),
+    "mcgeer": ("McGeer 1990", MCGEER, MCGEERS),
+    "round feet": ("Bhounsule 2009", ROUND_FEET, ROUND_FEETS),
 }
 """By the names of their places on the page."""
 
@@ -100,12 +103,23 @@ def _write_convergence(page: Path | None) -> None:
 
 def _write_mujoco(page: Path | None) -> None:
     names = ("period", "angle", "stance rate", "swing rate")
+    beside = dict(zip(names, compass_gait.in_mujoco().tolist(), strict=True))
+    _write_beside(page, ("the gait on 3 degrees in MuJoCo", "mujoco"), "goswami", beside, compass_gait.MUJOCO_STEPS)
+    names = ("period", "angle", "rate", "hip rate")
+    beside = dict(zip(names, round_feet.in_mujoco().tolist(), strict=True))
+    _write_beside(page, ("round feet in MuJoCo", "rolling in mujoco"), "round feet", beside, round_feet.MUJOCO_STEPS)
+
+
+def _write_beside(
+    page: Path | None, titles: tuple[str, str], source: str, found: Mapping[str, float], steps: int
+) -> None:
+    _, numbers, ours = SOURCES[source]
     rows = [
-        [GOSWAMI[name].quantity, GOSWAMI[name].printed, shown(GOSWAMIS[name]().value, 6), f"{found:.6f}"]
-        for name, found in zip(names, compass_gait.in_mujoco().tolist(), strict=True)
+        [numbers[name].quantity, minus(numbers[name].printed), shown(ours[name]().value, 6), minus(f"{value:.6f}")]
+        for name, value in found.items()
     ]
-    headings = ("quantity", "published", "the model", f"MuJoCo, after {compass_gait.MUJOCO_STEPS} steps")
-    show_table("the gait on 3 degrees in MuJoCo", headings, rows, page, "mujoco")
+    title, place = titles
+    show_table(title, ("quantity", "published", "the model", f"MuJoCo, after {steps} steps"), rows, page, place)
 
 
 def _write_drake(page: Path | None) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.round.biped import RoundCompass
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,9 @@ class Published:
 
     @property
     def tolerance(self) -> float:
-        """How far the true number may lie from it: what its source claims, or half a unit of the last digit."""
-        return 0.5 * 10.0**-self.decimals if self.claimed is None else self.claimed
+        """How far the true number may lie from it: what its source claims, or half a unit of each last digit."""
+        half = 0.5 * 10.0**-self.decimals
+        return (abs(complex(half, half)) if self.value.imag else half) if self.claimed is None else self.claimed
 
 
 GARCIA_SLOPE = 0.009
@@ -182,3 +184,45 @@ DRAKE: Mapping[str, float] = {"statics": 1e-15, "guard": 1e-16, "angular momentu
 Acceleration of the posture that a hip torque holds at rest, rad/s^2; height of the foot at touchdown, m; angular
 momentum about the struck point, kg m^2/s.
 """
+
+MCGEER_ROBOT = RoundCompass(
+    *(0.5, 0.0), lower_length=0.63, upper_length=0.37, foot_radius=0.3, leg_inertia=0.5 * 0.32**2, gravity=1.0
+)
+MCGEER_SLOPE = 0.0278547
+"""In units of the leg's length, the robot's mass, and gravity; the slope, in rad, is that of half angles of 0.3."""
+
+MCGEER: Mapping[str, Published] = {
+    "half angle": Published("half of the angle between the legs at the heel strike", "0.3", "radius 0.3", 5e-7),
+    "period": Published("period", "2.63152", "there"),
+    "multiplier": Published("multiplier", "0.4557", "there"),
+    "pair": Published("multipliers, the pair", "-0.1520 + 0.2939i", "there"),
+}
+"""T. McGeer 1990, Passive dynamic walking, International Journal of Robotics Research 9(2), 62-82.
+
+The machine with feet of 0.3 leg lengths, centre of mass 0.63 above the ground, radius of gyration 0.32, and no mass at
+the hip; its numbers are as an independent program gives them to these digits, for the paper has two.
+"""
+
+ROUND_FEET_ROBOT = RoundCompass(
+    *(0.5, 1.0), lower_length=0.7, upper_length=0.5, foot_radius=0.2, leg_inertia=0.02, gravity=1.0
+)
+ROUND_FEET_SLOPE = 0.01
+
+_MENDED = "the program, its impact mended"
+ROUND_FEET: Mapping[str, Published] = {
+    "angle": Published("q1", "0.18943828", _MENDED),
+    "rate": Published("u1", "-0.23901099", _MENDED),
+    "hip angle": Published("q2", "0.37887657", _MENDED),
+    "hip rate": Published("u2", "-0.05139701", _MENDED),
+    "period": Published("period", "2.427956", _MENDED),
+    "multiplier": Published("multiplier", "0.43344", _MENDED),
+    "pair": Published("multipliers, the pair", "0.37047 + 0.18370i", _MENDED),
+    "program's angle": Published(
+        "q1",
+        "0.189472782",
+        "the program as it is",
+        fault="its impact takes I u2 from the trailing leg's angular momentum about the hip, which is conserved",
+    ),
+}
+"""P. A. Bhounsule 2009, the program `passivewalker.m`, second case: legs of mass 0.5 and inertia 0.02 with feet of 0.2,
+whose centres are 1 below the hip, and mass 1 there, on 0.01 rad."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 from mjbiped.engines.hybrid.dynamics import attempt, component_at, ensure_dense
-from mjbiped.engines.hybrid.state import Walk, ground_of, hip, pose_of, swing_foot
+from mjbiped.engines.hybrid.state import Walk, ground_of, hip, pose_of, stance_foot, swing_foot
 from mjbiped.numerics.dormand_prince import STAGES
 from mjbiped.robots.equations import FREE, RESTING
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
@@ -185,7 +185,8 @@ def foot_speed(s: Walk, pose: Any) -> tuple[float, float]:
         speed, beside = chain.reach[i] * s.w.out[first + i], chain.beside[i] * s.w.out[first + i]
         along += speed * pose[2 * i + 1] - beside * pose[2 * i]
         up -= speed * pose[2 * i] + beside * pose[2 * i + 1]
-    return along, up
+    rolling = s.c.radius * s.w.out[first]
+    return along + rolling * s.w.cosine, up - rolling * s.w.sine
 
 
 def foot_acceleration(s: Walk) -> float:
@@ -196,6 +197,8 @@ def foot_acceleration(s: Walk) -> float:
     for i in range(first):
         rate, later = w.y[first + i], w.out[first + i]
         lever = abs(chain.reach[i]) + abs(chain.beside[i])
+        if i == 0:
+            lever += s.c.radius
         start += lever * (abs(w.k[first + i]) + rate * rate)
         end += lever * (abs(w.k[STAGES * n + first + i]) + later * later)
     return ROOM * max(start, end) + float(s.c.gravity)
@@ -230,7 +233,7 @@ def foot_over_ground(s: Walk, pose: Any) -> Place:
     clearance = foot_z - height_of(ground_of(s), segment, foot_x)
     if segment == w.slid_segment:
         clearance += GROUND_WIDTH
-    return foot_x - w.foot_x, clearance, segment
+    return foot_x - stance_foot(s, pose)[0], clearance, segment
 
 
 def happens(s: Walk, t: float, ahead: float, clearance: float) -> bool:

@@ -137,7 +137,9 @@ class HybridRun(Run):
         if math.isfinite(self._sample_period):
             longest = int(_stall_time(plan.robot) / self._sample_period) + 3
             samples += (_STALLS if self.compiled else 2) * longest
-        ground = Ground(terrain.x, terrain.z, terrain.gradients, terrain.angle)
+        # the centres of round feet meet the ground as points meet one that lies higher by their radius
+        raised = plan.robot.radius * np.hypot(1.0, terrain.gradients)
+        ground = Ground(terrain.x, terrain.z + raised, terrain.gradients, terrain.angle)
         # plain Python reads arrays slower than lists
         kind = partial(np.array, dtype=np.float64) if self.compiled else list
         return Tables(
@@ -162,6 +164,7 @@ class HybridRun(Run):
             robot=robot.equations.constants(robot),
             tables=0,
             length=robot.leg_length,
+            radius=robot.radius,
             behind=behind,
             ahead=ahead,
             mass=robot.total_mass,
@@ -216,8 +219,8 @@ class HybridRun(Run):
             sine=math.sin(slope),
             cosine=math.cos(slope),
             segment=segment,
-            foot_x=0.0,
-            foot_z=terrain.height_at(0.0),
+            foot_x=plan.robot.radius * math.sin(slope),
+            foot_z=terrain.height_at(0.0) + plan.robot.radius * math.cos(slope),
             foot_segment=segment,
             next_tick=0.0 if isinstance(controller, SampledController) else math.inf,
             next_push=push,
@@ -381,7 +384,7 @@ def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
     return (
         *unrolled(size, untested=len(robot.joints), arguments=("s",)),
         *tuples,
-        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs),
+        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs, e.ground_force),
         *(rows.write_sample, rows.write_touchdown),
     )
 

@@ -6,13 +6,12 @@ import math
 from typing import Any
 
 from mjbiped.engines.hybrid.state import Walk
-from mjbiped.robots.bent_leg import ACROSS, LENGTH, force_beside
-from mjbiped.robots.chain import segment_force
+from mjbiped.robots.bent_leg import LENGTH
 from mjbiped.rules.sole import bounded_by_own_force
 
 
 def ground_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
-    """Force on the feet, forward and upward, N: the rate of the momentum of the robot's chain, and its weight.
+    """Force on the feet, forward and upward, N: the rate of the robot's momentum, and its weight.
 
     Args:
         s: The walk.
@@ -21,18 +20,8 @@ def ground_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[
         ddq: Holds the accelerations, rad/s^2.
         first: Index of the first of them.
     """
-    robot, gravity = s.c.robot, s.c.gravity
-    moments, across = robot.chain.moments, robot.stance[ACROSS]
-    n = len(moments)
-    forward, upward = 0.0, s.c.mass * gravity
-    for i in range(n):
-        sine, cosine = pose[2 * i], pose[2 * i + 1]
-        ahead, above = segment_force(moments[i] / gravity, sine, cosine, state[n + i], ddq[first + i])
-        forward, upward = forward + ahead, upward + above
-    if across != 0.0:
-        ahead, above = force_beside(across, gravity, state[0] + s.w.slope, state[n], ddq[first])
-        forward, upward = forward + ahead, upward + above
-    return forward, upward
+    force: tuple[float, float] = s.laws.ground_force(s.c.robot, s.w, s.c.mass * s.c.gravity, pose, state, ddq, first)
+    return force
 
 
 def turned(s: Walk, force: tuple[float, float]) -> tuple[float, float]:
@@ -58,7 +47,10 @@ def stance_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[
 def push_torque(s: Walk, angle: float) -> float:
     """Torque about the stance foot of the push at the hip, N m, with the stance leg's line at an angle, rad."""
     w = s.w
-    return float(w.push * s.c.robot.stance[LENGTH] * math.cos(angle + w.slope))
+    lever = s.c.robot.stance[LENGTH] * math.cos(angle + w.slope)
+    if s.c.radius > 0.0:
+        lever += s.c.radius * w.cosine
+    return float(w.push * lever)
 
 
 def on_sole(s: Walk, state: Any, q: Any, dq: Any, asked: Any) -> tuple[Any, float]:

@@ -42,8 +42,9 @@ class State:
         sine: Its sine.
         cosine: Its cosine.
         segment: Terrain segment under the swing foot when last looked at, where the next search begins.
-        foot_x: Position of the stance foot, m.
+        foot_x: Position of the stance foot, or of the centre of a round one when it came down, m.
         foot_z: Its height, m.
+        foot_angle: Angle of the stance leg from the ground's normal then, rad.
         foot_segment: Terrain segment on which it stands.
         next_tick: Time of the controller's next tick, s; infinity where it does not tick.
         next_push: When the current push ends, or the next one begins, s.
@@ -129,6 +130,7 @@ class State:
     next_push: float
     push_impulse: float
     next_step: float
+    foot_angle: float = 0.0
     clock: float = 0.0
     elapsed: float = 0.0
     limit: float = 0.0
@@ -224,6 +226,7 @@ class Constants:
         robot: The robot's constants, as its `Equations` take them.
         tables: Address of the walk's `Tables` where compiled, from which `Laws.tables` makes them.
         length: Length of a leg, m.
+        radius: Of round feet, m; 0: the foot is a point.
         behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
         ahead: Distance from the ankle to its toe, m.
         mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
@@ -245,6 +248,7 @@ class Constants:
     robot: Any
     tables: int
     length: float
+    radius: float
     behind: float
     ahead: float
     mass: float
@@ -291,6 +295,7 @@ class Laws(NamedTuple):
         exchange: Reset map of the support transfer.
         lock_knee: Reset map of the knee strike.
         limbs: Angles of the posture in a record.
+        ground_force: Force on the feet.
         write_sample: See `mjbiped.records.rows.Rows`.
         write_touchdown: Writes the row of a touchdown.
     """
@@ -319,6 +324,7 @@ class Laws(NamedTuple):
     exchange: Any
     lock_knee: Any
     limbs: Any
+    ground_force: Any
     write_sample: Any
     write_touchdown: Any
 
@@ -362,19 +368,28 @@ def take_back(s: Walk) -> None:
 
 
 def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
-    """Sine and cosine of each angle from the vertical in a state."""
+    """Sine and cosine of each angle from the vertical in a state, and at last the stance leg's angle, rad."""
     pose: tuple[float, ...] = s.laws.pose(s.laws.q(state), s.w.slope)
     return pose
 
 
+def stance_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+    """Place x, z, m, of the stance foot; of a round one the centre of its arc, which rolls with the leg."""
+    w = s.w
+    if s.c.radius == 0.0:
+        return w.foot_x, w.foot_z
+    rolled = s.c.radius * (pose[-1] - w.foot_angle)
+    return w.foot_x + rolled * w.cosine, w.foot_z - rolled * w.sine
+
+
 def swing_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z of the swing foot, m."""
-    chain = s.c.robot.chain
+    """Place x, z of the swing foot, m; of a round one the centre of its arc."""
+    chain, (foot_x, foot_z) = s.c.robot.chain, stance_foot(s, pose)
     x, z = s.laws.reached(chain.reach, chain.beside, pose)
-    return s.w.foot_x + x, s.w.foot_z + z
+    return foot_x + x, foot_z + z
 
 
 def hip(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
-    length = s.c.robot.stance[LENGTH]
-    return s.w.foot_x + length * pose[0], s.w.foot_z + length * pose[1]
+    length, (foot_x, foot_z) = s.c.robot.stance[LENGTH], stance_foot(s, pose)
+    return foot_x + length * pose[0], foot_z + length * pose[1]

@@ -11,7 +11,7 @@ from typing import Any
 
 from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
 from mjbiped.engines.hybrid.forces import momentum, note_impulse
-from mjbiped.engines.hybrid.state import Walk, ground_of, hand_over, hip, pose_of, swing_foot, take_back
+from mjbiped.engines.hybrid.state import Walk, ground_of, hand_over, hip, pose_of, stance_foot, swing_foot, take_back
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
@@ -75,8 +75,8 @@ def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estima
         0,
         time=w.time,
         qpos=qpos,
-        x=w.foot_x,
-        z=w.foot_z,
+        x=w.foot_x - s.c.radius * w.sine,
+        z=w.foot_z - s.c.radius * w.cosine,
         stance=w.stance,
         slope=slope,
         q_before=before[0],
@@ -134,7 +134,7 @@ def note_face(s: Walk, own: int, x: float) -> None:
 
 def begin_gait_step(w: Any, contact: bool) -> None:
     """Reset what is told of one gait step alone; `contact` says whether the swing foot collides from the start."""
-    w.contact_enabled = contact
+    w.contact_enabled, w.foot_angle = contact, w.y[0]
     w.face, w.sliding, w.slid_segment = 0.0, False, -1
     w.face_impacts = w.stubs = 0
     w.flexion, w.friction, w.normal_force = 0.0, 0.0, math.inf
@@ -146,8 +146,9 @@ def begin_gait_step(w: Any, contact: bool) -> None:
 
 def lands(s: Walk) -> bool:
     """Whether the swing foot becomes the stance foot where it has come down."""
-    x, _ = swing_foot(s, pose_of(s, s.w.y))
-    return bool(s.laws.lands(s.c.robot, s.w, x - s.w.foot_x))
+    pose = pose_of(s, s.w.y)
+    ahead = swing_foot(s, pose)[0] - stance_foot(s, pose)[0]
+    return bool(s.laws.lands(s.c.robot, s.w, ahead))
 
 
 def strike_knee(s: Walk) -> None:
@@ -183,7 +184,8 @@ def stub(s: Walk) -> None:
     Where the foot is ahead of the stance foot, the robot falls: such an impact has no map.
     """
     w, segment, before = s.w, int(s.w.landing), momentum(s)
-    if swing_foot(s, pose_of(s, w.y))[0] > w.foot_x:
+    pose = pose_of(s, w.y)
+    if swing_foot(s, pose)[0] > stance_foot(s, pose)[0]:
         w.outcome, w.toe = FELL, True
         return
     if w.slid_segment != segment:

@@ -23,7 +23,7 @@ class Tuples(NamedTuple):
         still: (state) -> as many zeros as there are angles.
         powers: (torques, dq) -> power of each joint, W: the first moves the first segment, the others turn two segments
             against each other.
-        pose: (q, slope) -> sine and cosine of each angle from the vertical.
+        pose: (q, slope) -> sine and cosine of each angle from the vertical, and at last the first angle.
         reached: (along, beside, pose) -> place x, z of the point with these levers along the segments, and a right
             angle ahead of them, m.
     """
@@ -56,7 +56,9 @@ def tuples_of(angles: int, joints: int, own: int) -> Tuples:
         f"def with_ankle(given, ankle):\n    return {_tuple(['ankle', *(f'given[{i}]' for i in others)])}",
         f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
         f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i)}' for i in range(joints))}",
-        "\n".join(["def pose(q, slope):", *pose, f"    return {_tuple(f'sine_{i}, cosine_{i}' for i in every)}"]),
+        "\n".join(
+            ["def pose(q, slope):", *pose, f"    return {_tuple([*(f'sine_{i}, cosine_{i}' for i in every), 'q[0]'])}"]
+        ),
         f"def reached(along, beside, pose):\n    return {_sum(every, 0, '+')}, {_sum(every, 1, '-')}",
     ]
     space: dict[str, Any] = {"__name__": __name__, "sine_cosine": sine_cosine}

@@ -13,6 +13,8 @@ import math
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
@@ -102,10 +104,12 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     names = [model.geom(index).name for index in range(model.ngeom)]
     whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
     pieces = [scene.pieces.get(name, whole) for name in names]
+    profile = Profile(*(values[shown] for values in terrain.profile))
     return Places(
-        profile=Profile(*(values[shown] for values in terrain.profile)),
+        # the centres of round feet meet the ground as points meet one that lies higher by their radius
+        profile=profile._replace(z=profile.z + robot.radius * np.hypot(1.0, profile.gradient)),
         rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, limb, [segment.length for segment in bodies.leg]) for limb in bodies.limbs),
+        legs=tuple(_leg_in(model, limb, _lengths(robot)) for limb in bodies.limbs),
         hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
         order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
         slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
@@ -118,6 +122,12 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
         first=tuple(float(piece[0] - begin) for piece in pieces),
         last=tuple(float(piece[-1] - begin) for piece in pieces),
     )
+
+
+def _lengths(robot: Robot) -> list[float]:
+    """Lengths of a leg's segments down to the foot, or to the centre of a round one, m."""
+    *upper, last = (segment.length for segment in robot.bodies.leg)
+    return [*upper, last - robot.radius]
 
 
 def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:

@@ -91,7 +91,9 @@ def show(constants: Constants, u: Any, qpos: Sequence[float], qvel: MutableSeque
         return
     u.shown = 1.0
     stance = constants.places.legs[stance_of(u)]
-    foot = Foot(u.reach, constants.limits.foot_radius, u.old_slope if constants.scuffs else u.slope)
+    limits = constants.limits
+    slope = u.old_slope if constants.scuffs else u.slope
+    foot = Foot(u.reach, limits.foot_radius, limits.rolling_radius, slope)
     turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
     shown_x, shown_z = held(foot, qpos[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
     for index in range(2, len(qvel)):
@@ -105,12 +107,14 @@ class Foot(NamedTuple):
 
     Attributes:
         reach: Distance of the hip from it, m.
-        radius: Of the sphere that makes its contact, m.
+        radius: Of the sphere that makes its contact, m, by which it is larger than the foot.
+        rolling: Of the foot, m: of a round one the centre moves as it rolls, a point stays.
         slope: Of its ground, rad.
     """
 
     reach: float
     radius: float
+    rolling: float
     slope: float
 
 
@@ -132,7 +136,8 @@ def held(foot: Foot, leg: float, rate: float, lag: float, length: float, before:
     turned = leg + length * turning
     # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
     mean_x, mean_z = (sine - math.sin(turned)) / length, (cosine - math.cos(turned)) / length
-    rolling = foot.radius * turning  # of the sphere, whose centre is what stands
+    # of the sphere beyond the foot, and of the foot by what it is shown more than it turns
+    rolling = foot.radius * turning + foot.rolling * lag
     return (
         foot.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(foot.slope),
         foot.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(foot.slope),

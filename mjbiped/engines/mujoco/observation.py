@@ -87,8 +87,9 @@ def begin(
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.running, u.time, u.asked = 1.0, -1.0, -1.0
     u.planned_next, u.plain_next = constants.timestep, 0.0 if constants.lands else 1.0
-    u.slope, u.reach = slope, constants.limits.leg_length
-    u.foot_z, u.foot_angle = height, u.q[legs[0].hip]
+    u.slope, u.reach = slope, legs[0].upper + legs[0].lower
+    radius = constants.radius
+    u.foot_x, u.foot_z, u.foot_angle = radius * math.sin(slope), height + radius * math.cos(slope), u.q[legs[0].hip]
     u.next_push, u.push_impulse = following(constants.pushes, 0, 0.0)
     begin_step(u)
     swing = legs[swing_of(u, legs)]
@@ -357,8 +358,8 @@ def write_row(parts: Any, constants: Constants, u: Any, row: MutableSequence[flo
         0,
         time=u.time,
         qpos=u.posture,
-        x=u.foot_x,
-        z=u.foot_z,
+        x=u.foot_x - constants.radius * math.sin(u.slope),
+        z=u.foot_z - constants.radius * math.cos(u.slope),
         stance=u.stance,
         slope=u.slope,
         q_before=u.told_before,
@@ -405,7 +406,7 @@ def stand_on(constants: Constants, u: Any, new: int) -> None:
         u.reach, lean = bent_leg(leg.upper, leg.lower, u.bend)
         u.tilt = u.bend - lean
     else:
-        u.reach, u.tilt = constants.limits.leg_length, 0.0
+        u.reach, u.tilt = leg.upper + leg.lower, 0.0
 
 
 def judge_touchdown(u: Any, limits: Limits) -> None:

@@ -2,7 +2,8 @@
 
 The robot (`models/compass.xml` and its neighbours) and its surroundings (`models/surroundings.xml`) stand in files;
 this module writes the robot's parameters over it and puts the terrain in the floor's place
-(`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends.
+(`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends,
+round ones about their arcs' centres, larger than these by as much.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.robots.bodies import Limb, Segment
-from mjbiped.robots.robot import Robot
+from mjbiped.robots.robot import ARC, Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
@@ -116,12 +119,15 @@ def first_state(
     Returns:
         The posture and its rates, in the order of `robot.places`, m, rad, m/s and rad/s.
     """
-    slope, height, length = terrain.slope_at(0.0), terrain.height_at(0.0), robot.leg_length
-    posture = list(robot.posture((0.0, height), 0, [angle + slope for angle in q]))
+    slope, radius = terrain.slope_at(0.0), robot.radius
+    length, forward, upward = robot.leg_length - radius, radius * math.sin(slope), radius * math.cos(slope)
+    place = (forward, terrain.height_at(0.0) + upward)
+    posture = list(robot.posture(place, 0, [angle + slope for angle in q]))
     posture[1] -= START_DEPTH
     leg = q[0] + slope
-    # `posture` is linear in the angles behind the hip's place, so it also maps rates
-    rates = [length * math.cos(leg) * dq[0], -length * math.sin(leg) * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:]]
+    # a round foot rolls; `posture` is linear in the angles behind the hip's place, so it also maps rates
+    along, up = length * math.cos(leg) + upward, -length * math.sin(leg) - forward
+    rates = [along * dq[0], up * dq[0], *robot.posture((0.0, 0.0), 0, dq)[2:]]
     return posture, rates
 
 
@@ -157,13 +163,29 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
             spec.equality(f"{side}_lock").solref[:2] = stop
         last = bodies.leg[-1].length
         foot, tip = spec.geom(f"{side}_foot"), spec.geom(f"{side}_tip")
-        foot.pos = _down(limb, last, 0.0)
-        foot.size = [FOOT_RADIUS, 0.0, 0.0]
+        foot.pos = _down(limb, last - robot.radius, 0.0)
+        foot.size = [robot.radius + FOOT_RADIUS, 0.0, 0.0]
         foot.friction = [GROUND_FRICTION, 0.0, 0.0]
         foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
         tip.size, tip.pos = length * tip.size, _down(limb, last - 0.024 * length, y)
+        if robot.radius:
+            _add_arc(spec, limb, last, robot.radius, y)
         shown = spec.geom(f"{side}_{bodies.leg[-1].name}")
         shown.fromto = [0.0, y, 0.0, *_down(limb, last - 0.018 * length, y)]
+
+
+def _add_arc(spec: mujoco.MjSpec, limb: Limb, last: float, radius: float, y: float) -> None:
+    """Add what is seen of a round foot: its arc, of capsules that touch the ground from above."""
+    tip = spec.geom(f"{limb.name}_tip")
+    thick, body = 0.5 * float(tip.size[0]), tip.parent
+    bends = np.linspace(-ARC, ARC, 13)
+    points = np.stack([np.sin(bends), np.full_like(bends, y), -np.cos(bends)], axis=-1)
+    points[:, [0, 2]] *= radius - thick
+    points[:, 2] -= last - radius
+    for number, (start, end) in enumerate(pairwise(points)):
+        arc = body.add_geom(tip.classname, name=f"{limb.name}_arc_{number}", type=mujoco.mjtGeom.mjGEOM_CAPSULE)
+        arc.size[0], arc.fromto, arc.material = thick, [*start, *end], tip.material
+    tip.size *= 0.5
 
 
 def _add_leg(spec: mujoco.MjSpec, first: str, name: str) -> None:

@@ -171,6 +171,7 @@ class Simulation:
             servo=servo_of(robot) if options.stance_knee == MOTOR else NONE,
             behind=behind,
             ahead=ahead,
+            radius=robot.radius,
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:

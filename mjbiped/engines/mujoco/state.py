@@ -270,6 +270,7 @@ class Constants(NamedTuple):
         servo: At the stance knee.
         behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
         ahead: Distance from the ankle to its toe, m.
+        radius: Of round feet, m; 0: point feet.
     """
 
     limits: Limits
@@ -293,6 +294,7 @@ class Constants(NamedTuple):
     servo: Servo
     behind: float
     ahead: float
+    radius: float
 
 
 class Userdata(NamedTuple):

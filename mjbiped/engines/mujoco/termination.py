@@ -29,7 +29,7 @@ def limits_of(
     return Limits(
         leg_length=length,
         foot_radius=FOOT_RADIUS,
-        rolling_radius=0.0 if lands else FOOT_RADIUS,
+        rolling_radius=robot.radius + (0.0 if lands else FOOT_RADIUS),
         weight=robot.weight,
         reach=rule.reach * length,
         delay=rule.delay,

@@ -215,9 +215,9 @@ def test_the_foot_speed_is_the_rate_of_its_place(numbers: list[float]) -> None:
         sine, cosine = np.sin(angles), np.cos(angles)
         return np.array([reach @ sine + beside @ cosine, reach @ cosine - beside @ sine])
 
-    w = SimpleNamespace(out=[*q, *dq], strike_q=[0.0, 0.0])
+    w = SimpleNamespace(out=[*q, *dq], strike_q=[0.0, 0.0], sine=0.0, cosine=1.0)
     walk: Any = SimpleNamespace(
-        c=SimpleNamespace(robot=SimpleNamespace(chain=SimpleNamespace(reach=reach, beside=beside))), w=w
+        c=SimpleNamespace(radius=0.0, robot=SimpleNamespace(chain=SimpleNamespace(reach=reach, beside=beside))), w=w
     )
     pose = [each for angle in q for each in (math.sin(angle), math.cos(angle))]
     # differences err by their square, 1e-11, and by rounding over their length, 1e-9

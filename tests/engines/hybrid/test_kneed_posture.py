@@ -95,4 +95,4 @@ def test_within_a_step_the_pose_follows_the_dense_output() -> None:
     x, n = 0.3, len(w.y)
     state = [dense_at(w.dense, n, index, w.y[index], x) for index in range(3)]
     assert pose_within(s, x) == pose_of(s, state)
-    assert pose_of(s, state)[::2] == pytest.approx(np.sin(np.add(state, w.slope)).tolist(), abs=1e-15)
+    assert pose_of(s, state)[:-1:2] == pytest.approx(np.sin(np.add(state, w.slope)).tolist(), abs=1e-15)

@@ -1,0 +1,111 @@
+"""The compass biped on round feet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from mjbiped.errors import InputError
+from mjbiped.robots.bodies import Bodies, Segment
+from mjbiped.robots.chain import Array
+from mjbiped.robots.equations import Equations
+from mjbiped.robots.robot import Robot
+from mjbiped.robots.round.equations import EQUATIONS
+from mjbiped.robots.round.linkage import Linkage, linkage_of
+from mjbiped.utils import domains
+
+
+@dataclass(frozen=True)
+class RoundCompass(Robot):
+    """A compass biped on round feet, after McGeer (1990): two equal straight legs that end in circular arcs.
+
+    It walks on planes alone: on uneven ground an arc would touch it in two places at once.
+
+    Attributes:
+        leg_mass: Mass of one leg, kg.
+        hip_mass: Mass at the hip, kg.
+        lower_length: From the foot's lowest point, while the leg is upright, to the leg's centre of mass, m.
+        upper_length: From the leg's centre of mass to the hip, m.
+        foot_radius: Radius of the feet, m. Their centres lie on the legs.
+        leg_inertia: Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.
+        gravity: Acceleration of gravity, m/s^2.
+
+    Raises:
+        InputError: A value is not a finite number of its domain, or the feet are as large as the legs are long.
+    """
+
+    leg_mass: Annotated[float, domains.LEG_MASS] = 5.0
+    hip_mass: Annotated[float, domains.HIP_MASS] = 0.0
+    lower_length: Annotated[float, domains.LENGTH] = 0.5
+    upper_length: Annotated[float, domains.LENGTH] = 0.5
+    foot_radius: Annotated[float, domains.FOOT_RADIUS] = 0.2
+    leg_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
+
+    kind: ClassVar[str] = "round"
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
+    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
+    collides_from_lift_off: ClassVar[bool] = False
+    equations: ClassVar[Equations] = EQUATIONS
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        domains.check_fields(self)
+        if self.leg_inertia is None:
+            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
+        domains.LEG.check("lower_length + upper_length", self.leg_length)
+        if not self.foot_radius < self.leg_length:
+            raise InputError(
+                f"foot_radius = {self.foot_radius:g}: must be less than the leg's length, {self.leg_length:g} m: the "
+                "centre of the arc is on the leg"
+            )
+
+    @property
+    def radius(self) -> float:
+        """Radius of the feet, m."""
+        return self.foot_radius
+
+    @property
+    def leg_length(self) -> float:
+        """Length of a leg, from the hip to the foot's lowest point, m."""
+        return self.lower_length + self.upper_length
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the whole robot, kg."""
+        return 2 * self.leg_mass + self.hip_mass
+
+    @property
+    def bodies(self) -> Bodies:
+        """A leg on either side of the hip."""
+        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
+        return Bodies("scene.xml", self.hip_mass, (leg,))
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """Stance leg, hip, and swing leg."""
+        hip, leg = self.leg_length - self.foot_radius, (self.leg_mass, self.leg_inertia)
+        return linkage_of(
+            [
+                (*leg, 0, (hip - self.upper_length, 0.0)),
+                (self.hip_mass, 0.0, -1, (hip, 0.0)),
+                (*leg, 1, (hip, -self.upper_length)),
+            ],
+            end=(hip, -hip),
+            radius=self.foot_radius,
+            gravity=self.gravity,
+        )
+
+    @property
+    def chains(self) -> Mapping[int, Linkage]:  # type: ignore[override]  # a linkage has a chain's methods
+        """The linkage, by its number of angles."""
+        return {2: self.linkage}
+
+    def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
+        """Rates after the heel strike, in the new roles; see `Robot.rates_after_touchdown`."""
+        return self.linkage.end_strikes(np.asarray(q, dtype=np.float64), np.asarray(dq, dtype=np.float64))

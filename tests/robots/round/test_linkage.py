@@ -1,0 +1,155 @@
+"""The equations of a linkage that rolls: against SymPy's derivation from the places of the masses, chains, and laws."""
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjbiped.robots.chain import Array
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.linkage import Linkage, linkage_of
+
+RELATIVE = 1e-12
+"""Rounding of some hundred operations on terms that differ by a factor of 1e2 at most."""
+
+LEVERS = (((0.4, 0.05), (0.0, 0.0)), ((0.8, 0.1), (0.0, 0.0)), ((0.8, 0.1), (-0.5, 0.07)))
+"""Along and ahead, of each body by segment, m: off the lines, so that nothing is symmetric."""
+MASSES, INERTIAS, RADIUS, GRAVITY = (3.0, 7.0, 2.0), (0.2, 0.0, 0.3), 0.17, 9.81
+
+ANGLES = st.lists(st.floats(-1.2, 1.2), min_size=2, max_size=2).map(np.array)
+RATES = st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=2).map(np.array)
+SLOPES = st.floats(-0.3, 0.3)
+
+
+def linkage() -> Linkage:
+    bodies = [
+        (mass, inertia, segment, [complex(*lever) for lever in levers])
+        for mass, inertia, segment, levers in zip(MASSES, INERTIAS, (0, -1, 1), LEVERS, strict=True)
+    ]
+    return linkage_of(bodies, end=(0.8 + 0.1j, -0.8 - 0.1j), radius=RADIUS, gravity=GRAVITY)
+
+
+@cache
+def derived() -> dict[str, Callable[..., object]]:
+    """What follows from the places of the masses by Lagrange's equations, as functions of (q, dq, slope)."""
+    q, dq, slope = sp.Matrix(sp.symbols("q:2")), sp.Matrix(sp.symbols("dq:2")), sp.Symbol("slope")
+    centre = RADIUS * q[0] * sp.Matrix([sp.cos(slope), -sp.sin(slope)])
+    places = [
+        centre
+        + sum(
+            (
+                along * sp.Matrix([sp.sin(angle + slope), sp.cos(angle + slope)])
+                + ahead * sp.Matrix([sp.cos(angle + slope), -sp.sin(angle + slope)])
+                for (along, ahead), angle in zip(levers, q, strict=True)
+            ),
+            sp.zeros(2, 1),
+        )
+        for levers in LEVERS
+    ]
+    moving = [(mass, place.jacobian(q) * dq) for mass, place in zip(MASSES, places, strict=True)]
+    T = sum(m * v.dot(v) / 2 for m, v in moving) + INERTIAS[0] * dq[0] ** 2 / 2 + INERTIAS[2] * dq[1] ** 2 / 2
+    V = sum(m * GRAVITY * place[1] for m, place in zip(MASSES, places, strict=True))
+    momentum = sum((m * v for m, v in moving), sp.zeros(2, 1))
+    expressions = {
+        "M": sp.hessian(T, list(dq)),
+        "h": sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T,
+        "g": sp.Matrix([V]).jacobian(q).T,
+        "V": V,
+        "momentum by rates": momentum.jacobian(dq),
+        "momentum by angles": momentum.jacobian(q),
+    }
+    return {name: sp.lambdify((q, dq, slope), expression) for name, expression in expressions.items()}
+
+
+def expected(name: str, q: Array, dq: Array, slope: float) -> Array:
+    return np.asarray(derived()[name](q, dq, slope), dtype=np.float64).squeeze()
+
+
+@given(ANGLES, RATES, SLOPES)
+def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: float) -> None:
+    made = linkage()
+    np.testing.assert_allclose(made.mass_matrix(q), expected("M", q, dq, slope), rtol=RELATIVE, atol=1e-12)
+    np.testing.assert_allclose(made.coriolis_matrix(q, dq) @ dq, expected("h", q, dq, slope), rtol=RELATIVE, atol=1e-11)
+    np.testing.assert_allclose(made.gravity_vector(q, slope), expected("g", q, dq, slope), rtol=RELATIVE, atol=1e-11)
+    assert made.potential_energy(q, slope) == pytest.approx(float(expected("V", q, dq, slope)), rel=RELATIVE, abs=1e-11)
+
+
+@given(ANGLES, RATES, RATES, SLOPES)
+def test_the_ground_bears_momentum_and_weight(q: Array, dq: Array, forces: Array, slope: float) -> None:
+    force, ddq = linkage().ground_force(forces, q, dq, slope)
+    pull = forces - expected("h", q, dq, slope) - expected("g", q, dq, slope)
+    np.testing.assert_allclose(ddq, np.linalg.solve(expected("M", q, dq, slope), pull), rtol=1e-10, atol=1e-10)
+    change = expected("momentum by rates", q, dq, slope) @ ddq + expected("momentum by angles", q, dq, slope) @ dq
+    # conditioned like M: rounding of some 1e3 terms
+    np.testing.assert_allclose(force, change + np.array([0.0, GRAVITY * sum(MASSES)]), rtol=1e-10, atol=1e-9)
+
+
+@given(ANGLES, RATES)
+def test_coriolis_matrix_passes_no_energy(q: Array, dq: Array) -> None:
+    """dM/dt - 2 C is skew: dM/dt by the complex-free difference quotient of a quadratic's exact midpoint."""
+    made, h = linkage(), 1e-6
+    change = (made.mass_matrix(q + h * dq) - made.mass_matrix(q - h * dq)) / (2 * h)
+    skew = change - 2.0 * made.coriolis_matrix(q, dq)
+    # truncation h^2 |dq|^3 M ~ 1e-8, rounding 1e-9
+    np.testing.assert_allclose(skew, -skew.T, atol=1e-6)
+
+
+@given(ANGLES, RATES, SLOPES)
+def test_a_foot_of_no_radius_is_a_point(q: Array, dq: Array, slope: float) -> None:
+    point, rolling = Compass(hip_mass=3.0), RoundCompass(hip_mass=3.0, foot_radius=0.0)
+    for name, given_ in (
+        ("mass_matrix", (q,)),
+        ("coriolis_matrix", (q, dq)),
+        ("gravity_vector", (q, slope)),
+        ("swing_foot", (q,)),
+        ("rates_after_touchdown", (q, dq)),
+        ("ground_force", (q, dq, (1.0, 2.0), slope)),
+    ):
+        np.testing.assert_allclose(
+            getattr(rolling, name)(*given_), getattr(point, name)(*given_), rtol=1e-11, atol=1e-10
+        )
+
+
+@given(st.floats(0.1, 0.5), RATES, st.floats(0.0, 0.6))
+def test_a_heel_strike_conserves_angular_momentum(half: float, dq: Array, radius: float) -> None:
+    """That of the robot about the place where the foot strikes, and that of the leg that leaves about the hip."""
+    robot, q = RoundCompass(hip_mass=4.0, foot_radius=radius), np.array([half, -half])
+    after, back = robot.rates_after_touchdown(q, dq), q[::-1]
+    length, lower, upper = robot.leg_length, robot.lower_length, robot.upper_length
+    masses = np.array([robot.leg_mass, robot.hip_mass, robot.leg_mass])
+
+    def moving(angles: Array, rates: Array) -> tuple[Array, Array]:
+        """Places from the stance foot's contact and velocities of stance leg, hip and swing leg."""
+        up, ahead = np.stack([np.sin(angles), np.cos(angles)], -1), np.stack([np.cos(angles), -np.sin(angles)], -1)
+        centre, rolling = np.array([0.0, radius]), np.array([radius * rates[0], 0.0])
+        levers = [(lower - radius, 0.0), (length - radius, 0.0), (length - radius, -upper)]
+        places = np.array([centre + a * up[0] + b * up[1] for a, b in levers])
+        return places, np.array([rolling + a * rates[0] * ahead[0] + b * rates[1] * ahead[1] for a, b in levers])
+
+    def spin(places: Array, speeds: Array, about: Array) -> Array:
+        arm = places - about
+        return masses * (arm[:, 1] * speeds[:, 0] - arm[:, 0] * speeds[:, 1])
+
+    before_places, before = moving(q, dq)
+    after_places, behind = moving(back, after)
+    # the new contact is as far ahead of the old one as both arcs' centres are apart
+    contact = np.array([2.0 * (length - radius) * math.sin(half), 0.0])
+    own = robot.leg_inertia * np.array([dq[0], 0.0, dq[1]])
+    new = robot.leg_inertia * np.array([after[0], 0.0, after[1]])
+    total = spin(before_places, before, contact) + own
+    assert total.sum() == pytest.approx((spin(after_places, behind, np.zeros(2)) + new).sum(), rel=1e-9, abs=1e-9)
+    left = (spin(before_places, before, before_places[1]) + own)[0]
+    assert left == pytest.approx((spin(after_places, behind, after_places[1]) + new)[2], rel=1e-9, abs=1e-9)
+
+
+def test_compiled_motion_is_that_of_plain_python() -> None:
+    made = linkage()
+    q, dq = np.array([0.3, -0.2]), np.array([1.1, -0.7])
+    _, ddq = made.ground_force(np.zeros(2), q, dq, 0.05)
+    np.testing.assert_array_equal(made.free_motion(q, dq, 0.05), ddq)
