@@ -95,7 +95,6 @@ def test_a_mutant_is_noticed_in_a_copy_that_is_then_as_it_was(tmp_path: Path, mo
 
 def test_a_copys_packages_are_its_own_by_each_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """`mjbiped.controllers` is a link to `controllers`, where mutants of the laws are made."""
-    assert (ROOT / "mjbiped/controllers").is_symlink()
     (tmp_path / "mjbiped").mkdir()
     (tmp_path / "controllers").mkdir()
     (tmp_path / "controllers/law.py").write_text("GAIN = 1\n")
