@@ -91,6 +91,11 @@ EQUIVALENT = {
         "further, _ = foot_after(constants, u, (t - 2.0 * constants.timestep))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
+        "mjbiped/gaits/optimisation.py",
+        "return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf",
+        "return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else (math.inf)",
+    ): "a search that left the finite numbers is given up before its constraints are looked at",
+    (
         "mjbiped/gaits/pieces.py",
         "ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]",
         "ddq, slowing = locked((1.0), end)[2:], free(0.0, last)[3:]",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import mujoco
 import numpy as np
 import pytest
-from simulations import make_simulation
+from simulations import Plain, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
@@ -15,7 +15,7 @@ from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step
 from mjbiped.engines.mujoco.observation import SHORTEST
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import State
+from mjbiped.engines.mujoco.state import Softness, State, stance_of, swing_of
 from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
@@ -251,3 +251,22 @@ def test_where_a_face_is_met(
     ground = Terrain((-5.0, 1.0, 2.0, 3.0), (0.0, 0.03, 0.0, 0.0), (0.0, 0.0, 0.0, 0.1))
     places = make(controller, ground, timestep=1e-3).constants.places
     assert step_size.face_between(places, x, z, low, high, 1e-3) == there
+
+
+@pytest.mark.parametrize("locked", [0.0, 1.0])
+@pytest.mark.parametrize("strikes", [0.0, 1.0])
+def test_a_swing_knee_is_expected_to_be_locked_where_it_is_or_is_about_to_strike(locked: float, strikes: float) -> None:
+    """For a step in which nothing touches, so that MuJoCo does not ask the contact filter, which writes the same."""
+    robot = mjbiped.KneedBiped()
+    simulation = make_simulation(Plain(), Terrain.level(), robot=robot, q=(-0.2, 0.3, -0.1), dq=(1.0, 0.5, 0.5))
+    model, u, legs = simulation.model, State(), simulation.constants.places.legs
+    u.locked, u.strikes_next, u.planned_next = locked, strikes, 1e-3
+    held = np.full_like(simulation.data.eq_active, 9)
+    step_size.expect(
+        simulation.constants,
+        u,
+        Softness(model.geom_solref, model.jnt_solref, model.eq_solref, model.eq_data, held),
+        0.1,
+    )
+    assert held[legs[swing_of(u, legs)].lock] == max(locked, strikes)
+    assert held[legs[stance_of(u)].lock] == 1
