@@ -1,8 +1,20 @@
 """The command line as tests run it."""
 
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
 from click.testing import CliRunner, Result
 
+import mjbiped
 from mjbiped.cli import main as cli
+from mjbiped.records.record import Walk
+
+ROOT = Path(__file__).parents[1]
 
 
 def run(*words: object) -> Result:
@@ -11,3 +23,59 @@ def run(*words: object) -> Result:
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result
+
+
+def run_process(*words: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command line in a process of its own, elsewhere than in the checkout."""
+    return python("-m", "mjbiped", *words, cwd=cwd, **environment)
+
+
+def python(*words: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a process of its own, which imports the checkout's packages."""
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    return subprocess.run(
+        [sys.executable, *map(str, words)],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def complaints(result: Result | subprocess.CompletedProcess[str]) -> str:
+    """What is on stderr, but for the line of a first walk that waits for the compiler."""
+    return "".join(line for line in result.stderr.splitlines(keepends=True) if not line.startswith("compiling "))
+
+
+def assert_refused(result: Result, reason: str) -> None:
+    """Exit status 2, nothing on stdout, and an error in one line."""
+    assert (result.exit_code, result.stdout) == (2, "")
+    *usage, error = result.stderr.splitlines()
+    assert error.startswith("Error: ")
+    assert reason in error
+    assert not usage or usage[0].startswith("Usage: ")
+
+
+class Drawings:
+    """Stands for the plots and videos: remembers how they were called, and writes a file."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, dict[str, Any]]] = []
+
+    def plot_walk(self, walk: Walk, path: Path) -> None:
+        self.calls.append(("plot_walk", {"steps": walk.steps}))
+        path.write_text("plot")
+
+    def plot_comparison(self, comparison: mjbiped.Comparison, path: Path) -> None:
+        self.calls.append(("plot_comparison", {"steps": comparison.mujoco.steps}))
+        path.write_text("plot")
+
+    def plot_gait(self, gait: mjbiped.Gait, path: Path) -> None:
+        self.calls.append(("plot_gait", {"slope": gait.slope}))
+        path.write_text("plot")
+
+    def render_video(self, walk: Walk, path: Path, **settings: Any) -> None:
+        self.calls.append(("render_video", {"steps": walk.steps, **settings}))
+        path.write_text("video")

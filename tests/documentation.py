@@ -52,3 +52,10 @@ def blocks(page: str) -> Iterator[Block]:
     for match in _BLOCK.finditer(written):
         language, marks, code = match.groups()
         yield Block(language, frozenset(marks.split()), written.count("\n", 0, match.start(3)) + 1, code)
+
+
+def table(page: str, name: str) -> list[dict[str, str]]:
+    """A table that a study wrote into a page, by the headings; see `scripts.pages`."""
+    block = page.partition(f"<!-- {name} -->")[2].partition(f"<!-- end {name} -->")[0]
+    headings, _, *lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.strip().splitlines()]
+    return [dict(zip(headings, line, strict=True)) for line in lines]

@@ -410,12 +410,18 @@ def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str
                 "less clearance or another speed"
             )
         goal = freely
-    for share in (0.75, 0.5, 0.25, 0.0) if goal.clearance else ():
-        found, _ = _best(model, replace(goal, clearance=share * goal.clearance))
+    for lower in _lower(goal):
+        found, _ = _best(model, lower)
         if found is not None:
-            return f"with a clearance of {share * goal.clearance:.3g} m there is one; ask for less clearance"
+            return f"with a clearance of {lower.clearance:.3g} m there is one; ask for less clearance"
     if not broken:
         return "the search failed; ask for another speed"
     name = max(broken, key=broken.__getitem__)
     sole = "" if model.robot.sole is None else ", or give the robot a longer sole"
     return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction{sole}"
+
+
+def _lower(goal: Goal) -> list[Goal]:
+    """The goal with less and less clearance, down to none; nothing if it has none."""
+    shares = (0.75, 0.5, 0.25, 0.0) if goal.clearance else ()
+    return [replace(goal, clearance=share * goal.clearance) for share in shares]

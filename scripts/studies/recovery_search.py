@@ -1,16 +1,20 @@
 """Searches the recovery steps that `SupervisedController` tries: 26 minutes of CMA-ES on one core.
 
+Before, it tells the loss of the steps that the search begins with, and of those that the law has, on the grounds of the
+search and on others, for `docs/feet.md`; with `--generations 0` nothing else.
+
 What is minimised is the share of walks that do not come through, less for those that get far, and half of the cost of
 transport of those that do; on soles of ±12 and ±8 cm, with the grounds of `training`. None of these grounds, and none
 of their seeds, stands in a table of docs/. The result stands in `controllers/bounded/supervisor.py`.
 
-    python -m scripts.studies.recovery_search
+    python -m scripts.studies.recovery_search --summary docs/feet.md
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import ClassVar, TypeAlias
 
 import click
@@ -25,6 +29,7 @@ from mjbiped import Terrain
 from mjbiped.controllers.bounded.recovery import Ankle
 from mjbiped.controllers.bounded.supervisor import Range, Recovery
 from mjbiped.records.measures import THROUGH
+from scripts.pages import show_table
 
 STEPS = 30
 SOLES = (0.12, 0.08)
@@ -35,10 +40,26 @@ Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 
 
 def training() -> list[Terrain]:
-    """Random treads, stairs of two lengths of tread, slopes of 5° and changes of 4°, at several phases."""
-    late = [1.3 + 0.378 * (phase + 0.25) / 5 for phase in range(5)]
-    found = [Terrain.treads(seed=5000 + k, deviation=cm / 100, length=60.0) for cm in (1, 2, 3) for k in range(20)]
-    for tread in (1.37, 2.1):
+    """The grounds of the search."""
+    return _grounds(5000, 0.25, (1.37, 2.1))
+
+
+def others() -> list[Terrain]:
+    """Grounds of the same kinds that the search did not see."""
+    return _grounds(6000, 0.75, (1.5, 1.95))
+
+
+def _grounds(seed: int, later: float, treads: Sequence[float]) -> list[Terrain]:
+    """Random treads, stairs, slopes of 5° and changes of 4°, at several phases.
+
+    Args:
+        seed: First seed of the random treads.
+        later: By which share of the distance between two phases they are later.
+        treads: Lengths of the stairs' treads, m.
+    """
+    late = [1.3 + 0.378 * (phase + later) / 5 for phase in range(5)]
+    found = [Terrain.treads(seed=seed + k, deviation=cm / 100, length=60.0) for cm in (1, 2, 3) for k in range(20)]
+    for tread in treads:
         for rise in (0.02, 0.03, 0.04, 0.05, -0.03, -0.05, -0.06):
             found += [Terrain.from_segments([(x, 0.0, 0.0), *[(tread, 0.0, rise)] * 12]) for x in late]
     for degrees in (5.0, -5.0):
@@ -75,22 +96,38 @@ def loss(recovery: Recovery, grounds: Sequence[Terrain]) -> float:
     return float(np.mean(losses))
 
 
-@click.command()
-@click.option("--generations", default=26, show_default=True, help="Generations of nine tries each.")
-@click.option("--seed", default=5, show_default=True, help="Of the search.")
-def main(generations: int, seed: int) -> None:
+def losses() -> list[list[str]]:
+    """Rows of a table: recovery steps, and their loss on the grounds of the search and on others."""
+    steps = {"the search begins with": recovery_of(np.zeros(9)), "of the law": SupervisedController.recovery}
+    return [
+        [name, *(f"{loss(recovery, made):.3f}" for made in (training(), others()))] for name, recovery in steps.items()
+    ]
+
+
+def search(generations: int, seed: int) -> None:
     """Search, and print the best recovery steps after each generation."""
     grounds = training()
-    tqdm.write(f"begins with {loss(recovery_of(np.zeros(9)), grounds):.4f}")
-    search = cma.CMAEvolutionStrategy(
+    strategy = cma.CMAEvolutionStrategy(
         np.zeros(9), SPREAD, {"popsize": 9, "seed": seed, "verbose": -9, "maxiter": generations}
     )
     for _ in tqdm(range(generations), desc="generations", mininterval=30.0):
-        tries = search.ask()
-        search.tell(tries, [loss(recovery_of(x), grounds) for x in tries])
-        tqdm.write(f"{search.result.fbest:.4f} {recovery_of(search.result.xbest)}")
-    mean = recovery_of(search.result.xfavorite)
+        tries = strategy.ask()
+        strategy.tell(tries, [loss(recovery_of(x), grounds) for x in tries])
+        tqdm.write(f"{strategy.result.fbest:.4f} {recovery_of(strategy.result.xbest)}")
+    mean = recovery_of(strategy.result.xfavorite)
     tqdm.write(f"the mean has {loss(mean, grounds):.4f}: {mean}")
+
+
+@click.command()
+@click.option("--generations", default=26, show_default=True, type=click.IntRange(0), help="Each of nine tries.")
+@click.option("--seed", default=5, show_default=True, help="Of the search.")
+@click.option("--summary", type=Path, help="Page that gets the table of losses.")
+def main(generations: int, seed: int, summary: Path | None) -> None:
+    """Tell the losses, then search."""
+    heads = ["recovery steps", "training grounds", "other grounds"]
+    show_table("loss, with the law as it is", heads, losses(), summary, "searched hybrid")
+    if generations:
+        search(generations, seed)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,30 @@
-"""Limits of walking on a sole: riser, grade, the grounds from other phases, and what knees walk.
+"""Limits of walking on a sole: riser, grade, the grounds from other phases, how long a decision takes, and knees.
 
-Five minutes on two cores. The tables stand in `docs/feet.md`.
+Five minutes on two cores. The tables and the sentence stand in `docs/feet.md`.
 
     python -m scripts.studies.sole_limits_study --summary docs/feet.md
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import ctypes
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 import click
 import numpy as np
 
 import mjbiped
-from controllers import BoundedKneedController, KneedController, SupervisedController
+from controllers import BoundedKneedController, KneedController, Memory, SupervisedController
 from mjbiped import Terrain
-from scripts.pages import show_table
+from mjbiped.analysis.replay import replayed
+from mjbiped.control.compilation import MachineCode
+from mjbiped.controllers.bounded.recovery import RECOVERING
+from scripts.pages import show_table, write_block
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, grounds, through, told
 from scripts.studies.supervised_study import CLEARANCE
 
@@ -104,6 +111,54 @@ def between_phases(walker: SupervisedController) -> str:
     return ", ".join(missed) or "none"
 
 
+class Timed(SupervisedController):
+    """The law, whose decisions machine code makes when it is replayed; `times` has the CPU time of each, s."""
+
+    @cached_property
+    def times(self) -> list[float]:
+        """Of the decisions so far."""
+        return []
+
+    @cached_property
+    def _code(self) -> MachineCode:
+        return MachineCode(self.law(), len(self.states), self.memory_size, contract=False)
+
+    @cached_property
+    def _decide(self) -> Callable[..., None]:
+        arguments = [ctypes.c_int64] * 2 + [ctypes.c_double] * 6
+        return ctypes.CFUNCTYPE(None, *arguments)(self._code.law.touchdown)
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        """Decide on the next step."""
+        decide, held = self._decide, np.array(memory)
+        begun = time.thread_time()
+        decide(self._code.law.record, held.ctypes.data, *q_before, *q, *dq)
+        self.times.append(time.thread_time() - begun)
+        memory[:] = held.tolist()
+
+
+def decisions(walker: SupervisedController, made: Callable[[int], Terrain]) -> tuple[list[float], list[float]]:
+    """CPU times of the decisions on a ground from all phases, s: for the gait, and for a recovery step."""
+    timed = Timed(walker.robot, walker.gait)
+    kept: list[float] = []
+    searched: list[float] = []
+    for phase in range(PHASES):
+        walk = mjbiped.walk(walker, made(phase), engine="hybrid", steps=STEPS)
+        ends = [*walk.touchdowns["time"], math.inf]
+        for end, (_, memory) in zip(ends, replayed(walk, timed), strict=True):
+            if timed.times:
+                (searched if memory[RECOVERING] else kept).append(timed.times.pop())
+            last = np.searchsorted(walk.samples["time"], end) - 1
+            memory[: len(timed.states)] = walk.samples["controller_states"][last].tolist()
+    return kept, searched
+
+
+def told_decisions(walker: SupervisedController) -> str:
+    """How long a decision takes, in a sentence: medians on stairs that need recovery steps on a short sole."""
+    kept, searched = (1e3 * np.median(times) for times in decisions(walker, dict(grounds())["stairs +3 cm"]))
+    return f"A decision takes {kept:.1f} ms on one core, with the search {searched:.0f} ms."
+
+
 @click.command()
 @click.option("--summary", type=Path, help="Page that gets the tables.")
 def main(summary: Path | None) -> None:
@@ -114,6 +169,10 @@ def main(summary: Path | None) -> None:
     show_table("hybrid: limits", heads, rows, summary, "limits hybrid")
     rows = [[sole, between_phases(each)] for sole, each in list(laws.items())[-2:]]
     show_table("hybrid: other phases", ["sole", "not walked whole"], rows, summary, "phases hybrid")
+    sentence = told_decisions(laws["±8 cm"])
+    click.echo(sentence)
+    if summary is not None:
+        write_block(summary, "decisions hybrid", sentence)
     robot, made = mjbiped.KneedBiped(sole=(0.12, 0.12)), dict(grounds())
     gait = mjbiped.find_reference(robot, clearance=0.08)
     kneed = {

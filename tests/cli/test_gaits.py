@@ -1,114 +1,107 @@
-"""`mjbiped bifurcation` and `mjbiped basin`: what they print and write, refuse, and their exit status."""
+"""`mjbiped gait` and `stability`: what they print and write, and refuse."""
 
 from __future__ import annotations
 
 import json
-from concurrent.futures import as_completed
+import math
 from pathlib import Path
 
-import numpy as np
 import pytest
-from command_line import run
+from command_line import Drawings, assert_refused, run
 
-from mjbiped.limit_cycles import basin
-from mjbiped.limit_cycles.basin import Fate
-
-SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
+import mjbiped
+from mjbiped.analysis.stability import stability
 
 
-@pytest.mark.slow
-def test_bifurcation_tells_the_onsets_and_writes_its_files(tmp_path: Path) -> None:
-    paths = [tmp_path / name for name in ("data.npz", "diagram.png", "multipliers.pdf")]
-    words = ("--out", paths[0], "--plot", paths[1], "--plot-multipliers", paths[2])
-    # on 3.6 degrees only three of four starts are lost within 60 steps, and rounding decides which; on 3.7 all are
-    result = run("bifurcation", *SMALL, *words, "--slope-deg", "2.4..3.7")
-    assert result.exit_code == 0
-    for text in ("2.72844°", "3.29863°", "0.57019°", "falls on", *map(str, paths)):
-        assert text in result.stdout.replace("\n", "")
-    with np.load(paths[0]) as data:
-        assert data["states"].shape == (len(data["slopes"]), 12, 4)
-        assert np.degrees(data["onsets"]) == pytest.approx([2.72844, 3.29863], abs=1e-5)
-    assert paths[1].stat().st_size > 10_000
-    assert paths[2].stat().st_size > 5_000
+def test_gait_prints_the_cycle(drawings: Drawings, tmp_path: Path) -> None:
+    plot = tmp_path / "gait.pdf"
+    result = run("gait", "--slope-deg", 2, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    for number in ("-0.19008478", "1.10317583", "0.76484357", "0.377884", "0.494067", "51.31078", "0.27555", "0.53365"):
+        assert number in result.stdout
+    assert result.stdout.endswith(f"wrote {plot}\n")
+    assert drawings.calls == [("plot_gait", {"slope": pytest.approx(math.radians(2))})]
 
 
-@pytest.mark.slow
-def test_bifurcation_as_json() -> None:
-    result = run("bifurcation", *SMALL, "--json", "--leg-inertia", 0, "--hip-mass", 10, "--slope-deg", "4..5")
+def test_gait_with_knees(tmp_path: Path) -> None:
+    plot = tmp_path / "knees.png"
+    result = run("gait", "--robot", "kneed", "--slope-deg", 2.5, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    for number in ("-0.24447693", "1.08907369", "0.35377631", "0.52706293", "0.61464642", "2.561", "0.70998", "yes"):
+        assert number in result.stdout
+    assert result.stdout.endswith(f"wrote {plot}\n")
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_gait_with_knees_as_json_is_the_gait() -> None:
+    result = run("gait", "--robot", "halved-rods", "--slope-deg", 5.5, "--json")
     printed = json.loads(result.stdout)
-    assert printed["onsets_deg"][0] == pytest.approx(4.3909, abs=5e-5)
-    assert printed["lost_deg"] is None
-    assert printed["files"] == {}
-
-
-@pytest.mark.slow
-def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
-    paths = [tmp_path / name for name in ("data.npz", "basin.png")]
-    result = run("basin", "--grid", 12, "--out", paths[0], "--plot", paths[1], "--threads", 1)
-    assert result.exit_code == 0
-    for text in ("settled", "fell", "%", "144 walks", *map(str, paths)):
-        assert text in result.stdout.replace("\n", "")
-    with np.load(paths[0]) as data:
-        assert data["fates"].shape == data["steps"].shape == (12, 12)
-        assert data["fate_names"][0] == "settled"
-
-
-@pytest.mark.slow
-def test_basin_with_knees(tmp_path: Path) -> None:
-    words = ("--slope-deg", 2.5, "--grid", 6, "--threads", 1, "--json", "--plot", tmp_path / "basin.png")
-    printed = json.loads(run("basin", "--robot", "kneed", *words).stdout)
-    assert (printed["walker"], printed["starts"]) == ("passive", 36)
-    assert 0.0 < printed["shares"]["settled"] < 1.0
-    refused = run("basin", "--robot", "kneed", "--scuffing-reach", 0.3)
-    assert refused.exit_code == 2
-    assert "scuffing is for straight legs" in refused.stderr
-
-
-def test_controlled_basin_as_json() -> None:
-    words = ("--stance-rates", "0..2", "--swing-rates=-1..1", "--grid", 3)
-    printed = json.loads(run("basin", "--controller", "adaptive", *words, "--json").stdout)
-    assert printed["walker"] == "AdaptiveController"
-    assert printed["slope_deg"] == 0.0
-    assert printed["shares"]["settled"] == 1.0
-    assert printed["starts"] == 9
-
-
-def test_interrupted_basin_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(futures: list[object]) -> object:
-        next(as_completed(futures))  # type: ignore[arg-type,var-annotated,unused-ignore]
-        raise KeyboardInterrupt
-        yield
-
-    monkeypatch.setattr(basin, "as_completed", interrupted)
-    path = tmp_path / "data.npz"
-    result = run("basin", "--grid", 200, "--out", path, "--quiet", "--threads", 1)
-    assert result.exit_code == 130
-    assert "interrupted" in result.stderr
-    with np.load(path) as data:
-        assert 0 < (data["fates"] != Fate.UNDECIDED).any(axis=1).sum() < 200
+    gait = mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
+    assert printed["state_after_heel_strike"] == gait.start.tolist()
+    assert printed["state_before_heel_strike"] == gait.end.tolist()
+    assert printed["rates_before_knee_strike"] == gait.knee_rates.tolist()
+    assert (printed["knee_strike_s"], printed["period_s"]) == (gait.knee_strike, gait.period)
+    assert (printed["clearance_m"], printed["step_length_m"]) == (gait.clearance, gait.step_length)
+    assert [each["modulus"] for each in printed["multipliers"]] == pytest.approx(abs(gait.multipliers))
+    assert printed["stable"] is True
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("words", "reason"),
     [
-        (("bifurcation", "--slope-deg", "3"), "LOW..HIGH"),
-        (("bifurcation", "--slope-deg", "3..2"), "the first below the second"),
-        (("bifurcation", "--slope-deg", "0..2"), "slopes must be above 0"),
-        (("bifurcation", "--keep", "700"), "more than the 600 steps"),
-        (("bifurcation", "--doublings", "9"), "doublings"),
-        (("bifurcation", "--leg-mass", "-1"), "'--leg-mass'"),
-        (("bifurcation", "--leg-inertia", "50"), "no passive gait"),
-        (("basin", "--slope-deg", "-2"), "downhill"),
-        (("basin", "--slope-deg", "nan"), "89.95 degrees"),
-        (("basin", "--swing-rates", "a..b"), "LOW..HIGH"),
-        (("basin", "--grid", "1"), "grid"),
-        (("basin", "--limit", "0"), "limit"),
-        (("basin", "--out", "data.csv"), ".npz"),
-        (("basin", "--plot", "map.gif"), ".png"),
+        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing."),
+        (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
+        (("--robot", "knee"), "'knee'; expected compass, kneed, wheel, halved-rods, or a .toml or .xml file."),
     ],
 )
-def test_bad_input_is_refused(words: tuple[str, ...], message: str) -> None:
-    result = run(*words)
+def test_what_a_gait_with_knees_does_not_take(words: tuple[object, ...], reason: str) -> None:
+    result = run("gait", *words)
     assert result.exit_code == 2
-    assert message in result.stderr.replace("\n", " ")
-    assert "Traceback" not in result.stderr
+    assert reason in " ".join(result.stderr.split())
+
+
+def test_gait_as_json_is_the_gait() -> None:
+    result = run("gait", "--slope-deg", 3.6, "--hip-mass", 5, "--json")
+    printed = json.loads(result.stdout)
+    gait = mjbiped.find_passive_gait(mjbiped.Compass(hip_mass=5.0), math.radians(3.6))
+    assert printed["state_after_impact"] == gait.start.tolist()
+    assert printed["state_before_impact"] == gait.end.tolist()
+    assert (printed["period_s"], printed["step_length_m"]) == (gait.period, gait.step_length)
+    assert (printed["speed_m_per_s"], printed["energy_J"]) == (gait.speed, gait.energy)
+    assert [each["modulus"] for each in printed["multipliers"]] == pytest.approx(abs(gait.multipliers))
+    assert printed["stable"] is gait.stable
+    assert printed["files"] == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("--slope-deg", 0), "no passive gait on a slope of 0 degrees"),
+        (("--slope-deg", "nan"), "'nan'; expected a number from -89.95"),
+        (("--slope-deg", 40), "no passive gait"),
+        (("--leg-mass", 0), "'--leg-mass'"),
+        (("--plot", "gait.txt"), "must end in"),
+    ],
+)
+def test_gait_refuses(words: tuple[object, ...], reason: str) -> None:
+    assert_refused(run("gait", *words), reason)
+
+
+def test_stability_tells_theorem_1(tmp_path: Path) -> None:
+    record, plot = tmp_path / "walk.npz", tmp_path / "stability.png"
+    words = ("--engine", "hybrid", "--steps", 4, "--initial-slope-estimate-deg", 3, "--quiet", "--out", record)
+    assert run("walk", "level", *words).exit_code == 0
+    result = run("stability", record, "--plot", plot)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "steps where (24) holds" in result.stdout
+    assert result.stdout.endswith(f"wrote {plot}\n")
+    assert plot.stat().st_size > 10_000
+    printed = json.loads(run("stability", record, "--json").stdout)
+    found = stability(mjbiped.Walk.load(record))
+    assert printed["condition_24_smallest_for_any_constants"] == found.condition_floor.min() > 1.0
+    assert (printed["condition_24_holds_steps"], printed["errors_26_holds_steps"], printed["steps"]) == (0, 3, 4)
+
+
+def test_stability_refuses(record: Path, tmp_path: Path) -> None:
+    assert_refused(run("stability", tmp_path / "none.npz"), "there is no such file")
+    assert_refused(run("stability", record, "--plot", tmp_path / "walk.gif"), "must end in .png")

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import own_controllers
 import pytest
-from click.testing import Result
-from command_line import run
+from command_line import assert_refused, run
 
 from mjbiped.control.registry import controller_names
 from mjbiped.records.record import Walk
@@ -28,13 +27,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     path = [*sys.path]
     yield tmp_path
     sys.path[:] = path
-
-
-def assert_refused(result: Result, reason: str) -> None:
-    """Exit status 2, nothing on stdout, and an error in one line."""
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert reason in result.stderr.splitlines()[-1]
-    assert "Traceback" not in result.stderr
 
 
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])

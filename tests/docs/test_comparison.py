@@ -8,7 +8,7 @@ import math
 import re
 
 import pytest
-from documentation import text
+from documentation import table, text
 
 import mjbiped
 from controllers import EnergyConstraintController
@@ -22,21 +22,16 @@ STAIRS, UPHILL, DOWN_IN_TURN = "stair 2, −60 mm", "slope 2, −1° each", "slo
 ENERGY_BASED = ("PBC", "ECC", "KETC", "KETC, w = 1")
 
 
-def table(name: str) -> list[dict[str, str]]:
-    """A table that a study wrote, by the headings."""
-    block = TABLES.partition(f"<!-- {name} -->")[2].partition(f"<!-- end {name} -->")[0]
-    headings, _, *lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.strip().splitlines()]
-    return [dict(zip(headings, line, strict=True)) for line in lines]
-
-
 def cell(method: str, source: str, ground: str) -> str:
     """Of the table of terrains."""
-    rows = [row for row in table("terrains") if (row["method"], row["slope from"].strip("*")) == (method, source)]
+    rows = [
+        row for row in table(TABLES, "terrains") if (row["method"], row["slope from"].strip("*")) == (method, source)
+    ]
     return rows[0][ground]
 
 
 def test_stairs_of_60_mm() -> None:
-    assert all(row[STAIRS] == "none" for row in table("ranges") if row["method"] in ENERGY_BASED)
+    assert all(row[STAIRS] == "none" for row in table(TABLES, "ranges") if row["method"] in ENERGY_BASED)
     assert "no energy-based method survives them with any gain of the tables" in PROSE
     settings = list(csv.DictReader(io.StringIO(text("docs/reproduction_gains.csv"))))
     through = [row for row in settings if not row["stair 2"].startswith("X")]
@@ -103,7 +98,7 @@ def test_a_step_is_given_where_tolerance_and_engine_agree_on_it(ground: str) -> 
         found = study.converged(gain_search.METHODS["PBC"].controller, study.TERRAINS[ground])
         assert found == cell("PBC", "two_point", ground)
         assert found.startswith("0.03")
-    assert {row["method"] for row in table("terrains")} == {*gain_search.METHODS, "adaptive"}
+    assert {row["method"] for row in table(TABLES, "terrains")} == {*gain_search.METHODS, "adaptive"}
 
 
 def test_grounds_of_the_scan_are_the_paper_s() -> None:

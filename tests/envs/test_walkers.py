@@ -121,6 +121,20 @@ def test_a_row_of_robots_is_bitwise_robots_alone_with_any_number_of_threads() ->
         row.close()
 
 
+@pytest.mark.parametrize("recorded", [True, False])
+def test_touchdowns_are_taken_when_the_room_for_samples_is_used_up_and_only_if_recorded(recorded: bool) -> None:
+    """The memory of robots that are not recorded does not grow, however long they walk."""
+    row = Walkers(WalkTask("walk_level", residual=True), recorded=recorded)
+    row.begin(0, np.random.default_rng(0))
+    for _ in range(row._taken_every - 1):
+        row.step()
+    count = row.simulation().state.count
+    assert count > 1  # touchdowns so far
+    assert row._run(0).recorder.steps == 0
+    row.step()
+    assert (row._run(0).recorder.steps >= count) == recorded
+
+
 def test_python_callbacks_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     task = WalkTask("walk_stairs", residual=True)
     actions = random_actions(task, 60)

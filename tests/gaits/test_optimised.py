@@ -15,7 +15,7 @@ from controllers import AdaptiveController, KineticEnergyController, LimitCycleC
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, passive, store
 from mjbiped.gaits.described import gait_from, parse_reference, words_of
-from mjbiped.gaits.optimisation import Goal, _grid, motion_of, tell
+from mjbiped.gaits.optimisation import Goal, _grid, _lower, motion_of, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep
 
@@ -127,6 +127,15 @@ def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
         find_reference(robot, speed=2.0, clearance=0.05)
     with pytest.raises(GaitError, match=r"a speed of 9 m/s without clearance: the best one breaks the constraint '.*'"):
         find_reference(robot, speed=9.0, clearance=0.0)
+
+
+def test_what_is_tried_where_a_clearance_cannot_be() -> None:
+    """Less and less of it, down to none, and nothing else that differs."""
+    goal = Goal(speed=2.0, clearance=0.08, retraction=True, torque_limit=None, friction=0.6)
+    tried = _lower(goal)
+    assert [lower.clearance for lower in tried] == pytest.approx([0.06, 0.04, 0.02, 0.0], abs=1e-15)
+    assert all(replace(lower, clearance=goal.clearance) == goal for lower in tried)
+    assert _lower(tried[-1]) == []
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from simulations import UNEQUAL
 
-from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.bent_leg import bent_leg, stand, straight_leg
 from mjbiped.robots.chain import ground_force
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_equations import constants_of
 
 Array = NDArray[np.float64]
 ROBOTS = [
@@ -50,6 +51,14 @@ def test_a_straight_leg_is_bitwise_the_chain_of_straight_legs(robot: KneedBiped)
     for n in (2, 3):
         for name in ("weights", "moments", "reach"):
             np.testing.assert_array_equal(getattr(chains[n], name), getattr(robot.chains[n], name))
+
+
+def test_a_straight_leg_stands_as_one_that_is_bent_by_nothing() -> None:
+    robot = KneedBiped()
+    constants = constants_of(robot)
+    standing = np.full(4, np.nan)
+    stand(standing, 0.0, constants.whole, constants.chain, constants.straight)
+    np.testing.assert_array_equal(straight_leg(robot.leg_length), standing)
 
 
 @pytest.mark.parametrize("n", [2, 3])

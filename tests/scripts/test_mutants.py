@@ -93,6 +93,20 @@ def test_a_mutant_is_noticed_in_a_copy_that_is_then_as_it_was(tmp_path: Path, mo
     assert "test_double.py fails without any mutant" in CliRunner().invoke(mutants.main).output
 
 
+def test_a_copys_packages_are_its_own_by_each_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`mjbiped.controllers` is a link to `controllers`, where mutants of the laws are made."""
+    (tmp_path / "mjbiped").mkdir()
+    (tmp_path / "controllers").mkdir()
+    (tmp_path / "controllers/law.py").write_text("GAIN = 1\n")
+    (tmp_path / "mjbiped/controllers").symlink_to("../controllers")
+    monkeypatch.setattr(mutants, "ROOT", tmp_path)
+    monkeypatch.setattr(mutants, "COPIED", ("mjbiped", "controllers"))
+    copy = mutants.copied(tmp_path / "copy")
+    (copy / "controllers/law.py").write_text("GAIN = 2\n")
+    assert (copy / "mjbiped/controllers/law.py").read_text() == "GAIN = 2\n"
+    assert (tmp_path / "mjbiped/controllers/law.py").read_text() == "GAIN = 1\n"
+
+
 def test_those_argued_to_be_equal_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     module = next(iter(ROOMS))
     first, second, third = mutants.mutants_of(module, (ROOT / module).read_text())[:3]

@@ -111,6 +111,13 @@ def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:
     assert (hasty.peak_torque >= np.abs(hasty.samples["torque"]).max(axis=0)).all()
 
 
+def test_samples_have_the_laws_own_states(hasty: mjbiped.Walk) -> None:
+    """Sine and cosine of the slope's estimate, which is a column of its own, too."""
+    sine, cosine = hasty.samples["controller_states"].T
+    assert sine[-1] != 0.0
+    np.testing.assert_allclose(np.arctan2(sine, cosine), hasty.samples["slope_estimate"], rtol=0, atol=1e-15)
+
+
 @given(*[st.floats(-10.0, 10.0)] * 3)
 @settings(deadline=None, derandomize=True)
 def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: float) -> None:
@@ -132,8 +139,10 @@ def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float],
     assert turned(simulation.plain, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)
 
 
-def test_a_turn_in_the_last_sixteenth_of_a_step_counts() -> None:
-    """The work 0.94 x + x (1 - x) rises up to x = 0.97, and falls from there on."""
-    w = SimpleNamespace(y=[0.0], out=[0.94], dense=[0.94, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    top = 0.94 * 0.97 + 0.97 * 0.03
-    assert _total_variation(w, 0) == pytest.approx(top + (top - 0.94), rel=1e-9)
+@pytest.mark.parametrize("turn", [0.03, 0.4, 0.97])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_turn_counts_in_the_first_and_in_the_last_sixteenth_of_a_step_too(turn: float, sign: float) -> None:
+    """The work turn^2 - (x - turn)^2 rises by turn^2, and falls by (1 - turn)^2; in Hermite's form a x + x (1 - x)."""
+    a = 2.0 * turn - 1.0
+    w = SimpleNamespace(y=[0.0], out=[sign * a], dense=[sign * a, sign, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert _total_variation(w, 0) == pytest.approx(turn**2 + (1.0 - turn) ** 2, rel=1e-9)

@@ -32,7 +32,8 @@ def test_intervals_are_wilsons() -> None:
 
 def test_no_ground_of_the_tables_is_a_training_ground() -> None:
     tables = {made(phase) for _, made in soles_study.grounds() for phase in range(soles_study.PHASES)}
-    assert not tables & set(recovery_search.training())
+    assert not tables & {*recovery_search.training(), *recovery_search.others()}
+    assert not set(recovery_search.training()) & set(recovery_search.others())
     assert recovery_search.training() == recovery_search.training()
 
 
@@ -72,3 +73,12 @@ def test_limits_by_energy() -> None:
 def test_the_greatest_riser_is_the_last_before_a_fall() -> None:
     law = sole_limits_study.law(0.12)
     assert sole_limits_study.greatest(law, sole_limits_study.riser, [2, 30, 3]) == 2
+
+
+def test_decisions_are_those_of_the_walk() -> None:
+    """Given what was known at each touchdown of a walk up one riser, machine code searches at the riser alone."""
+    law = sole_limits_study.law(0.08)
+    kept, searched = sole_limits_study.decisions(law, lambda phase: sole_limits_study.riser(1.3 + 0.01 * phase, 3))
+    assert len(kept) + len(searched) == soles_study.PHASES * soles_study.STEPS
+    assert soles_study.PHASES <= len(searched) <= 2 * soles_study.PHASES
+    assert min(searched) > np.median(kept)
