@@ -42,6 +42,16 @@ def test_bifurcation_as_json() -> None:
 
 
 @pytest.mark.slow
+def test_bifurcation_with_knees(tmp_path: Path) -> None:
+    """From before the first doubling to beyond the first fall, without being told where they are."""
+    words = ("--json", "--plot", tmp_path / "diagram.png", "--plot-multipliers", tmp_path / "multipliers.png")
+    printed = json.loads(run("bifurcation", "--robot", "kneed", "--sole", 0.1, *SMALL, *words).stdout)
+    assert printed["onsets_deg"] == pytest.approx([5.683, 6.2126], abs=1e-3)
+    assert 6.5 < printed["lost_deg"] < 6.7
+    assert set(printed["files"]) == {"plot", "multipliers"}
+
+
+@pytest.mark.slow
 def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("data.npz", "basin.png")]
     result = run("basin", "--grid", 12, "--out", paths[0], "--plot", paths[1], "--threads", 1)
@@ -98,6 +108,9 @@ def test_interrupted_basin_is_written(tmp_path: Path, monkeypatch: pytest.Monkey
         (("bifurcation", "--doublings", "9"), "doublings"),
         (("bifurcation", "--leg-mass", "-1"), "'--leg-mass'"),
         (("bifurcation", "--leg-inertia", "50"), "no passive gait"),
+        (("bifurcation", "--robot", "wheel"), "no swing leg"),
+        (("bifurcation", "--robot", "kneed", "--scuffing-reach", "0.3"), "scuffing is for straight legs"),
+        (("bifurcation", "--thigh-mass", "3"), "--robot kneed"),
         (("basin", "--slope-deg", "-2"), "downhill"),
         (("basin", "--slope-deg", "nan"), "89.95 degrees"),
         (("basin", "--swing-rates", "a..b"), "LOW..HIGH"),
