@@ -25,6 +25,10 @@ _COMMANDS = {
         "gaits:reference",
         "Find the cheapest gait on level ground that lifts its swing foot to a given height.",
     ),
+    "return-map": (
+        "maps:return_map",
+        "Show how a step of the passive robot maps the state after an impact onto the next one.",
+    ),
     "bifurcation": (
         "maps:bifurcation",
         "Follow the passive gait over the slope: where its period doubles, and where the robot falls.",
@@ -128,6 +132,7 @@ def main() -> None:
       mjbiped compare mixed --plot compare.png
       mjbiped gait --slope-deg 2
       mjbiped reference --clearance 0.06 --plot reference.png
+      mjbiped return-map --slope-deg 3.2 --plot map.png
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
       mjbiped render walk.npz --slow-motion 4

@@ -1,4 +1,4 @@
-"""The commands `mjbiped bifurcation` and `mjbiped basin`: maps of many walks."""
+"""The commands `mjbiped return-map`, `bifurcation` and `basin`: maps of many walks."""
 
 from __future__ import annotations
 
@@ -23,6 +23,44 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
+
+
+@click.command("return-map", cls=sections.SectionCommand)
+@sections.options(
+    "Map",
+    ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0),
+    ("--points", domains.SLOPES, "Number of steps in each slice of the map.", 400),
+    ("--steps", domains.MAP_STEPS, "Number of steps of the walk.", 40),
+)
+@options.scuffing_option("Map")
+@options.robot_options
+@results(options.DATA, *options.PLOT, *options.PRINTED)
+@click.pass_context
+def return_map(ctx: click.Context, /, results: Results, **values: Any) -> None:
+    """Show how a step of the passive robot maps the state after an impact onto the next one.
+
+    Angle and rates of the legs after a step, over the same before it; the gait, where the map meets the diagonal; its
+    multipliers; and a walk that begins 2 % off the gait.
+
+    \b
+    Examples:
+      mjbiped return-map --slope-deg 2 --plot map.pdf
+      mjbiped return-map --slope-deg 3.2 --steps 200 --plot doubled.png
+      mjbiped return-map --robot kneed --slope-deg 2.5 --out map.npz
+      mjbiped return-map --robot wheel --slope-deg 5 --plot wheel.png
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.limit_cycles.map_slices import map_slices
+
+    slope_deg, points, steps, reach = taken(ctx, values, "Map").values()
+    robot = robot_of(ctx, values)
+    with announced("the return map", wanted=not results.quiet):
+        found = map_slices(
+            robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach)
+        )
+    columns = ("components", "fixed_point", "before", "after", "walk")
+    results.save_arrays({name: getattr(found, name) for name in columns})
+    results.draw("return_map:plot_return_map", found)
+    results.end(*tables.map_told(found))
 
 
 @click.command("bifurcation", cls=sections.SectionCommand)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from mjbiped.analysis.stability import Stability
     from mjbiped.limit_cycles.basin import Basin
     from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
+    from mjbiped.limit_cycles.map_slices import MapSlices
     from mjbiped.reproduction.report.checks import Check
     from mjbiped.sweeps.estimate import Estimate
 
@@ -237,6 +238,27 @@ def stability_told(found: Stability) -> Told:
     }
     shown = {key: in_words(value, 1, ".4g") for key, value in summary.items()}
     return summary, [_filled(_THEOREM, shown)]
+
+
+def map_told(found: MapSlices) -> Told:
+    """Report the fixed point of a return map, its multipliers, and where a walk from near it ends."""
+    gait: Any = found.gait
+    summary = {
+        "slope_deg": math.degrees(gait.slope),
+        "fixed_point": dict(zip(found.components, found.fixed_point.tolist(), strict=True)),
+        "multipliers": [[value.real, value.imag] for value in gait.multipliers.tolist()],
+        "stable": gait.stable,
+        "outcome": found.outcome,
+        "settled_period": 1 if found.settled is None and gait.stable else found.settled and len(found.settled.states),
+    }
+    table = bare_table("component", "of the gait of period one", numbers=True)
+    for name, value in summary["fixed_point"].items():
+        table.add_row(name, f"{value:+.6f}")
+    multipliers = ", ".join(f"{value:.5f}" for value in np.abs(gait.multipliers))
+    shown: list[RenderableType] = [table, f"magnitudes of the multipliers: {multipliers}"]
+    if found.settled is not None:
+        shown.append(f"a walk from nearby settles on a gait of period {len(found.settled.states)}")
+    return summary, shown
 
 
 def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, seconds: tuple[float, float]) -> Told:
