@@ -35,6 +35,7 @@ _COMMANDS = {
     ),
     "basin": ("maps:basin", "Map the initial rates of the legs from which the robot settles into walking, or falls."),
     "stability": ("gaits:stability", "Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file."),
+    "figures": ("figures:figures", "Draw the whole set of figures into FOLDER, as PDF for slides and papers."),
     "render": ("walks:render", "Draw the walk of RECORD, an .npz file: a video, a figure."),
     "export": ("export:export", "Write a scene, a robot or a record to FILE, for other programs."),
     "view": (
@@ -135,6 +136,7 @@ def main() -> None:
       mjbiped return-map --slope-deg 3.2 --plot map.png
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
+      mjbiped figures slides
       mjbiped render walk.npz --slow-motion 4
       mjbiped export walk.npz walk.mcap
       mjbiped view random:seed=7

@@ -240,6 +240,14 @@ def stability_told(found: Stability) -> Told:
     return summary, [_filled(_THEOREM, shown)]
 
 
+def figures_table(done: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the commands by which figures were drawn, and the seconds that each took."""
+    table = bare_table("drawn by", "s")
+    for each in done:
+        table.add_row(Text(each["command"]), f"{each['seconds']:.1f}")
+    return table
+
+
 def map_told(found: MapSlices) -> Told:
     """Report the fixed point of a return map, its multipliers, and where a walk from near it ends."""
     gait: Any = found.gait

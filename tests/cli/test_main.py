@@ -125,6 +125,7 @@ COMMANDS = (
     "bifurcation",
     "basin",
     "stability",
+    "figures",
     "render",
     "export",
     "view",
