@@ -21,7 +21,7 @@ from mjbiped.utils import domains
 @click.command("gait", cls=sections.SectionCommand)
 @sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0))
 @options.robot_options
-@results(*options.PLOT, options.JSON)
+@results(*options.PLOT, *options.PRINTED)
 @click.pass_context
 def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: Any) -> None:
     """Find the passive gait on a slope, its limit cycle and its stability.
@@ -62,7 +62,7 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: An
     ("--friction", domains.NEEDED_FRICTION, "Greatest coefficient of friction that the gait needs.", FRICTION),
 )
 @options.robot_options
-@results(*options.PLOT, options.JSON)
+@results(*options.PLOT, *options.PRINTED)
 @click.pass_context
 def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     """Find the cheapest gait on level ground that lifts its swing foot to a given height.
@@ -93,7 +93,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
         "Your own controller class, if it made the walk: a record never decides which code is loaded.",
     ),
 )
-@results(*options.PLOT, options.JSON)
+@results(*options.PLOT, *options.PRINTED)
 def stability(record: Path, results: Results, controller: str | None) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 

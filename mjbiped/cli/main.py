@@ -25,12 +25,17 @@ _COMMANDS = {
         "gaits:reference",
         "Find the cheapest gait on level ground that lifts its swing foot to a given height.",
     ),
+    "return-map": (
+        "maps:return_map",
+        "Show how a step of the passive robot maps the state after an impact onto the next one.",
+    ),
     "bifurcation": (
         "maps:bifurcation",
         "Follow the passive gait over the slope: where its period doubles, and where the robot falls.",
     ),
     "basin": ("maps:basin", "Map the initial rates of the legs from which the robot settles into walking, or falls."),
     "stability": ("gaits:stability", "Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file."),
+    "figures": ("figures:figures", "Draw the whole set of figures into FOLDER, as PDF for slides and papers."),
     "render": ("walks:render", "Draw the walk of RECORD, an .npz file: a video, a figure."),
     "export": ("export:export", "Write a scene, a robot or a record to FILE, for other programs."),
     "view": (
@@ -128,8 +133,10 @@ def main() -> None:
       mjbiped compare mixed --plot compare.png
       mjbiped gait --slope-deg 2
       mjbiped reference --clearance 0.06 --plot reference.png
+      mjbiped return-map --slope-deg 3.2 --plot map.png
       mjbiped bifurcation --plot bifurcation.png
       mjbiped basin --slope-deg 2 --plot basin.png
+      mjbiped figures slides
       mjbiped render walk.npz --slow-motion 4
       mjbiped export walk.npz walk.mcap
       mjbiped view random:seed=7

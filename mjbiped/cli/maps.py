@@ -1,4 +1,4 @@
-"""The commands `mjbiped bifurcation` and `mjbiped basin`: maps of many walks."""
+"""The commands `mjbiped return-map`, `bifurcation` and `basin`: maps of many walks."""
 
 from __future__ import annotations
 
@@ -11,33 +11,69 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli import kinds, map_tables, options, sections
 from mjbiped.cli.ending import INTERRUPTED
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results, taken
 from mjbiped.cli.walkers import controller_of, robot_of
 from mjbiped.control.loading import FORMS
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.numerics.jit import announced
-from mjbiped.robots.compass import Compass
-from mjbiped.rules.scuffing import ScuffingRule, check_landing
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
 
 
+@click.command("return-map", cls=sections.SectionCommand)
+@sections.options(
+    "Map",
+    ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0),
+    ("--points", domains.SLOPES, "Number of steps in each slice of the map.", 400),
+    ("--steps", domains.MAP_STEPS, "Number of steps of the walk.", 40),
+)
+@options.scuffing_option("Map")
+@options.robot_options
+@results(options.DATA, *options.PLOT, *options.PRINTED)
+@click.pass_context
+def return_map(ctx: click.Context, /, results: Results, **values: Any) -> None:
+    """Show how a step of the passive robot maps the state after an impact onto the next one.
+
+    Angle and rates of the legs after a step, over the same before it; the gait, where the map meets the diagonal; its
+    multipliers; and a walk that begins 2 % off the gait.
+
+    \b
+    Examples:
+      mjbiped return-map --slope-deg 2 --plot map.pdf
+      mjbiped return-map --slope-deg 3.2 --steps 200 --plot doubled.png
+      mjbiped return-map --robot kneed --slope-deg 2.5 --out map.npz
+      mjbiped return-map --robot wheel --slope-deg 5 --plot wheel.png
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.limit_cycles.map_slices import map_slices
+
+    slope_deg, points, steps, reach = taken(ctx, values, "Map").values()
+    robot = robot_of(ctx, values)
+    with announced("the return map", wanted=not results.quiet):
+        found = map_slices(
+            robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach)
+        )
+    columns = ("components", "fixed_point", "before", "after", "walk")
+    results.save_arrays({name: getattr(found, name) for name in columns})
+    results.draw("return_map:plot_return_map", found)
+    results.end(*map_tables.map_told(found))
+
+
 @click.command("bifurcation", cls=sections.SectionCommand)
 @sections.options(
     "Diagram",
-    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "Slopes of the diagram.", "2.4..3.6"),
+    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "Slopes of the diagram; around the period doublings if left out."),
     ("--slopes", domains.SLOPES, "Number of slopes; half of them where the period keeps doubling.", 1000),
     ("--steps", domains.MAP_STEPS, "Steps on each slope.", 600),
     ("--keep", domains.MAP_STEPS, "Number of last steps that are kept.", 100),
     ("--doublings", domains.DOUBLINGS, "Period doublings to look for.", 4),
 )
 @options.scuffing_option("Diagram")
-@options.parameter_options([Compass.kind])
+@options.robot_options
 @results(
     options.DATA,
     *options.PLOT,
@@ -55,21 +91,30 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
     Examples:
       mjbiped bifurcation --plot bifurcation.png --plot-multipliers multipliers.png
       mjbiped bifurcation --slope-deg 4..5.2 --hip-mass 10 --leg-inertia 0 --json
+      mjbiped bifurcation --robot kneed --plot knees.png
     """  # noqa: D301 (click reads the backspace)
+    from mjbiped.engines.plan import check_rule
     from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
-    from mjbiped.limit_cycles.periodic import first_gait, follow
+    from mjbiped.limit_cycles.periodic import follow
+    from mjbiped.limit_cycles.section import check_biped, check_scuffing
 
     slope_deg, slopes, steps, keep, doublings, reach = taken(ctx, values, "Diagram").values()
-    if math.radians(slope_deg[0]) < domains.DOWNHILL.low:
+    if slope_deg is not None and math.radians(slope_deg[0]) < domains.DOWNHILL.low:
         raise click.UsageError("--slope-deg: slopes must be above 0, downhill.")
     if keep > steps:
         raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
     domains.KEPT.check("--keep times --slopes", keep * slopes)
-    robot, rule, (low, high) = Compass(**values), ScuffingRule(reach=reach), np.radians(slope_deg).tolist()
-    check_landing(find_passive_gait(robot, low), low, rule)  # before the search
+    robot, rule = robot_of(ctx, values), ScuffingRule(reach=reach)
+    check_biped(robot)
+    check_rule(robot, rule)
+    if slope_deg is not None:  # before the search
+        low, high = np.radians(slope_deg).tolist()
+        check_scuffing(passive_gait_of(robot, low), low, rule)
     began = time.perf_counter()
     with announced("the return map", wanted=not results.quiet):
         cascade = find_cascade(robot, doublings, progress=not results.quiet)
+    if slope_deg is None:
+        low, high = cascade.span
     grid = np.linspace(low, high, slopes)
     if cascade.window is not None:
         near = np.clip(cascade.window, low, high)
@@ -86,12 +131,12 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
 
         first = cascade.branches[0].gaits[0]
         places = np.arange(first.slope, high * 1.2, _MULTIPLIERS_EVERY)[1:].tolist()
-        one = list(follow(first_gait(robot, first.slope), places))
+        one = list(follow(first, places))
         plot_gaits.plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], path)
 
     results.draw("gaits:plot_bifurcation", diagram, cascade)
     results.write("multipliers", results.plot_multipliers, draw_multipliers)
-    results.end(*tables.bifurcation_told(cascade, diagram, steps, seconds=(searched - began, ended - searched)))
+    results.end(*map_tables.bifurcation_told(cascade, diagram, steps, seconds=(searched - began, ended - searched)))
 
 
 @click.command("basin", cls=sections.SectionCommand)
@@ -171,7 +216,7 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
     if reason:
         results.fail(status, f"{reason}; what was not computed counts as undecided")
     results.draw("gaits:plot_basins", [found])
-    results.end(*tables.basin_told(found, seconds))
+    results.end(*map_tables.basin_told(found, seconds))
 
 
 def _rates(gait: Any, count: int, controlled: bool, values: dict[str, Any]) -> dict[str, NDArray[np.float64]]:

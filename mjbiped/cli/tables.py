@@ -24,8 +24,6 @@ from mjbiped.records.tables import bare_table, table_of
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
-    from mjbiped.limit_cycles.basin import Basin
-    from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
     from mjbiped.reproduction.report.checks import Check
     from mjbiped.sweeps.estimate import Estimate
 
@@ -239,61 +237,12 @@ def stability_told(found: Stability) -> Told:
     return summary, [_filled(_THEOREM, shown)]
 
 
-def bifurcation_told(cascade: Cascade, diagram: BifurcationDiagram, steps: int, seconds: tuple[float, float]) -> Told:
-    """Report period doublings, and the slope from which the robot falls.
-
-    Args:
-        cascade: The onsets of the doublings.
-        diagram: The walks.
-        steps: Steps on each slope.
-        seconds: Time of the search and of the walks, s.
-    """
-    onsets = np.degrees(cascade.onsets).tolist()
-    summary = {
-        "onsets_deg": onsets,
-        "ratios": cascade.ratios.tolist(),
-        "accumulation_deg": math.degrees(cascade.accumulation),
-        "cascade_end": cascade.end,
-        "lost_deg": math.degrees(diagram.lost),
-        "slopes": len(diagram.slopes),
-        "steps": steps,
-        "search_s": seconds[0],
-        "diagram_s": seconds[1],
-    }
-    table = bare_table("period", "begins at", "distance from the last", "ratio of distances", numbers=True)
-    ratios = ["", "", *(f"{ratio:.4f}" for ratio in summary["ratios"])]
-    for number, onset in enumerate(onsets):
-        distance = f"{onset - onsets[number - 1]:.5f}°" if number else ""
-        table.add_row(str(2 ** (number + 1)), f"{onset:.5f}°", distance, ratios[number])
-    shown: list[RenderableType] = [table]
-    if cascade.end:
-        shown.append(cascade.end)
-    if len(onsets) > 1:
-        shown.append(f"aperiodic beyond {summary['accumulation_deg']:.4f}°, if Feigenbaum's ratio holds")
-    if math.isfinite(diagram.lost):
-        shown.append(f"falls on {summary['lost_deg']:.3f}° and steeper")
-    return summary, [*shown, f"{len(diagram.slopes) * steps} steps in {seconds[1]:.1f} s"]
-
-
-def basin_told(found: Basin, seconds: float) -> Told:
-    """Report the share of a basin's starts by their fate, and the duration of the computation, s."""
-    from mjbiped.limit_cycles.basin import Fate
-
-    shares = {fate.name.lower(): found.share(fate) for fate in Fate}
-    summary = {
-        "walker": found.walker,
-        "slope_deg": math.degrees(found.slope),
-        "starts": found.fates.size,
-        "shares": shares,
-        "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
-        "seconds": seconds,
-    }
-    table = bare_table("fate", "share of the starts", "steps, mean", numbers=True)
-    for fate in Fate:
-        here = found.fates == fate
-        if here.any():
-            table.add_row(fate.name.lower(), f"{100 * here.mean():.2f} %", f"{found.steps[here].mean():.2f}")
-    return summary, [table, f"{found.fates.size} walks in {seconds:.1f} s"]
+def figures_table(done: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the commands by which figures were drawn, and the seconds that each took."""
+    table = bare_table("drawn by", "s")
+    for each in done:
+        table.add_row(Text(each["command"]), f"{each['seconds']:.1f}")
+    return table
 
 
 def checks_table(checks: Iterable[Check]) -> Table:

@@ -21,15 +21,16 @@ from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import HybridRun
-from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot, check_rule
+from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
+from mjbiped.limit_cycles.section import check_biped, check_scuffing
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Array, Robot
-from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
+from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
@@ -160,14 +161,10 @@ def basin_of_attraction(
         GaitError: The robot has no gait on that slope.
         BasinInterrupted: Ctrl-C was pressed; the exception holds the rows computed so far.
     """
-    check_robot("robot", robot)
-    if "swing" not in robot.angles:
-        raise InputError(
-            f"a basin is over the rates of a stance and a swing leg; a {type(robot).__name__} has no swing leg"
-        )
+    check_biped(robot)
     gait = passive_gait_of(robot, slope)
     rule = chosen(scuffing)
-    _check_scuffing(gait, gait.slope, rule)
+    check_scuffing(gait, gait.slope, rule)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     plane = plane_of(robot, gait.slope, rule)
@@ -231,7 +228,7 @@ def basin_of_control(
         )
     controller = driver_of(controller, walker)
     engine, rule = Hybrid(), chosen(scuffing)
-    _check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
+    check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
     terrain = Terrain.incline(math.degrees(slope))
     start, half = gait.start.tolist(), len(walker.angles)
     q = tuple(start[:half])
@@ -263,13 +260,6 @@ def basin_of_control(
             basin.peak_torque[number, column] = run.peak_torque().max()
 
     return _filled(basin, row, threads, progress)
-
-
-def _check_scuffing(gait: Periodic, slope: float, rule: ScuffingRule) -> None:
-    """Refuse a scuffing rule that would never let a gait land, or for a robot that needs none."""
-    check_rule(gait.robot, rule)
-    if isinstance(gait, Gait):
-        check_landing(gait, slope, rule)
 
 
 def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fate]:

@@ -10,19 +10,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import periodic
 from mjbiped.limit_cycles.periodic import PeriodicGait
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, kicked, plane_of, walk_all
-from mjbiped.robots.compass import Array, Compass
-from mjbiped.rules.scuffing import ScuffingRule, check_landing, chosen
+from mjbiped.limit_cycles.section import check_biped, check_scuffing, guard_of, step_lengths
+from mjbiped.robots.robot import Array, Robot
+from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
 from mjbiped.utils.progress import progress_bar
 
 FIRST_SLOPE = math.radians(0.1)
+"""Slope on which the branch of period one begins; where it has no gait, on the gentlest one that has."""
+
+SEARCHED = tuple(math.radians(degrees) for degrees in (5.0, 3.0, 2.0))
+"""Slopes on which a robot whose foot must clear the ground is searched for a gait, which then is followed to either
+side. It has none on the gentlest slopes, and a search in vain takes ten seconds."""
+
 FEIGENBAUM = 4.669201609
 _FIRST_STEP = math.radians(0.05)
+_FIRST_WINDOW = 0.25  # of the first onset: about as far beyond it the doublings gather
 _STEEPEST = math.radians(20.0)
 _SETTLING = 1000  # periods allowed for reaching a stable gait from its unstable parent; a tenth would do
 
@@ -52,7 +60,7 @@ class Cascade:
         end: Why the cascade ends there; empty if as many doublings were found as were asked for.
     """
 
-    robot: Compass
+    robot: Robot
     branches: tuple[Branch, ...]
     end: str
 
@@ -82,6 +90,18 @@ class Cascade:
         return float(onsets[1] - 0.3 * width), float(onsets[1] + 2.2 * width)
 
     @property
+    def span(self) -> tuple[float, float]:
+        """Range of slopes around all doublings, rad: from where the period is one to where robots fall.
+
+        Without a doubling, the slopes of the gaits of period one.
+        """
+        onsets, gaits = self.onsets, self.branches[0].gaits
+        if not len(onsets):
+            return gaits[0].slope, gaits[-1].slope
+        width = float(self.accumulation - onsets[0]) if len(onsets) > 1 else _FIRST_WINDOW * float(onsets[0])
+        return max(gaits[0].slope, float(onsets[0]) - 0.5 * width), float(onsets[0]) + 1.4 * width
+
+    @property
     def accumulation(self) -> float:
         """Slope at which the onsets accumulate by Feigenbaum's ratio, rad; NaN with fewer than two onsets."""
         onsets = self.onsets
@@ -90,25 +110,27 @@ class Cascade:
         return float(onsets[-1] + (onsets[-1] - onsets[-2]) / (FEIGENBAUM - 1.0))
 
 
-def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) -> Cascade:
+def find_cascade(robot: Robot, doublings: int = 4, *, progress: bool = False) -> Cascade:
     """Find the passive gaits of periods 1, 2, 4 and so on, and the slopes at which each gives way to the next.
 
-    The gait of period one is followed from 0.1 degrees; beyond each doubling the robot is left to find the gait of
-    twice the period by itself, which Newton's method then makes exact and follows further. Touchdown is that of eq. 4:
-    whenever the swing foot comes down ahead of the stance foot.
+    The gait of period one is followed from 0.1 degrees, or from the gentlest slope that has one; beyond each doubling
+    the robot is left to find the gait of twice the period by itself, which Newton's method then makes exact and follows
+    further. Touchdown of straight legs is that of eq. 4: whenever the swing foot comes down ahead of the stance foot.
 
     Args:
-        robot: Any compass biped.
+        robot: Any robot with two legs.
         doublings: How many to look for, at least 1.
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: `doublings` is not a whole number from 1 to 6; beyond, rounding decides.
-        GaitError: The robot has no gait on 0.1 degrees.
+        InputError: The robot has no two legs, or `doublings` is not a whole number from 1 to 6; beyond, rounding
+            decides.
+        GaitError: The robot has no gait on 0.1 degrees, or with knees on none of 5, 3 and 2 degrees.
     """
+    check_biped(robot)
     doublings = domains.DOUBLINGS.check("doublings", doublings)
     branches: list[Branch] = []
-    gait, step, end = periodic.first_gait(robot, FIRST_SLOPE), _FIRST_STEP, ""
+    gait, step, end = _gentlest(robot), _FIRST_STEP, ""
     with progress_bar(total=doublings, desc="doublings", progress=progress) as bar:
         while True:
             branch = _followed(gait, step)
@@ -122,7 +144,7 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
                 break
             # the next window is narrower by Feigenbaum's ratio or so; begin at some tenth of it
             onset = branch.doubling.slope
-            window = onset - branches[-1].gaits[0].slope if len(branches) > 1 else 0.25 * onset
+            window = onset - branches[-1].gaits[0].slope if len(branches) > 1 else _FIRST_WINDOW * onset
             step = 0.1 * window / FEIGENBAUM
             try:
                 gait = _doubled(robot, branch.doubling, onset + step)
@@ -130,6 +152,24 @@ def find_cascade(robot: Compass, doublings: int = 4, *, progress: bool = False) 
                 end = f"beyond {math.degrees(onset):.4g} degrees the robot finds no gait of twice the period: {error}"
                 break
     return Cascade(robot, tuple(branches), end)
+
+
+def _gentlest(robot: Robot) -> PeriodicGait:
+    """The gait of period one with which its branch begins.
+
+    Raises:
+        GaitError: No gait is found.
+    """
+    errors = []
+    for slope in SEARCHED if robot.collides_from_lift_off else (FIRST_SLOPE,):
+        try:
+            gait = periodic.first_gait(robot, slope)
+        except GaitError as error:
+            errors.append(error)
+        else:
+            gentler = np.arange(slope, FIRST_SLOPE, -_FIRST_STEP)[1:].tolist()
+            return [gait, *periodic.follow(gait, gentler)][-1]
+    raise errors[-1]
 
 
 def _followed(gait: PeriodicGait, step: float) -> Branch:
@@ -147,14 +187,14 @@ def _followed(gait: PeriodicGait, step: float) -> Branch:
     return Branch(len(gait.states), tuple(gaits), doubling)
 
 
-def _doubled(robot: Compass, parent: PeriodicGait, slope: float) -> PeriodicGait:
+def _doubled(robot: Robot, parent: PeriodicGait, slope: float) -> PeriodicGait:
     """The stable gait of twice the period on a slope a little beyond the doubling of its parent.
 
     Raises:
         GaitError: There is none.
     """
     count = 2 * len(parent.states)
-    steps = ReturnMap(robot, slope, periodic.GUARD).walk(kicked(parent.states[0]), _SETTLING * count)
+    steps = ReturnMap(robot, slope, guard_of(robot)).walk(kicked(parent.states[0]), _SETTLING * count)
     if steps.outcome != "walking":
         raise GaitError(f"it {steps.outcome} after {len(steps.states)} steps")
     return periodic.find_periodic_gait(robot, slope, steps.states[-count:])
@@ -167,12 +207,13 @@ class BifurcationDiagram:
     Attributes:
         robot: The robot that walks.
         slopes: Slopes of the planes, rad, shape (n,).
-        states: The last states (q1, q2, dq1, dq2) after impacts on each, shape (n, kept, 4); NaN where it fell.
+        states: The last states (q1, q2, dq1, dq2) after impacts on each, shape (n, kept, 4), with knees (n, kept, 6);
+            NaN where it fell.
         periods: Durations of these steps, shape (n, kept), s.
         outcomes: "walking" or the end of the walk on each slope.
     """
 
-    robot: Compass
+    robot: Robot
     slopes: Array
     states: Array = field(repr=False)
     periods: Array = field(repr=False)
@@ -190,7 +231,7 @@ class BifurcationDiagram:
     @property
     def step_lengths(self) -> Array:
         """Distances between the feet at the impacts, shape (n, kept), m."""
-        return periodic.step_lengths(self.robot, self.states)
+        return step_lengths(self.robot, self.states)
 
     @property
     def lost(self) -> float:
@@ -213,7 +254,7 @@ class BifurcationDiagram:
 
 
 def bifurcation_diagram(
-    robot: Compass,
+    robot: Robot,
     slopes: ArrayLike | Sequence[float],
     *,
     steps: int = 600,
@@ -224,7 +265,7 @@ def bifurcation_diagram(
     """Compute the bifurcation diagram of the passive robot; each plane is entered in the last state on the one before.
 
     Args:
-        robot: Any compass biped.
+        robot: Any robot with two legs.
         slopes: Slopes of the planes, rad, ascending, at least one.
         steps: Number of steps walked on each plane.
         keep: Number of last steps that are kept.
@@ -232,11 +273,11 @@ def bifurcation_diagram(
         progress: Whether to show a progress bar (never where the output is not a terminal).
 
     Raises:
-        InputError: The slopes do not ascend from above zero, or `keep` does not lie between 1 and `steps`, or the
-            scuffing rule would never let the gait on the first plane land.
+        InputError: The robot has no two legs, the slopes do not ascend from above zero, `keep` does not lie between 1
+            and `steps`, or the scuffing rule would never let the gait on the first plane land.
         GaitError: There is no gait of period one on the first plane.
     """
-    domains.check_kind("robot", robot, Compass)
+    check_biped(robot)
     planes = domains.DOWNHILL.array("slopes", slopes, (None,))
     if not len(planes):
         raise InputError("slopes: expected at least one")
@@ -247,9 +288,9 @@ def bifurcation_diagram(
         raise InputError(f"keep = {keep}: must not be more than the {steps} steps that are walked")
     domains.KEPT.check("keep times the number of slopes", keep * len(planes))
     rule = chosen(scuffing)
-    check_landing(find_passive_gait(robot, float(planes[0])), float(planes[0]), rule)
+    check_scuffing(passive_gait_of(robot, float(planes[0])), float(planes[0]), rule)
     start = kicked(periodic.first_gait(robot, float(planes[0])).states[0])
-    kept = np.full((len(planes), keep, 4), np.nan)
+    kept = np.full((len(planes), keep, 2 * len(robot.angles)), np.nan)
     times = np.full((len(planes), keep), np.nan)
     outcomes = []
     for row, slope in enumerate(progress_bar(planes.tolist(), desc="slopes", progress=progress)):

@@ -1,7 +1,8 @@
 """Gaits of any period on a plane, stable or not, found by Newton's method on the return map and followed with slope.
 
 A gait of period n repeats itself after n steps. Its n states after the impacts are solved for together (multiple
-shooting), so that the equations stay as well conditioned for n = 16 as for n = 1. States stand on the section q2 = -q1.
+shooting), so that the equations stay as well conditioned for n = 16 as for n = 1. States stand on the section of
+`mjbiped.limit_cycles.section`, so that all robots with two legs are followed alike.
 """
 
 from __future__ import annotations
@@ -15,14 +16,12 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.passive import eigenvalues, find_passive_gait
+from mjbiped.gaits.described import passive_gait_of
+from mjbiped.gaits.passive import eigenvalues
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
-from mjbiped.robots.compass import Array, Compass
-from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.limit_cycles.section import OFF, check_biped, guard_of, places_of, states_at, step_lengths
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils import domains
-
-GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
-"""Touchdown as `find_passive_gait` has it: whenever the swing foot comes down ahead of the stance foot."""
 
 DIFFERENCE = 1e-4
 """Width of the fourth-order differences, in rad and sqrt(g/l): truncation is below 1e-8, rounding 1e-11."""
@@ -39,13 +38,14 @@ class PeriodicGait:
     Attributes:
         robot: The robot that walks.
         slope: Slope of the plane, rad.
-        states: (q1, q2, dq1, dq2) after the impacts, shape (n, 4), rad and rad/s.
+        states: (q1, q2, dq1, dq2) after the impacts, with knees (q1, q2, q3, dq1, dq2, dq3), shape (n, 4) or (n, 6),
+            rad and rad/s.
         periods: Time from each impact to the next, shape (n,), s.
         multipliers: Eigenvalues of the n-fold return map's Jacobian, complex, shape (3,), the largest magnitude first.
         doubling: det(I + Jacobian) of the n-fold map; it passes through zero where a multiplier passes through -1.
     """
 
-    robot: Compass
+    robot: Robot
     slope: float
     states: Array = field(compare=False)
     periods: Array = field(compare=False)
@@ -68,11 +68,6 @@ class PeriodicGait:
         return step_lengths(self.robot, self.states)
 
 
-def step_lengths(robot: Compass, states: Array) -> Array:
-    """Distance between the feet just after impacts on a plane, m, for states of shape (..., 4)."""
-    return np.asarray(2.0 * robot.leg_length * np.sin(-states[..., 0]), dtype=np.float64)
-
-
 def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Array, Array] | None:
     """Evaluate the return map in (q1, dq1, dq2) and its derivatives at points of shape (n, 3).
 
@@ -83,42 +78,43 @@ def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Ar
 
     Returns:
         The places mapped, shape (n, 3); the periods, shape (n,); the Jacobians, shape (n, 3, 3). None where the robot
-        does not make its next step from one of the places or beside one.
+        does not make its next step from one of the places or beside one, or lands with a bent knee.
     """
     shifts = np.concatenate([np.zeros((1, 3)), *(k * np.diag(widths) for k in (-2.0, -1.0, 1.0, 2.0))])
     around = (places[:, None, :] + shifts).reshape(-1, 3)
-    batch = walk_all(plane, np.column_stack([around[:, 0], -around[:, 0], around[:, 1:]]), 1)
-    if (batch.outcomes != TOUCHDOWN).any():
+    batch = walk_all(plane, states_at(around, plane.angles), 1)
+    if (batch.outcomes != TOUCHDOWN).any() or np.abs(batch.states[:, 0, :2].sum(axis=1)).max() > OFF:
         return None
-    mapped = batch.states[:, 0, [0, 2, 3]].reshape(-1, 13, 3)
+    mapped = places_of(batch.states[:, 0]).reshape(-1, 13, 3)
     far_behind, behind, ahead, far_ahead = (mapped[:, first : first + 3] for first in (1, 4, 7, 10))
     slopes = (far_behind - 8.0 * behind + 8.0 * ahead - far_ahead) / (12.0 * widths[:, None])
     return mapped[:, 0], batch.periods[::13, 0].copy(), np.swapaxes(slopes, 1, 2)
 
 
-def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> PeriodicGait:
+def find_periodic_gait(robot: Robot, slope: float, states: ArrayLike) -> PeriodicGait:
     """Find the gait of period n near n states, stable or not, by Newton's method.
 
     Args:
-        robot: Any compass biped.
+        robot: Any robot with two legs.
         slope: Slope of the plane, rad.
-        states: (q1, q2, dq1, dq2) after n successive impacts, shape (n, 4); q2 = -q1.
+        states: (q1, q2, dq1, dq2) after n successive impacts, shape (n, 4), with knees (n, 6); q2 = -q1.
 
     Raises:
-        InputError: The slope or the states have another shape or are not finite.
+        InputError: The robot has no two legs, or the slope or the states have another shape or are not finite.
         GaitError: Newton's method does not converge, the gait found repeats itself sooner, or its trailing foot stays
             down after the impact.
     """
-    domains.check_kind("robot", robot, Compass)
+    check_biped(robot)
+    angles = len(robot.angles)
     slope = domains.SLOPE.check("slope", slope)
-    guess = domains.check_states("states", states, (None, 4))
+    guess = domains.check_states("states", states, (None, 2 * angles))
     if not len(guess):
-        raise InputError("states: expected shape (n, 4) with at least one state, got none")
-    places = guess[:, [0, 2, 3]]
+        raise InputError(f"states: expected shape (n, {2 * angles}) with at least one state, got none")
+    places = places_of(guess)
     n = len(places)
     frequency = math.sqrt(robot.gravity / robot.leg_length)
     scales = np.array([1.0, frequency, frequency])
-    plane = plane_of(robot, slope, GUARD)
+    plane = plane_of(robot, slope, guard_of(robot))
     for _ in range(20):
         known = differentiate(plane, places, DIFFERENCE * scales)
         if known is None:
@@ -143,18 +139,19 @@ def find_periodic_gait(robot: Compass, slope: float, states: ArrayLike) -> Perio
     whole = np.eye(3)
     for jacobian in jacobians:
         whole = jacobian @ whole
-    found = np.column_stack([places[:, 0], -places[:, 0], places[:, 1], places[:, 2]])
+    found = states_at(places, angles)
     return PeriodicGait(robot, slope, found, periods, eigenvalues(whole), float(np.linalg.det(np.eye(3) + whole)))
 
 
-def first_gait(robot: Compass, slope: float) -> PeriodicGait:
-    """The gait of period one that `find_passive_gait` finds, by the return map.
+def first_gait(robot: Robot, slope: float) -> PeriodicGait:
+    """The gait of period one that the finder of passive gaits finds for a robot, by the return map.
 
     Raises:
-        InputError: The slope is not a finite number.
+        InputError: The robot has no two legs, or the slope is not a finite number.
         GaitError: The robot has no such gait on that slope.
     """
-    return find_periodic_gait(robot, slope, find_passive_gait(robot, slope).start[None])
+    check_biped(robot)
+    return find_periodic_gait(robot, slope, passive_gait_of(robot, slope).start[None])
 
 
 def follow(gait: PeriodicGait, slopes: Sequence[float]) -> Iterator[PeriodicGait]:

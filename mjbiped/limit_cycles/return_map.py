@@ -72,6 +72,7 @@ class Plane(NamedTuple):
         constants: Robot and rules; to be copied for each batch, as they have room to compute in.
         tables: The plane, and room for one touchdown; likewise.
         state: State of a walk just after an impact.
+        angles: Number of the robot's angles.
     """
 
     code: EngineCode
@@ -79,6 +80,7 @@ class Plane(NamedTuple):
     constants: Any
     tables: Tables
     state: Any
+    angles: int
 
 
 class Batch(NamedTuple):
@@ -206,7 +208,7 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     state.next_step, state.pause = step, math.inf
     assert run.code is not None
     tables = run.tables._replace(ground=ground, rows=run.tables.rows[:1].copy())
-    return Plane(EngineCode(run.advance), run.code, constants, tables, state)
+    return Plane(EngineCode(run.advance), run.code, constants, tables, state, angles)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
+from numpy.typing import NDArray
 
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
@@ -61,7 +62,7 @@ def plot_gait(gait: Any, path: str | Path | None = None) -> Figure:
     course = _course(gait)
     panels: list[Callable[[Axes, str, _Course], None]] = [_draw_cycle, _draw_foot]
     panels += [_draw_flexion] if len(course.phases) > 1 else []
-    panels += [_draw_multipliers] if course.torques is None else [_draw_torques]
+    panels += [_multipliers_of] if course.torques is None else [_draw_torques]
     with drawn(path) as figure:
         across = min(width().beside(3), len(panels) if len(panels) != 4 else 2)
         lines = math.ceil(len(panels) / across)
@@ -232,9 +233,13 @@ def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
     legend_above(axes)
 
 
-def _draw_multipliers(axes: Axes, letter: str, course: _Course) -> None:
-    """Floquet multipliers in the complex plane and in figures."""
-    multipliers = course.gait.multipliers
+def _multipliers_of(axes: Axes, letter: str, course: _Course) -> None:
+    """Floquet multipliers of the gait."""
+    draw_multipliers(axes, letter, course.gait.multipliers)
+
+
+def draw_multipliers(axes: Axes, letter: str, multipliers: NDArray[np.complex128]) -> None:
+    """Draw Floquet multipliers in the complex plane and in figures."""
     reach = 1.25 * max(1.0, float(np.abs(multipliers).max()))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
     axes.axhline(0.0, color=GUIDE, linewidth=0.5)

@@ -364,8 +364,8 @@ class Chain(NamedTuple):
         return float(self.moments @ np.cos(q + slope))
 
     def end(self, q: Array) -> Array:
-        """The far end from the pinned foot, shape (2,), m: along the ground, along its normal."""
-        return np.array([self.reach @ np.sin(q), self.reach @ np.cos(q)])
+        """The far end from the pinned foot, shape (..., 2), m: along the ground, along its normal; q: (..., n)."""
+        return np.stack([np.sin(q) @ self.reach, np.cos(q) @ self.reach], axis=-1)
 
     def ground_force(self, forces: Array, q: Array, dq: Array, slope: float) -> tuple[tuple[float, float], Array]:
         """Force of the ground, forward and upward, N, and accelerations, rad/s^2, under generalised forces, N m."""

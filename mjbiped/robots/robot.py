@@ -126,11 +126,14 @@ class Robot(ABC):
         return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
 
     def swing_foot(self, q: ArrayLike) -> Array:
-        """Swing foot from the stance foot, shape (2,), m: (along the ground, along its normal), for angles in rad.
+        """Swing foot from the stance foot, shape (..., 2), m: (along the ground, along its normal).
 
         On a plane the second component is H of eq. (4).
+
+        Args:
+            q: Angles of one or of many postures, shape (..., n), rad.
         """
-        chain, angles = self._chain(q)
+        chain, angles = self._chain(q, many=True)
         return chain.end(angles)
 
     def limbs(self, qpos: ArrayLike) -> Array:
@@ -231,13 +234,16 @@ class Robot(ABC):
         hip = (x + length * math.sin(angles[0]), z + length * math.cos(angles[0]))
         return (*hip, *(angles[::-1] if stance else angles))
 
-    def _chain(self, q: ArrayLike) -> tuple[Chain, Array]:
-        """Check angles; return the chain with that many angles, and the angles as an array."""
+    def _chain(self, q: ArrayLike, *, many: bool = False) -> tuple[Chain, Array]:
+        """Check angles of a posture, or of many; return the chain with that many angles, and the angles as an array."""
         counts = tuple(self.chains)
-        angles = domains.ANGLE.array("q", q, counts if len(counts) == 1 else (None,))
-        if len(angles) not in counts:
-            raise InputError(f"q: expected {counts[0]} to {counts[-1]} angles, got {len(angles)}")
-        return self.chains[len(angles)], angles
+        angles = domains.ANGLE.array("q", q, None if many else counts if len(counts) == 1 else (None,))
+        count = angles.shape[-1] if angles.ndim else 0
+        if count not in counts:
+            raise InputError(
+                f"q: expected {' to '.join(str(n) for n in sorted({counts[0], counts[-1]}))} angles, got {count}"
+            )
+        return self.chains[count], angles
 
     @classmethod
     def parameters(cls) -> tuple[str, ...]:

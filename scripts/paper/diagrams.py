@@ -1,4 +1,4 @@
-"""The drawings of docs/: the robot with its symbols, the control loop, and the swing foot's clearance over a step.
+"""The drawings of docs/: robot and symbols, control loop, update of the slope estimate, clearance of the swing foot.
 
 python -m scripts.paper.diagrams
 """
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 import mjbiped
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import BLUE, GUIDE, SHADE, VERMILLION
+from scripts.paper.estimator_drawing import draw_estimator
 from scripts.paper.framework_drawing import draw_framework
 from scripts.paper.robot_drawing import draw_robot
 
@@ -62,6 +63,14 @@ def draw_clearance() -> Figure:
     return figure
 
 
+DRAWINGS = {
+    "robot": draw_robot,
+    "framework": draw_framework,
+    "estimator": draw_estimator,
+    "clearance": draw_clearance,
+}
+
+
 @click.command(help=__doc__)
 @click.option(
     "--folder",
@@ -73,7 +82,7 @@ def draw_clearance() -> Figure:
 def main(folder: Path) -> None:
     """Draw them all."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in (("robot", draw_robot), ("framework", draw_framework), ("clearance", draw_clearance)):
+    for name, draw in DRAWINGS.items():
         with plot_style.styled():
             figure = draw()
         path = folder / f"{name}.png"

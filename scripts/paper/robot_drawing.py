@@ -170,8 +170,8 @@ def single_support(axes: Axes) -> None:
     write(axes, np.array([-0.70, -0.29]), text, **SMALL, ha="left", linespacing=1.6)
 
 
-def double_support(axes: Axes) -> None:
-    """The angles before and after the impact, where the ground's slope changes between the feet."""
+def touchdown() -> tuple[mjbiped.Terrain, float, Point]:
+    """Ground whose slope changes between the feet; the stance leg's lean at touchdown, rad; and the swing foot."""
     first, second = SLOPES
     pieces = [(BREAK / math.cos(first), math.degrees(first), 0.0), (2.0, math.degrees(second), 0.0)]
     terrain = mjbiped.Terrain.from_segments(pieces)
@@ -183,8 +183,15 @@ def double_support(axes: Axes) -> None:
         x, z = swing_foot(lean).tolist()
         return float(z - terrain.height_at(x))
 
-    lean = brentq(clearance, 0.0, 0.8)
-    rear, front, hip = np.zeros(2), swing_foot(lean), ROBOT.leg_length * direction(lean)
+    lean = float(brentq(clearance, 0.0, 0.8))
+    return terrain, lean, swing_foot(lean)
+
+
+def double_support(axes: Axes) -> None:
+    """The angles before and after the impact, where the ground's slope changes between the feet."""
+    first, second = SLOPES
+    terrain, lean, front = touchdown()
+    rear, hip = np.zeros(2), ROBOT.leg_length * direction(lean)
     ground(axes, terrain, LEFT_2, RIGHT_2)
     slope_angle(axes, terrain, -0.50, r"$\varphi_1$")
     slope_angle(axes, terrain, 0.78, r"$\varphi_2$")

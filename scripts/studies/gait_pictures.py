@@ -1,4 +1,4 @@
-"""The pictures of docs/gaits.md: bifurcation diagram, multipliers over slope, basins of attraction.
+"""The pictures of docs/gaits.md: bifurcation diagrams, multipliers over slope, basins of attraction.
 
 Some minutes on two cores, most of them for the basin of controlled walking.
 """
@@ -14,8 +14,25 @@ import numpy as np
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.limit_cycles.bifurcation import Cascade
 from mjbiped.limit_cycles.periodic import first_gait, follow
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
+from mjbiped.plotting.style import make_small
+from mjbiped.robots.robot import Robot
+
+
+def draw_bifurcation(robot: Robot, doublings: int, span_deg: tuple[float, float], path: Path) -> Cascade:
+    """Draw the bifurcation diagram of a robot; half of its slopes lie where the doublings gather."""
+    cascade = mjbiped.find_cascade(robot, doublings, progress=True)
+    window = cascade.window
+    assert window is not None
+    slopes = np.union1d(np.radians(np.linspace(*span_deg, 500)), np.linspace(*window, 500))
+    began = time.perf_counter()
+    diagram = mjbiped.bifurcation_diagram(robot, slopes, progress=True)
+    print(f"diagram of {len(slopes)} slopes: {time.perf_counter() - began:.1f} s; onsets {np.degrees(cascade.onsets)}")
+    plot_bifurcation(diagram, cascade, path)
+    make_small(path)
+    return cascade
 
 
 def main() -> None:
@@ -27,14 +44,8 @@ def main() -> None:
     arguments.folder.mkdir(parents=True, exist_ok=True)
     robot = mjbiped.Compass()
 
-    cascade = mjbiped.find_cascade(robot, 5, progress=True)
-    window = cascade.window
-    assert window is not None
-    slopes = np.union1d(np.radians(np.linspace(2.4, 3.6, 500)), np.linspace(*window, 500))
-    began = time.perf_counter()
-    diagram = mjbiped.bifurcation_diagram(robot, slopes, progress=True)
-    print(f"diagram of {len(slopes)} slopes: {time.perf_counter() - began:.1f} s; onsets {np.degrees(cascade.onsets)}")
-    plot_bifurcation(diagram, cascade, arguments.folder / "bifurcation.png")
+    cascade = draw_bifurcation(robot, 5, (2.4, 3.6), arguments.folder / "bifurcation.png")
+    draw_bifurcation(mjbiped.KneedBiped(), 4, (5.3, 6.6), arguments.folder / "kneed_bifurcation.png")
     first = first_gait(robot, math.radians(0.1))
     one = list(follow(first, np.radians(np.arange(0.12, 4.5, 0.02)).tolist()))
     plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], arguments.folder / "multipliers.png")

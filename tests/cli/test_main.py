@@ -16,9 +16,11 @@ COMMANDS = (
     "compare",
     "gait",
     "reference",
+    "return-map",
     "bifurcation",
     "basin",
     "stability",
+    "figures",
     "render",
     "export",
     "view",
@@ -34,7 +36,7 @@ def test_help_names_the_commands_in_order() -> None:
     result = run("--help")
     assert result.exit_code == 0
     listed = result.stdout[result.stdout.index("Commands:") :]
-    assert re.findall(r"^  (\w+)", listed, re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^  ([\w-]+)", listed, re.MULTILINE) == list(COMMANDS)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

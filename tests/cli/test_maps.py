@@ -1,4 +1,4 @@
-"""`mjbiped bifurcation` and `mjbiped basin`: what they print and write, refuse, and their exit status."""
+"""`mjbiped return-map`, `bifurcation` and `basin`: what they print and write, refuse, and their exit status."""
 
 from __future__ import annotations
 
@@ -14,6 +14,30 @@ from mjbiped.limit_cycles import basin
 from mjbiped.limit_cycles.basin import Fate
 
 SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
+
+
+def test_return_map_tells_the_gait_and_writes_its_files(tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("map.npz", "map.png")]
+    result = run("return-map", "--slope-deg", 3, "--points", 40, "--out", paths[0], "--plot", paths[1])
+    assert result.exit_code == 0
+    for text in (
+        "angle of the stance leg (rad)",
+        "multipliers: 1.2",
+        "settles on a gait of period 2",
+        *map(str, paths),
+    ):
+        assert text in result.stdout
+    with np.load(paths[0]) as data:
+        assert data["before"].shape == data["after"].shape == (3, 40)
+        assert data["walk"].shape == (41, 3)
+    assert paths[1].stat().st_size > 10_000
+
+
+def test_return_map_of_a_wheel_as_json() -> None:
+    printed = json.loads(run("return-map", "--robot", "wheel", "--slope-deg", 5, "--json").stdout)
+    assert printed["fixed_point"] == {"rate of the stance spoke (rad/s)": pytest.approx(1.144017, abs=1e-6)}
+    assert printed["multipliers"] == [[pytest.approx(0.5), 0.0]]
+    assert (printed["settled_period"], printed["files"]) == (1, {})
 
 
 @pytest.mark.slow
@@ -39,6 +63,16 @@ def test_bifurcation_as_json() -> None:
     assert printed["onsets_deg"][0] == pytest.approx(4.3909, abs=5e-5)
     assert printed["lost_deg"] is None
     assert printed["files"] == {}
+
+
+@pytest.mark.slow
+def test_bifurcation_with_knees(tmp_path: Path) -> None:
+    """From before the first doubling to beyond the first fall, without being told where they are."""
+    words = ("--json", "--plot", tmp_path / "diagram.png", "--plot-multipliers", tmp_path / "multipliers.png")
+    printed = json.loads(run("bifurcation", "--robot", "kneed", "--sole", 0.1, *SMALL, *words).stdout)
+    assert printed["onsets_deg"] == pytest.approx([5.683, 6.2126], abs=1e-3)
+    assert 6.5 < printed["lost_deg"] < 6.7
+    assert set(printed["files"]) == {"plot", "multipliers"}
 
 
 @pytest.mark.slow
@@ -91,6 +125,8 @@ def test_interrupted_basin_is_written(tmp_path: Path, monkeypatch: pytest.Monkey
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("return-map", "--slope-deg", "-1"), "downhill"),
+        (("return-map", "--robot", "kneed", "--scuffing-reach", "0.3"), "scuffing is for straight legs"),
         (("bifurcation", "--slope-deg", "3"), "LOW..HIGH"),
         (("bifurcation", "--slope-deg", "3..2"), "the first below the second"),
         (("bifurcation", "--slope-deg", "0..2"), "slopes must be above 0"),
@@ -98,6 +134,9 @@ def test_interrupted_basin_is_written(tmp_path: Path, monkeypatch: pytest.Monkey
         (("bifurcation", "--doublings", "9"), "doublings"),
         (("bifurcation", "--leg-mass", "-1"), "'--leg-mass'"),
         (("bifurcation", "--leg-inertia", "50"), "no passive gait"),
+        (("bifurcation", "--robot", "wheel"), "no swing leg"),
+        (("bifurcation", "--robot", "kneed", "--scuffing-reach", "0.3"), "scuffing is for straight legs"),
+        (("bifurcation", "--thigh-mass", "3"), "--robot kneed"),
         (("basin", "--slope-deg", "-2"), "downhill"),
         (("basin", "--slope-deg", "nan"), "89.95 degrees"),
         (("basin", "--swing-rates", "a..b"), "LOW..HIGH"),

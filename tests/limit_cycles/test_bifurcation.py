@@ -1,6 +1,7 @@
 """The period-doubling cascade and its diagram."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from mjbiped.errors import GaitError, InputError
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.rules.scuffing import ScuffingRule
 
 TABLE_ONE = Compass()
@@ -65,6 +67,18 @@ def test_amplitude_grows_as_the_root_of_the_distance_from_the_onset() -> None:
     spread = np.array([np.ptp(gait.step_lengths) for gait in near])
     exponents = np.diff(np.log(spread)) / np.diff(np.log(distance))
     assert exponents[0] == pytest.approx(0.5, abs=0.01)  # the next term's share at a fortieth of the window
+
+
+def test_span_is_around_all_doublings() -> None:
+    """From period one to beyond the first falls, which are at 3.5585 degrees by docs/gaits.md."""
+    low, high = np.degrees(cascade().span)
+    assert 2.3 < low < 2.5
+    assert 3.6 < high < 3.8
+    alone = Cascade(TABLE_ONE, cascade().branches[:1], "")
+    assert alone.span[0] < cascade().onsets[0] < alone.span[1]
+    gaits = cascade().branches[0].gaits
+    none = Cascade(TABLE_ONE, (replace(cascade().branches[0], doubling=None),), "the branch ends")
+    assert none.span == (gaits[0].slope, gaits[-1].slope)
 
 
 def test_gentler_slopes_for_a_longer_robot_do_not_matter() -> None:
@@ -137,6 +151,12 @@ def test_bad_input_is_refused(slopes: list[float], options: dict[str, int], mess
 def test_number_of_doublings_is_checked(doublings: int) -> None:
     with pytest.raises(InputError, match="from 1 to 6"):
         find_cascade(TABLE_ONE, doublings)
+
+
+def test_robot_without_a_swing_leg() -> None:
+    for search in (lambda robot: find_cascade(robot, 1), lambda robot: bifurcation_diagram(robot, [0.03])):
+        with pytest.raises(InputError, match="a RimlessWheel has no swing leg"):
+            search(RimlessWheel())
 
 
 def test_robot_without_a_gait() -> None:

@@ -12,7 +12,10 @@ from controllers import KneedController, PassiveController
 from mjbiped.errors import InputError
 from mjbiped.limit_cycles import basin as basins
 from mjbiped.limit_cycles.basin import Fate, basin_of_attraction, basin_of_control
-from mjbiped.limit_cycles.return_map import ReturnMap
+from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, bifurcation_diagram, find_cascade
+from mjbiped.limit_cycles.periodic import differentiate, find_periodic_gait, first_gait, follow
+from mjbiped.limit_cycles.return_map import ReturnMap, plane_of
+from mjbiped.limit_cycles.section import states_at
 from mjbiped.rules.scuffing import ScuffingRule
 
 ROBOT = mjbiped.KneedBiped()
@@ -86,6 +89,27 @@ def test_a_controlled_start_is_a_walk(rates: tuple[float, float], gait: mjbiped.
     assert (fate is Fate.SETTLED) == (rates[0] < 10.0)
 
 
+@pytest.mark.parametrize("sole", [None, (0.1, 0.1)])
+def test_period_one_is_the_gait_of_scipy(sole: tuple[float, float] | None, gait: mjbiped.KneedGait) -> None:
+    """Two programs: SciPy's integrator and root finder, and the compiled return map with Newton's method."""
+    found = first_gait(mjbiped.KneedBiped(sole=sole), SLOPE)
+    np.testing.assert_allclose(found.states[0], gait.start, rtol=0, atol=1e-10)  # SciPy's tolerance is 1e-11
+    assert found.periods[0] == pytest.approx(gait.period, abs=1e-10)
+    assert found.step_lengths[0] == pytest.approx(gait.step_length, abs=1e-10)
+    # both by central differences, and their noise: five digits are promised there
+    np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(gait.multipliers), rtol=0, atol=1e-6)
+    assert found.stable
+
+
+def test_a_landing_on_a_bent_knee_is_off_the_section(gait: mjbiped.KneedGait) -> None:
+    """Where the swing leg rests at first, the foot comes down before the knee is straight."""
+    places = np.array([[-0.2, gait.start[3], 0.0]])
+    bent = ReturnMap(ROBOT, SLOPE).walk(states_at(places[0], 3), 1)
+    assert bent.outcome == "walking"
+    assert abs(bent.states[0, :2].sum()) > 1e-6
+    assert differentiate(plane_of(ROBOT, SLOPE, ScuffingRule()), places, np.full(3, 1e-4)) is None
+
+
 def test_what_no_knees_have_is_refused(gait: mjbiped.KneedGait) -> None:
     with pytest.raises(InputError, match="scuffing is for straight legs"):
         ReturnMap(ROBOT, SLOPE, ScuffingRule(reach=0.3))
@@ -95,3 +119,32 @@ def test_what_no_knees_have_is_refused(gait: mjbiped.KneedGait) -> None:
         ReturnMap(ROBOT, SLOPE).walk([-0.2, 0.2, 1.0, 0.5], 1)
     with pytest.raises(InputError, match="the swing leg is straight"):
         ReturnMap(ROBOT, SLOPE).walk([-0.2, 0.2, 0.3, 1.0, 0.5, 0.5], 1)
+    with pytest.raises(InputError, match=r"shape \(n, 6\)"):
+        find_periodic_gait(ROBOT, SLOPE, gait.start[None, [0, 1, 3, 4]])
+    with pytest.raises(InputError, match="scuffing is for straight legs"):
+        bifurcation_diagram(ROBOT, [SLOPE], scuffing=ScuffingRule(reach=0.3))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "begins", "onsets"),
+    [(ROBOT, 1.940, (5.683, 6.2126, 6.3152)), (mjbiped.KneedBiped.halved_rods(), 4.487, (6.152, 6.5143, 6.5858))],
+)
+def test_period_doubles_with_knees_too(robot: mjbiped.KneedBiped, begins: float, onsets: tuple[float, ...]) -> None:
+    """docs/knees.md has the beginnings of the branches and the first onsets, 5.68 and 6.15 degrees, from SciPy."""
+    cascade = find_cascade(robot, 3)
+    # the diagram's walks part there, to its grid
+    np.testing.assert_allclose(np.degrees(cascade.onsets), onsets, rtol=0, atol=1e-3)
+    assert cascade.ratios[0] == pytest.approx(FEIGENBAUM, rel=0.15)  # the first of the ratios
+    first = cascade.branches[0]
+    assert 0.0 <= math.degrees(first.gaits[0].slope) - begins < 0.05  # a step of the slope
+    for one in first.gaits[:: len(first.gaits) // 4]:
+        assert one.stable == (one.slope < cascade.onsets[0])
+    low, high = cascade.span
+    assert low < cascade.onsets[0] < cascade.onsets[-1] < high
+    middle = float(0.5 * cascade.onsets[:2].sum())
+    diagram = bifurcation_diagram(robot, [middle, high], steps=300, keep=20)
+    assert diagram.counts().tolist() == [2, 0]
+    (two,) = follow(cascade.branches[1].gaits[0], [middle])
+    found = np.unique(np.round(diagram.step_lengths[0], 7))
+    np.testing.assert_allclose(found, np.sort(two.step_lengths), rtol=0, atol=1e-6)

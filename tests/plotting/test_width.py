@@ -23,10 +23,12 @@ from mjbiped.analysis.stability import Stability, stability
 from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, basin_of_attraction
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
+from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
+from mjbiped.plotting.return_map import plot_return_map
 from mjbiped.plotting.stability import plot_stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
@@ -106,6 +108,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "bifurcation": lambda: plot_bifurcation(diagram(), cascade()),
     "multipliers": lambda: plot_multipliers([branch.gaits for branch in cascade().branches]),
     "basins": lambda: plot_basins(maps()),
+    "return map": lambda: plot_return_map(map_slices(ROBOT, math.radians(3.0), points=40)),
+    "return map of a wheel": lambda: plot_return_map(map_slices(mjbiped.RimlessWheel(), 0.08, points=40)),
     "stability": lambda: plot_stability(evaluated()),
     "figure 5": figure_5,
     "figure 6": lambda: plot_figure_6({delay: walked(delay=delay) for delay in (0.6, 0.8, None)}),

@@ -49,6 +49,23 @@ def test_legs_stand_where_the_model_has_them() -> None:
     assert [float(np.linalg.norm(leg[1] - leg[0])) for leg in (rear, front)] == pytest.approx([1.0, 1.0], abs=1e-12)
 
 
+def test_the_estimator_is_drawn_as_it_works() -> None:
+    """The leg that stood has not turned, and the angle between the normals is what (27) adds."""
+    before, after, walk = diagrams.DRAWINGS["estimator"]().axes
+    np.testing.assert_allclose(legs_of(before), legs_of(after), rtol=0, atol=1e-12)
+    terrain, leaning, _ = robot_drawing.touchdown()
+    first, second = robot_drawing.SLOPES
+    assert lean(legs_of(before)[0]) == pytest.approx(leaning, abs=1e-12)
+    x, _ = legs_of(before)[1][0]
+    assert terrain.slope_at(x) - terrain.slope_at(0.0) == pytest.approx(second - first, abs=1e-12)
+    lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in walk.lines}
+    true, updated = lines["true slope"], lines["estimate with (27)"]
+    assert np.unique(np.round(true, 6)).tolist() == [-2.0, 0.0, 1.0, 3.0]
+    # exact but for the law (17), which moves the estimate by errors of tracking
+    assert np.abs(true - updated).max() < 0.1
+    assert lines["estimate without (27)"].max() > 3.05  # it overshoots
+
+
 def test_clearance_names_what_is_measured() -> None:
     """`tests/gaits/test_passive.py` holds the numbers."""
     _, near = diagrams.draw_clearance().axes
@@ -60,7 +77,7 @@ def test_clearance_names_what_is_measured() -> None:
 def test_files_are_small(tmp_path: Path) -> None:
     done = CliRunner().invoke(diagrams.main, ["--folder", str(tmp_path / "images")])
     assert done.exit_code == 0
-    for name in ("robot", "framework", "clearance"):
+    for name in diagrams.DRAWINGS:
         path = tmp_path / "images" / f"{name}.png"
         assert str(path) in done.output
         with Image.open(path) as picture:
