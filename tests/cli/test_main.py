@@ -276,7 +276,7 @@ def test_quiet_walk_says_nothing(record: Path, tmp_path: Path) -> None:
 
 def test_plain_steps_reach_the_engine(tmp_path: Path) -> None:
     out = tmp_path / "walk.npz"
-    words = ("walk", "level", "--steps", 1, "--timestep", 1e-4, "--plain-steps", "--out", out, "--quiet")
+    words = ("walk", "level", "--steps", 1, "--timestep", 1e-4, "--no-lands", "--out", out, "--quiet")
     assert run(*words).exit_code == 0
     assert Walk.load(out).settings["lands"] is False
 
@@ -297,7 +297,7 @@ def test_a_motor_at_the_stance_knee_needs_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "option", [("--plain-steps",), ("--timestep", 1e-4), ("--control-period", 1e-3), ("--stance-knee", "motor")]
+    "option", [("--no-lands",), ("--timestep", 1e-4), ("--control-period", 1e-3), ("--stance-knee", "motor")]
 )
 def test_the_hybrid_engine_refuses_mujocos_options(option: tuple[object, ...]) -> None:
     result = run("walk", "level", "--engine", "hybrid", *option)
@@ -341,7 +341,7 @@ def test_options_reach_a_comparison_controller(
     slopes = ("--imitate-slope-deg", 1.5, "--initial-slope-estimate-deg", 0.5, "--slope-source", "none")
     law = controller_of(monkeypatch, "walk", "incline:slope_deg=0.5", "--controller", name, *given, *slopes)
     assert (law["name"], law["slope_source"]) == (kind, "none")
-    assert law["initial_slope"] == pytest.approx(math.radians(0.5))
+    assert law["initial_slope_estimate"] == pytest.approx(math.radians(0.5))
     assert law["gait"]["slope"] == pytest.approx(math.radians(1.5))
     assert {key: law[key] for key in gains} == gains
 
@@ -587,7 +587,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
         ("--controller", "energy-constraint", "--gain", "mu=2"),
         "valid are gain=5.0, ratio=-2.3, singular_band=0.1.",
     ),
-    "no gain's field": (("--controller", "passivity", "--gain", "initial_slope=2"), "valid are gain=5.0."),
+    "no gain's field": (("--controller", "passivity", "--gain", "initial_slope_estimate=2"), "valid are gain=5.0."),
     "gain without name": (("--controller", "passivity", "--gain", 3), "expected NAME=VALUE"),
     "gain not a number": (
         ("--controller", "passivity", "--gain", "gain=much"),
@@ -625,8 +625,8 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "video suffix": (("--video", "walk.avi"), "must end in .mp4 or .gif"),
     "unknown element": (("--hide", "ghost,torques"), "valid are torque, force"),
     "unknown flag": (("--flag", "contactpoints"), "did you mean 'contactpoint'?"),
-    "begin of the video": (("--from", -1), "'--from'"),
-    "video backwards": (("--from", 2, "--to", 1), "--from 2 comes after --to 1; swap them"),
+    "begin of the video": (("--start", -1), "'--start'"),
+    "video backwards": (("--start", 2, "--stop", 1), "--start 2 comes after --stop 1; swap them"),
     "no folder": (("--out", "nowhere/walk.npz"), "there is no folder 'nowhere'"),
     "long name": (("--plot", "x" * 300 + ".png"), "cannot be written"),
 }
@@ -849,7 +849,7 @@ def test_gait_refuses(words: tuple[object, ...], reason: str) -> None:
 
 
 def test_render_draws_beside_the_record(record: Path, drawings: Drawings) -> None:
-    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--from", 0.1, "--to", 0.3)
+    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--start", 0.1, "--stop", 0.3)
     result = run("render", record, *words)
     film = record.with_suffix(".mp4")
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"wrote {film}\n", "")
