@@ -11,6 +11,7 @@ from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import gravity_beside
 from mjbiped.robots.chain import Array
+from mjbiped.robots.model import solve_pair
 
 
 def estimate_rates(
@@ -32,7 +33,7 @@ def estimate_rates(
         Rates of the estimates of the slope's sine and cosine, 1/s.
     """
     m11, m12, m22 = compass.mass_terms(constants, legs)
-    w1, w2 = compass.solve_mass(m11, m12, m22, z2a, z2b)
+    w1, w2 = solve_pair(m11, m12, m22, z2a, z2b)
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
     return adaptation_gain * (w1 * gc1 + w2 * gc2), adaptation_gain * (w1 * gs1 + w2 * gs2)
 

@@ -32,7 +32,7 @@ class Imitating(Controller):
     robot: mjbiped.Compass
     gait: mjbiped.Gait
     stiffness: float = 0.1
-    initial_slope: float = 0.0
+    initial_slope_estimate: float = 0.0
 
     def torque(self, memory, t, q, dq):
         wanted, _, _ = self.gait.reference(t)

@@ -62,19 +62,19 @@ class KnownSlopeController(LawController):
               \varphi_{line} = \varphi^+ + \tfrac12 (q_1^+ + q_2^+)
 
     Nothing corrects an error of the slope given at the start: it stays for ever. On ground that is not level under
-    x = 0, give `initial_slope=terrain.slope_at(0.0)`.
+    x = 0, give `initial_slope_estimate=terrain.slope_at(0.0)`.
 
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
         gait: Gait that is imitated; a passive one, except for a law that `follows` its trajectory.
         slope_source: One of `SLOPE_SOURCES`.
-        initial_slope: Slope of the ground at the start, rad, positive downhill.
+        initial_slope_estimate: Slope of the ground at the start as it is given to the law, rad, positive downhill.
     """
 
     robot: Compass
     gait: Gait
     slope_source: str = field(default="local", kw_only=True)
-    initial_slope: Annotated[float, domains.SLOPE] = field(default=0.0, kw_only=True)
+    initial_slope_estimate: Annotated[float, domains.SLOPE] = field(default=0.0, kw_only=True)
 
     memory_size: ClassVar[int] = 2
     follows: ClassVar[bool] = False
@@ -105,7 +105,7 @@ class KnownSlopeController(LawController):
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Begin with the given slope."""
-        memory[_LOCAL], memory[_TILT] = float(self.initial_slope), 0.0
+        memory[_LOCAL], memory[_TILT] = float(self.initial_slope_estimate), 0.0
 
     @cached_property
     def plain_law(self) -> Law:

@@ -23,6 +23,7 @@ from scipy.linalg import expm
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
+from mjbiped.robots.model import solve_pair
 
 SIZE = 6  # of eta: z1 (2, rad), z2 (2, rad/s), errors of sine and cosine
 ESTIMATES = slice(4, 6)  # of eta: the errors of sine and cosine
@@ -46,7 +47,7 @@ def regressor(constants: compass.Constants, q: Array) -> Array:
         legs = compass.legs_of(q1, q2)
         m11, m12, m22 = compass.mass_terms(constants, legs)
         gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
-        rows.append((*compass.solve_mass(m11, m12, m22, gc1, gc2), *compass.solve_mass(m11, m12, m22, gs1, gs2)))
+        rows.append((*solve_pair(m11, m12, m22, gc1, gc2), *solve_pair(m11, m12, m22, gs1, gs2)))
     return np.array(rows, dtype=np.float64).reshape(-1, 2, 2)
 
 

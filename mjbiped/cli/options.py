@@ -19,7 +19,7 @@ from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP, LOCKED, STANCE_KNEES
+from mjbiped.engines.mujoco.options import LOCKED, STANCE_KNEES, Options
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
@@ -86,17 +86,18 @@ def gain_option(section: str) -> Callable[[Function], Function]:
 
 mujoco_options = options(
     MUJOCO,
-    ("--timestep", domains.TIMESTEP, "Longest physics step, s.", DEFAULT_TIMESTEP),
-    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step during an impact, s.", DEFAULT_CONTACT_TIMESTEP),
+    ("--timestep", domains.TIMESTEP, "Longest physics step, s.", Options.timestep),
+    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step during an impact, s.", Options.contact_timestep),
     (
         "--control-period",
         domains.CONTROL_PERIOD,
         "Time between ticks of the controller, s; each physics step unless given.",
     ),
     (
-        "--plain-steps",
+        "--lands/--no-lands",
         bool,
-        "Keep all physics steps at --timestep (0.1 ms or less): none ends at a touchdown, contacts alone detect it.",
+        "End a physics step at each touchdown; without, all keep --timestep (0.1 ms or less), and contacts alone tell.",
+        Options.lands,
     ),
     (
         "--stance-knee",
@@ -275,8 +276,8 @@ video_options = options(
     VIDEO,
     ("--video-size", kinds.VIDEO_SIZE, "Width and height, pixels.", "1280x720"),
     ("--camera", click.Choice(CAMERAS), "Camera of the video.", CAMERAS[0]),
-    ("--from start", domains.TIME, "Time of the walk at which the video begins, s."),
-    ("--to stop", domains.TIME, "Time of the walk at which it ends, s."),
+    ("--start", domains.TIME, "Time of the walk at which the video begins, s."),
+    ("--stop", domains.TIME, "Time of the walk at which it ends, s."),
     ("--slow-motion", domains.SLOW_MOTION, "Seconds of video per second of the walk.", 1.0),
     ("--fps", domains.FPS, "Frames per second.", 30),
     ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),

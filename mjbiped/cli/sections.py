@@ -117,4 +117,6 @@ def refuse(ctx: click.Context, parameters: Iterable[click.Parameter], owner: str
     """
     for parameter in parameters:
         if is_given(ctx, str(parameter.name)):
-            raise click.UsageError(f"{parameter.opts[0]} is for {owner}; {name} has no such thing.")
+            off = ctx.params[str(parameter.name)] is False  # as --no-lands
+            said = parameter.secondary_opts[0] if off else parameter.opts[0]
+            raise click.UsageError(f"{said} is for {owner}; {name} has no such thing.")

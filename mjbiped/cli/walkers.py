@@ -224,5 +224,4 @@ def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
 
 def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> mjbiped.Mujoco:
     """Make the MuJoCo engine of a command, and remove its options from `values`."""
-    settings = taken(ctx, values, options.MUJOCO)
-    return mjbiped.Mujoco(lands=not settings.pop("plain_steps"), **settings)
+    return mjbiped.Mujoco(**taken(ctx, values, options.MUJOCO))

@@ -121,7 +121,7 @@ def render(record: Path, results: Results, **pictures: Any) -> None:
     \b
     Examples:
       mjbiped render walk.npz
-      mjbiped render walk.npz slow.mp4 --slow-motion 4 --from 10 --to 14 --camera side
+      mjbiped render walk.npz slow.mp4 --slow-motion 4 --start 10 --stop 14 --camera side
       mjbiped render walk.npz walk.gif --video-size 640x360 --fps 15 --hide chart,labels
       mjbiped render walk.npz --no-video --plot walk.svg
     """  # noqa: D301 (click reads the backspace)
@@ -144,7 +144,7 @@ def _check_part(pictures: Mapping[str, Any]) -> None:
     """
     start, stop = pictures["start"], pictures["stop"]
     if start is not None and stop is not None and start > stop:
-        raise click.UsageError(f"--from {start:g} comes after --to {stop:g}; swap them.")
+        raise click.UsageError(f"--start {start:g} comes after --stop {stop:g}; swap them.")
 
 
 def _warn_without_gl() -> None:

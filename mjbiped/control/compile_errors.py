@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -61,7 +62,7 @@ def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
     for name, function in law.functions.items():
         values, alone = returned.get(name, 0), numba.njit(_nrt=False)(function)
         try:
-            alone.compile((parameters, memory, *[number] * floats_taken(name, joints)))
+            alone.compile(_passed(function, (parameters, memory, *[number] * floats_taken(name, joints))))
         except (numba.core.errors.NumbaError, TypeError) as error:  # TypeError: another number of arguments
             return f"{name} ({function.__name__}): {_reason(error)}"
         given = alone.nopython_signatures[0].return_type
@@ -71,6 +72,15 @@ def _blame(law: Law, states: Sequence[str], joints: int = 2) -> str:
             wanted = {0: "nothing", 1: "a float"}.get(values, f"a tuple of {values} floats")
             return f"{name} ({function.__name__}) returns {given}; expected {wanted}"
     return ""
+
+
+def _passed(function: Callable[..., Any], kinds: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Types of arguments as Numba compiles a function for them: those that go into `*state` are one tuple."""
+    code = function.__code__
+    if not code.co_flags & inspect.CO_VARARGS:
+        return kinds
+    star: Any = import_module("numba").types.StarArgTuple
+    return *kinds[: code.co_argcount], star.from_types(kinds[code.co_argcount :])
 
 
 def _reason(error: Exception) -> str:

@@ -10,7 +10,7 @@ spread = "my_package.spread:HipSpread"
 
 A class that is not registered is named by its place, as `mjbiped.control.loading` says. Such a class is a frozen
 dataclass, and its fields are the settings of the controller. Three names are special: a field `robot` gets the robot's
-model, `gait` the passive gait that is imitated, and one of `SLOPE_FIELDS` the slope estimate at the start.
+model, `gait` the passive gait that is imitated, and `SLOPE_FIELD` the slope estimate at the start.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
 `mjbiped.gaits.described.parse_reference`)."""
 
-SLOPE_FIELDS = ("initial_slope_estimate", "initial_slope")
-"""Names of a field that takes the slope estimate at the start, rad."""
+SLOPE_FIELD = "initial_slope_estimate"
+"""Name of a field that takes the slope estimate at the start, rad."""
 
-_FILLED_IN = ("robot", "gait", "climbing_gait", *SLOPE_FIELDS)
+_FILLED_IN = ("robot", "gait", "climbing_gait", SLOPE_FIELD)
 """Fields that are no settings: others say what stands in them."""
 
 
@@ -184,7 +184,8 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         if reference is not None:
             check_tracking(kind)  # before the search for it
         values["gait"] = gait or _imitated(robot, slope, reference, passive="imitate_slope_deg" in settings)
-        values |= {key: estimate for key in SLOPE_FIELDS if key in own}
+        if SLOPE_FIELD in own:
+            values[SLOPE_FIELD] = estimate
     try:
         return kind(**values)
     except MjbipedError:

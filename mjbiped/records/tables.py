@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.control.registry import SLOPE_FIELDS
+from mjbiped.control.registry import SLOPE_FIELD
 from mjbiped.records import measures
 from mjbiped.rules.termination import Outcome
 
@@ -106,17 +106,16 @@ class WalkSummary(dict[str, Any]):
 
 def _cause(walk: Walk) -> str:
     """Say what was wrong at the start of a walk that fell at once: the slope estimate that its controller was given."""
-    given = {name: walk.settings["controller"].get(name) for name in SLOPE_FIELDS}
-    name = next((name for name, value in given.items() if value is not None), None)
-    if name is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
+    estimate = walk.settings["controller"].get(SLOPE_FIELD)
+    if estimate is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
         return ""
-    slope, estimate = walk.terrain.slope_at(0.0), given[name]
+    slope = walk.terrain.slope_at(0.0)
     if abs(slope - estimate) < _FAR_OFF:
         return ""
     degrees = math.degrees(slope)
     return (
         f"it starts on {degrees:.1f}° with a slope estimate of {math.degrees(estimate):.1f}°; give "
-        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {name}={slope:.4g}"
+        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {SLOPE_FIELD}={slope:.4g}"
     )
 
 

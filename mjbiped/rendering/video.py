@@ -88,10 +88,10 @@ def render_video(
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
     first, last = _span(walk)
     inside = domains.Domain(first, last, "s of the record")
-    begin = first if start is None else inside.check("start (--from)", start)
-    end = last if stop is None else inside.check("stop (--to)", stop)
+    begin = first if start is None else inside.check("start", start)
+    end = last if stop is None else inside.check("stop", stop)
     if begin > end:
-        raise InputError(f"start (--from) = {begin:g} s comes after stop (--to) = {end:g} s: swap them")
+        raise InputError(f"start = {begin:g} s comes after stop = {end:g} s: swap them")
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
     film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, fps, frames)
     with drawn(walk, film, processes_for(frames)) as (stage, pictures):

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any
 
-from mjbiped.control.registry import SHARED, SLOPE_FIELDS, make_controller, names_by_class, settings_of
+from mjbiped.control.registry import SHARED, SLOPE_FIELD, make_controller, names_by_class, settings_of
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
@@ -122,7 +122,7 @@ def _options(walk: Walk) -> Iterator[Option]:
     for name, value in _changed(_ENGINES[settings["engine"]](), settings).items():
         if name not in (*_ENGINE_OPTIONS, "lands"):
             raise _NotSayableError
-        yield ("plain_steps", None) if name == "lands" else (name, value)
+        yield _switch(name, value) if isinstance(value, bool) else (name, value)
     robots = {name: NAMED[name]() for name in NAMED}
     parameters = {
         name: _changed(robot, walk.robot.to_dict()) for name, robot in robots.items() if robot.kind == walk.robot.kind
@@ -161,9 +161,7 @@ def _controller(walk: Walk) -> Iterator[Option]:
     usual, settings = settings_of(name, robot), dict(described)
     if "gait" in described:
         gait = described["gait"]
-        settings["initial_slope_estimate_deg"] = _degrees(
-            next((described[key] for key in SLOPE_FIELDS if key in described), 0.0)
-        )
+        settings["initial_slope_estimate_deg"] = _degrees(described.get(SLOPE_FIELD, 0.0))
         if "goal" in gait:
             settings["reference"] = words_of(Goal(**gait["goal"]))
         else:
@@ -180,9 +178,14 @@ def _controller(walk: Walk) -> Iterator[Option]:
         if key not in _OWN_OPTIONS:
             yield "gain", f"{key}={'none' if value is None else value}"
         elif isinstance(value, bool):
-            yield (key if value else f"no_{key}"), None
+            yield _switch(key, value)
         else:
             yield key, "none" if value is None else value
+
+
+def _switch(name: str, value: bool) -> Option:
+    """The option that switches something on or off."""
+    return (name if value else f"no_{name}"), None
 
 
 def _degrees(angle: float) -> float:

@@ -52,7 +52,7 @@ class Variant:
             return _law("adaptive", model, replanning_delay=self.delay)
         law: Any = _law(_NAMES[METHODS.index(self.method)], model, slope_source=self.slope_source, **dict(self.gains))
         start = terrain.slope_at(0.0) + math.radians(self.start_error)
-        controller: Controller = replace(law, initial_slope=start)
+        controller: Controller = replace(law, initial_slope_estimate=start)
         return controller
 
 

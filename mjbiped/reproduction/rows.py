@@ -126,7 +126,7 @@ class Entry:
         """Combine the entry with the measures of its finished cell, and those of its record where it keeps one."""
         law = self.cell.controller.describe()
         update = law.get("estimate_update")
-        start = law.get("initial_slope_estimate", law.get("initial_slope", math.nan))
+        start = law.get("initial_slope_estimate", math.nan)
         columns = {
             **measured,
             **{name: getattr(self, name) for name in ("part", "ground", "pattern", "first", "method")},

@@ -84,6 +84,18 @@ def stop_end(s: Any, w: Any, first: int) -> float:
     return hold_end(s, w.slope, w.pushed_x, w.pushed_z)
 
 
+def coupled(weight: float, angle: float) -> tuple[float, float]:
+    """A_ij cos(q_i - q_j), of M, and A_ij sin(q_i - q_j), of C, for one A_ij and the angle q_i - q_j, rad."""
+    sine, cosine = sine_cosine(angle)
+    return weight * cosine, weight * sine
+
+
+def pulled(moment: float, angle: float) -> float:
+    """Gravity's pull -b_i sin(angle) on a segment, N m, for its b_i (N m) and its angle from the vertical, rad."""
+    sine, _ = sine_cosine(angle)
+    return -moment * sine
+
+
 def weighted(weights: Array, rows: Array, columns: Array, even: Array, odd: Array) -> None:
     """Write weights_ij cos(rows_i - columns_j) into `even`, and weights_ij sin(rows_i - columns_j) into `odd`.
 
@@ -91,16 +103,13 @@ def weighted(weights: Array, rows: Array, columns: Array, even: Array, odd: Arra
     """
     for i in range(len(rows)):
         for j in range(len(columns)):
-            sine, cosine = sine_cosine(rows[i] - columns[j])
-            even[i, j] = weights[i, j] * cosine
-            odd[i, j] = weights[i, j] * sine
+            even[i, j], odd[i, j] = coupled(weights[i, j], rows[i] - columns[j])
 
 
 def add_gravity(moments: Array, q: Array, slope: float, sign: float, forces: Array) -> None:
     """Add the generalised gravity g(q, slope), times `sign`, to the forces, N m."""
     for i in range(len(q)):
-        sine, _ = sine_cosine(q[i] + slope)
-        forces[i] -= sign * moments[i] * sine
+        forces[i] += pulled(sign * moments[i], q[i] + slope)
 
 
 def solve(matrix: Array, vector: Array) -> None:

@@ -23,6 +23,7 @@ from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Chain, hold_end, segment_force, stop_end, with_room
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.model import solve_pair
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -85,12 +86,6 @@ def gravity_terms(constants: Constants, legs: Legs) -> tuple[float, float, float
     return -g1 * c1, g2 * c2, -g1 * s1, g2 * s2
 
 
-def solve_mass(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:
-    """M^-1 f for the symmetric matrix with entries `mass_terms`; M is positive definite for every posture."""
-    share = 1.0 / (m11 * m22 - m12 * m12)
-    return (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
-
-
 def joint_torques(force1: float, force2: float) -> tuple[float, float]:
     """Ankle and hip torque, B^-1 f, that make the generalised forces f on stance and swing leg; all in N m."""
     return force1 + force2, force2  # B = [[1, -1], [0, 1]]
@@ -114,7 +109,7 @@ def acceleration(
     gc1, gc2, gs1, gs2 = gravity_terms(constants, legs)
     f1 = force1 - c1 - gc1 * sin_slope - gs1 * cos_slope
     f2 = force2 - c2 - gc2 * sin_slope - gs2 * cos_slope
-    return solve_mass(m11, m12, m22, f1, f2)
+    return solve_pair(m11, m12, m22, f1, f2)
 
 
 def inverse_dynamics(
@@ -185,7 +180,7 @@ def rates_after_impact(
     m11, m12, m22 = mass_terms(constants, legs_after)
     about_point = constants[5] * cosine * dq1 + constants[6] * dq2  # less the momentum about the hip
     about_hip = constants[6] * dq1
-    return solve_mass(m11, m12, m22, about_point, about_hip)
+    return solve_pair(m11, m12, m22, about_point, about_hip)
 
 
 def _constants(robot: "Compass") -> SimpleNamespace:

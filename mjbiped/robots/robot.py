@@ -15,6 +15,7 @@ from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.model import Model, model_of
 from mjbiped.utils import domains
 
 Array = NDArray[np.float64]
@@ -86,6 +87,11 @@ class Robot(ABC):
     @abstractmethod
     def chains(self) -> Mapping[int, Chain]:
         """Chains of segments that model the robot, by their number of angles."""
+
+    @property
+    def model(self) -> Model:
+        """The constants of the robot's equations for people's own compiled laws; see `mjbiped.robots.model`."""
+        return model_of(self.chains[len(self.angles)])
 
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for angles of shape (n,) in rad."""

@@ -26,6 +26,7 @@ from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.bodies import Bodies, Limb, Segment
 from mjbiped.robots.chain import Array, Chain, hold_end, stop_end, with_room
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.model import Model, model_of, rows
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -138,6 +139,12 @@ class RimlessWheel(Robot):
         weight = np.array([[self.mass * self.length**2 + self.inertia]])
         moment = np.array([self.weight * self.length])
         return {1: Chain(weight, moment, np.array([along]), self.mass, self.gravity)}
+
+    @property
+    def model(self) -> Model:
+        """The constants of the wheel's equations; see `Robot.model`. The next spoke's foot is off its chain's line."""
+        chain = self.chains[1]
+        return model_of(chain)._replace(about_end=rows(chain.weights), onto_end=rows(self.kept * chain.weights))
 
     @property
     def levers(self) -> tuple[float, float]:

@@ -156,14 +156,14 @@ def _controllers(tables: object, usual: object, folder: Path) -> tuple[dict[str,
         if not isinstance(given, Mapping):
             raise InputError(f'robot must be a table, as {{ kind = "kneed" }}, got {shown(given)}')
         robot = read_robot(given)
-        law = {key: value for key, value in table.items() if key not in ("label", "robot", "motor")}
+        law = {key: value for key, value in table.items() if key not in ("label", "robot", "torque_limit")}
         settings: dict[str, Scalar] = {}
         for name, choice in {**robot, **read_controller(law, folder, kinds_of([robot]))}.items():
             if not isinstance(choice, tuple) or len(choice) != 1:
                 raise InputError(f"controller {number}: {name} must be one value; give each variant a [[controller]]")
             settings[name] = choice[0]
-        if "motor" in table:
-            greatest = domains.TORQUE_LIMIT.check(f"controller {number}: motor", table["motor"])
+        if "torque_limit" in table:
+            greatest = domains.TORQUE_LIMIT.check(f"controller {number}: torque_limit", table["torque_limit"])
             settings["disturbances.torque_limit"] = greatest
         name = str(settings["controller.name"])
         label = table.get("label", name)

@@ -55,8 +55,8 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "video suffix": (("--video", "walk.avi"), "must end in .mp4 or .gif"),
     "unknown element": (("--hide", "ghost,torques"), "valid are torque, force"),
     "unknown flag": (("--flag", "contactpoints"), "did you mean 'contactpoint'?"),
-    "begin of the video": (("--from", -1), "'--from'"),
-    "video backwards": (("--from", 2, "--to", 1), "--from 2 comes after --to 1; swap them"),
+    "begin of the video": (("--start", -1), "'--start'"),
+    "video backwards": (("--start", 2, "--stop", 1), "--start 2 comes after --stop 1; swap them"),
     "no folder": (("--out", "nowhere/walk.npz"), "there is no folder 'nowhere'"),
     "long name": (("--plot", "x" * 300 + ".png"), "cannot be written"),
 }

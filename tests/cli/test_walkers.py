@@ -16,7 +16,7 @@ from mjbiped.records.record import Walk
 
 def test_plain_steps_reach_the_engine(tmp_path: Path) -> None:
     out = tmp_path / "walk.npz"
-    words = ("walk", "level", "--steps", 1, "--timestep", 1e-4, "--plain-steps", "--out", out, "--quiet")
+    words = ("walk", "level", "--steps", 1, "--timestep", 1e-4, "--no-lands", "--out", out, "--quiet")
     assert run(*words).exit_code == 0
     assert Walk.load(out).settings["lands"] is False
 
@@ -37,7 +37,7 @@ def test_a_motor_at_the_stance_knee_needs_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "option", [("--plain-steps",), ("--timestep", 1e-4), ("--control-period", 1e-3), ("--stance-knee", "motor")]
+    "option", [("--no-lands",), ("--timestep", 1e-4), ("--control-period", 1e-3), ("--stance-knee", "motor")]
 )
 def test_the_hybrid_engine_refuses_mujocos_options(option: tuple[object, ...]) -> None:
     result = run("walk", "level", "--engine", "hybrid", *option)
@@ -81,7 +81,7 @@ def test_options_reach_a_comparison_controller(
     slopes = ("--imitate-slope-deg", 1.5, "--initial-slope-estimate-deg", 0.5, "--slope-source", "none")
     law = controller_of(monkeypatch, "walk", "incline:slope_deg=0.5", "--controller", name, *given, *slopes)
     assert (law["name"], law["slope_source"]) == (kind, "none")
-    assert law["initial_slope"] == pytest.approx(math.radians(0.5))
+    assert law["initial_slope_estimate"] == pytest.approx(math.radians(0.5))
     assert law["gait"]["slope"] == pytest.approx(math.radians(1.5))
     assert {key: law[key] for key in gains} == gains
 
@@ -147,7 +147,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
         ("--controller", "energy-constraint", "--gain", "mu=2"),
         "valid are gain=5.0, ratio=-2.3, singular_band=0.1.",
     ),
-    "no gain's field": (("--controller", "passivity", "--gain", "initial_slope=2"), "valid are gain=5.0."),
+    "no gain's field": (("--controller", "passivity", "--gain", "initial_slope_estimate=2"), "valid are gain=5.0."),
     "gain not a number": (
         ("--controller", "passivity", "--gain", "gain=much"),
         "--gain gain = 'much': must be a finite number",

@@ -163,7 +163,7 @@ def test_compare_refuses_before_it_walks(
 
 
 def test_render_draws_beside_the_record(record: Path, drawings: Drawings) -> None:
-    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--from", 0.1, "--to", 0.3)
+    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--start", 0.1, "--stop", 0.3)
     result = run("render", record, *words)
     film = record.with_suffix(".mp4")
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"wrote {film}\n", "")

@@ -69,11 +69,20 @@ def returning_pair(parameters: Any, memory: Any) -> Any:
     return 0.0, 0.0
 
 
+def any_number(parameters: Any, memory: Any, *state: float) -> Any:
+    return None
+
+
+def returning_state(parameters: Any, memory: Any, t: float, *state: float) -> Any:
+    return state
+
+
 GOOD = Law((1.0,), good_torque, good_touchdown, good_estimate, good_break)
 
 
 def test_good_laws_are_not_blamed() -> None:
     assert compile_errors._blame(GOOD, ()) == ""
+    assert compile_errors._blame(GOOD._replace(touchdown=any_number), ()) == ""
 
 
 @pytest.mark.parametrize(
@@ -86,6 +95,7 @@ def test_good_laws_are_not_blamed() -> None:
             {"torque": returns_three},
             ["torque (returns_three) returns UniTuple(float64 x 3); expected a tuple of 2 floats"],
         ),
+        ({"torque": returning_state}, ["torque (returning_state) returns ", "expected a tuple of 2 floats"]),
         ({"torque": returns_one}, ["torque (returns_one) returns float64; expected a tuple of 2 floats"]),
         ({"torque": returns_text}, ["torque (returns_text) returns ", "expected a tuple of 2 floats"]),
         ({"torque": misspelt}, ["torque (misspelt): NameError: name 'sine' is not defined"]),

@@ -51,7 +51,7 @@ def test_a_class_that_needs_robot_and_gait_gets_them(folder: Path, robot: mjbipe
     assert settings_of(reference) == {**shared, "stiffness": 0.1}
     law = make_controller(reference, robot, {"initial_slope_estimate_deg": 1.0}, gait)
     assert (law.robot, law.gait) == (robot, gait)
-    assert law.describe()["initial_slope"] == pytest.approx(0.0174532925)
+    assert law.describe()["initial_slope_estimate"] == pytest.approx(0.0174532925)
 
 
 def test_a_class_in_a_package_of_the_working_directory(folder: Path) -> None:

@@ -35,7 +35,7 @@ def test_settings_arrive(robot: mjbiped.Compass) -> None:
     assert (law.gait.slope, law.position_gain, law.replanning_delay) == (math.radians(1.0), 3, None)
     given = make_controller("passivity", robot, {"gain": 2.0, "initial_slope_estimate_deg": 3, "slope_source": "none"})
     assert isinstance(given, PassivityController)
-    assert (given.gain, given.initial_slope, given.slope_source) == (2.0, math.radians(3.0), "none")
+    assert (given.gain, given.initial_slope_estimate, given.slope_source) == (2.0, math.radians(3.0), "none")
 
 
 def test_slope_source_has_the_default_of_its_controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:

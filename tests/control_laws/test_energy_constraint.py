@@ -53,7 +53,7 @@ def test_power_of_the_torques(
     robot: Compass, state: Array, slope: float, tilt: float, gain: float, ratio: float
 ) -> None:
     controller = EnergyConstraintController(
-        robot, GAIT, gain=gain, ratio=ratio, initial_slope=slope, slope_source="two_point"
+        robot, GAIT, gain=gain, ratio=ratio, initial_slope_estimate=slope, slope_source="two_point"
     )
     dq = state[2:]
     assume(abs((ratio - 1.0) * dq[0] + dq[1]) >= controller.singular_band)
@@ -65,7 +65,7 @@ def test_power_of_the_torques(
 
 @given(states, slopes, ratios)
 def test_the_ratio_is_exact(state: Array, slope: float, ratio: float) -> None:
-    controller = EnergyConstraintController(ROBOT, GAIT, ratio=ratio, initial_slope=slope)
+    controller = EnergyConstraintController(ROBOT, GAIT, ratio=ratio, initial_slope_estimate=slope)
     ankle, hip = controller.torque(memory_on(controller), 0.0, state[:2].tolist(), state[2:].tolist())
     assert ankle == ratio * hip
 
@@ -74,7 +74,7 @@ def test_the_ratio_is_exact(state: Array, slope: float, ratio: float) -> None:
 def test_energy_along_a_step(slope: float, tilt: float) -> None:
     """E - E_d falls exponentially: that is the law, integrated."""
     controller = EnergyConstraintController(
-        ROBOT, GAIT, gain=6.0, ratio=-2.0, initial_slope=slope, slope_source="two_point"
+        ROBOT, GAIT, gain=6.0, ratio=-2.0, initial_slope_estimate=slope, slope_source="two_point"
     )
     start = GAIT.start + np.array([tilt, tilt, 0.1, 0.1])
     times = np.linspace(0.0, 0.5, 26)

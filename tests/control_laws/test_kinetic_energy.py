@@ -29,7 +29,7 @@ weights = st.one_of(st.sampled_from([0.0, 1.0]), st.floats(0.0, 10.0))
 @given(states, slopes, slopes, st.floats(0.1, 300.0), weights)
 def test_power_of_the_torques(state: Array, slope: float, tilt: float, gain: float, weight: float) -> None:
     controller = KineticEnergyController(
-        ROBOT, GAIT, gain=gain, hip_weight=weight, initial_slope=slope, slope_source="two_point"
+        ROBOT, GAIT, gain=gain, hip_weight=weight, initial_slope_estimate=slope, slope_source="two_point"
     )
     q, dq = state[:2], state[2:]
     ground, imitated = ROBOT.gravity_vector(q, slope), ROBOT.gravity_vector(q - tilt, GAIT.slope)
@@ -46,7 +46,7 @@ def test_power_of_the_torques(state: Array, slope: float, tilt: float, gain: flo
 def test_error_falls_exponentially_along_a_step(tilt: float, gain: float, weight: float) -> None:
     slope = -0.05
     controller = KineticEnergyController(
-        ROBOT, GAIT, gain=gain, hip_weight=weight, initial_slope=slope, slope_source="two_point"
+        ROBOT, GAIT, gain=gain, hip_weight=weight, initial_slope_estimate=slope, slope_source="two_point"
     )
     start = GAIT.start + np.array([tilt, tilt, 0.25, 0.4])
     # with the ankle alone as long as the stance leg is faster than `slowest`
@@ -59,7 +59,7 @@ def test_error_falls_exponentially_along_a_step(tilt: float, gain: float, weight
 
 def test_ankle_acts_alone_unless_told_otherwise() -> None:
     """Beside the other slope's gravity, whose torques are those of no error."""
-    controller = KineticEnergyController(ROBOT, GAIT, initial_slope=0.1)
+    controller = KineticEnergyController(ROBOT, GAIT, initial_slope_estimate=0.1)
     q, dq = [-0.1, 0.25], [1.3, -0.6]
     gravity = ROBOT.gravity_vector(q, 0.1) - ROBOT.gravity_vector(q, GAIT.slope)
     shaped = np.linalg.solve(ROBOT.input_matrix, gravity)
@@ -84,9 +84,9 @@ def test_forces_are_those_of_least_weighted_norm(state: Array, weight: float) ->
 
 def test_with_both_joints_alike_the_forces_lie_along_the_rates() -> None:
     """Beside the other slope's gravity, as passivity-based control's do."""
-    controller = KineticEnergyController(ROBOT, GAIT, gain=7.0, hip_weight=1.0, initial_slope=0.1)
+    controller = KineticEnergyController(ROBOT, GAIT, gain=7.0, hip_weight=1.0, initial_slope_estimate=0.1)
     q, dq = [-0.1, 0.25], [1.3, -0.6]
-    same = PassivityController(ROBOT, GAIT, gain=7.0 / (1.3**2 + 0.6**2), initial_slope=0.1)
+    same = PassivityController(ROBOT, GAIT, gain=7.0 / (1.3**2 + 0.6**2), initial_slope_estimate=0.1)
     expected = same.torque(memory_on(same), 0.0, q, dq)
     assert controller.torque(memory_on(controller), 0.0, q, dq) == pytest.approx(expected, rel=1e-13)
 

@@ -58,7 +58,7 @@ def reckoned(walk: mjbiped.Walk, controller: KnownSlopeController) -> tuple[list
 
 @pytest.mark.parametrize("source", ["local", "two_point"])
 def test_dead_reckoning_finds_every_slope(source: str) -> None:
-    controller = LimitCycleController(ROBOT, GAIT, slope_source=source, initial_slope=UNEVEN.slope_at(0.0))
+    controller = LimitCycleController(ROBOT, GAIT, slope_source=source, initial_slope_estimate=UNEVEN.slope_at(0.0))
     walk = hybrid(controller, UNEVEN)
     assert walk.outcome == "finished"
     assert len(set(walk.touchdowns["slope"])) >= 4
@@ -74,14 +74,14 @@ def test_dead_reckoning_finds_every_slope(source: str) -> None:
 
 
 def test_without_a_source_the_slope_given_stays() -> None:
-    controller = LimitCycleController(ROBOT, GAIT, slope_source="none", initial_slope=0.01)
+    controller = LimitCycleController(ROBOT, GAIT, slope_source="none", initial_slope_estimate=0.01)
     walk = hybrid(controller, Terrain.slopes(change_deg=0.3))
     assert (walk.samples["slope_estimate"] == 0.01).all()
     assert set(reckoned(walk, controller)[1]) == {0.01}
 
 
 def test_an_error_of_the_slope_given_at_the_start_stays() -> None:
-    controller = LimitCycleController(ROBOT, GAIT, initial_slope=UNEVEN.slope_at(0.0) + 0.01)
+    controller = LimitCycleController(ROBOT, GAIT, initial_slope_estimate=UNEVEN.slope_at(0.0) + 0.01)
     walk = hybrid(controller, UNEVEN)
     assert walk.touchdowns["slope_estimate"] - walk.touchdowns["slope"] == pytest.approx(0.01, abs=1e-14)
 
@@ -90,7 +90,7 @@ def test_an_error_of_the_slope_given_at_the_start_stays() -> None:
 def test_the_gait_of_a_plane_is_walked_whatever_the_source(source: str) -> None:
     """On a plane the slope given, the local one and the line's are the same."""
     down = Terrain.incline(slope_deg=1.0)
-    controller = PassivityController(ROBOT, GAIT, slope_source=source, initial_slope=math.radians(1))
+    controller = PassivityController(ROBOT, GAIT, slope_source=source, initial_slope_estimate=math.radians(1))
     walk = hybrid(controller, down)
     # measured 3e-11: the walk's integration
     assert walk.touchdowns["q"] == pytest.approx(np.tile(GAIT.start[:2], (12, 1)), abs=1e-9)
@@ -98,7 +98,7 @@ def test_the_gait_of_a_plane_is_walked_whatever_the_source(source: str) -> None:
 
 
 def test_before_the_first_touchdown_the_line_is_the_ground() -> None:
-    controller = PassivityController(ROBOT, GAIT, initial_slope=0.1)
+    controller = PassivityController(ROBOT, GAIT, initial_slope_estimate=0.1)
     memory = [0.0, 0.0]
     controller.start(memory, (0.3, 0.1), (0.0, 0.0))
     assert against_slope(memory, 0.3, 0.1) == (0.1, 0.3, 0.1)
@@ -113,18 +113,18 @@ def test_bad_parameters_are_refused(kind: Callable[..., KnownSlopeController]) -
         with pytest.raises(InputError, match=r"slope_source .*none, local, two_point"):
             kind(ROBOT, GAIT, slope_source=wrong)
     for slope in (math.nan, math.inf, 1.6, -1.6, "0", True, None):
-        with pytest.raises(InputError, match=r"initial_slope = .*: must be .*from -1.57 to 1.57 rad"):
-            kind(ROBOT, GAIT, initial_slope=slope)
+        with pytest.raises(InputError, match=r"initial_slope_estimate = .*: must be .*from -1.57 to 1.57 rad"):
+            kind(ROBOT, GAIT, initial_slope_estimate=slope)
     with pytest.raises(InputError, match=r"needs a mjbiped.Compass and a mjbiped.Gait .*got PassiveGait and Compass"):
         kind(GAIT, ROBOT)
 
 
 @each_kind
 def test_described_in_json(kind: Callable[..., KnownSlopeController]) -> None:
-    controller = kind(ROBOT, GAIT, slope_source="none", initial_slope=np.float64(0.25))
+    controller = kind(ROBOT, GAIT, slope_source="none", initial_slope_estimate=np.float64(0.25))
     printed = json.loads(json.dumps(controller.describe()))
     assert printed["name"] == type(controller).__name__
-    assert (printed["slope_source"], printed["initial_slope"]) == ("none", 0.25)
+    assert (printed["slope_source"], printed["initial_slope_estimate"]) == ("none", 0.25)
     assert printed["gait"]["slope"] == GAIT.slope
 
 
@@ -143,7 +143,7 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]
 
     from mjbiped.numerics.jit import _called
 
-    controller = kind(ROBOT, GAIT, initial_slope=-0.1)
+    controller = kind(ROBOT, GAIT, initial_slope_estimate=-0.1)
     law = controller.law()
     for part in set(_called(law.torque, set())) - {law.torque}:
         register_jitable(part)
@@ -164,7 +164,7 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]
 @pytest.mark.slow  # each takes 13 s to compile
 @each_kind
 def test_compiled_and_plain_walks_agree(kind: Callable[..., KnownSlopeController]) -> None:
-    controller = kind(ROBOT, GAIT, initial_slope=UNEVEN.slope_at(0.0))
+    controller = kind(ROBOT, GAIT, initial_slope_estimate=UNEVEN.slope_at(0.0))
     plain = hybrid(controller, UNEVEN, steps=30)
     compiled = mjbiped.walk(controller, UNEVEN, engine="hybrid", steps=30)
     assert (compiled.settings["compiled"], plain.settings["compiled"]) == (True, False)

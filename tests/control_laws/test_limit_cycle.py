@@ -26,7 +26,7 @@ def test_accelerations_are_those_promised(
         GAIT,
         rate_gain=rate_gain,
         position_gain=position_gain,
-        initial_slope=slope,
+        initial_slope_estimate=slope,
         slope_source="two_point",
     )
     q, dq = state[:2], state[2:]
@@ -43,7 +43,7 @@ def test_accelerations_are_those_promised(
 @pytest.mark.parametrize("tilt", [0.0, 0.03])
 def test_errors_are_critically_damped(tilt: float) -> None:
     slope = 0.04
-    controller = LimitCycleController(ROBOT, GAIT, initial_slope=slope, slope_source="two_point")
+    controller = LimitCycleController(ROBOT, GAIT, initial_slope_estimate=slope, slope_source="two_point")
     times = np.linspace(0.0, 0.7, 29)
     off = np.array([0.03, -0.05, -0.2, 0.3])
     path = motion(

@@ -28,7 +28,7 @@ def surplus(robot: Compass, state: Array, tilt: float = 0.0) -> float:
 
 @given(st.sampled_from(ROBOTS), states, slopes, slopes, st.floats(0.1, 300.0))
 def test_power_of_the_torques(robot: Compass, state: Array, slope: float, tilt: float, gain: float) -> None:
-    controller = PassivityController(robot, GAIT, gain=gain, initial_slope=slope)
+    controller = PassivityController(robot, GAIT, gain=gain, initial_slope_estimate=slope)
     memory = memory_on(controller, tilt)
     q, dq = state[:2], state[2:]
     ground, imitated = robot.gravity_vector(q, slope), robot.gravity_vector(q - tilt, GAIT.slope)
@@ -41,7 +41,7 @@ def test_power_of_the_torques(robot: Compass, state: Array, slope: float, tilt: 
 @pytest.mark.parametrize("tilt", [0.0, 0.05])
 def test_storage_falls_along_a_step(tilt: float) -> None:
     slope = 0.03
-    controller = PassivityController(ROBOT, GAIT, gain=3.0, initial_slope=slope)
+    controller = PassivityController(ROBOT, GAIT, gain=3.0, initial_slope_estimate=slope)
     start = GAIT.start + np.array([tilt, tilt, 0.3, -0.2])
     times = np.linspace(0.0, 0.4, 801)
     path = motion(controller, memory_on(controller, tilt), slope, start, times)
@@ -58,7 +58,7 @@ def test_storage_falls_along_a_step(tilt: float) -> None:
 
 def test_the_imitated_gait_needs_no_damping() -> None:
     """On the gait the torques are the difference of the slopes' gravity, and on its own slope none."""
-    controller = PassivityController(ROBOT, GAIT, gain=50.0, initial_slope=GAIT.slope)
+    controller = PassivityController(ROBOT, GAIT, gain=50.0, initial_slope_estimate=GAIT.slope)
     for t in np.linspace(0.0, GAIT.period, 9):
         q, dq, _ = GAIT.reference(t)
         assert controller.torque(memory_on(controller), t, q.tolist(), dq.tolist()) == pytest.approx(

@@ -263,9 +263,9 @@ def test_a_part_of_a_walk(walk: Walk, tmp_path: Path) -> None:
 
 def test_a_part_outside_of_the_record_is_refused(walk: Walk, tmp_path: Path) -> None:
     for arguments, words in (
-        ({"start": -0.1}, r"start \(--from\) = -0.1: must be from 0 to .* s of the record"),
-        ({"stop": walk.end[0] + 1.0}, r"stop \(--to\) = .*: must be from 0 to .* s of the record"),
-        ({"start": 2.0, "stop": 1.0}, r"start \(--from\) = 2 s comes after stop \(--to\) = 1 s: swap them"),
+        ({"start": -0.1}, r"start = -0.1: must be from 0 to .* s of the record"),
+        ({"stop": walk.end[0] + 1.0}, r"stop = .*: must be from 0 to .* s of the record"),
+        ({"start": 2.0, "stop": 1.0}, r"start = 2 s comes after stop = 1 s: swap them"),
     ):
         with pytest.raises(InputError, match=words):
             render_video(walk, tmp_path / "walk.mp4", **arguments)  # type: ignore[arg-type]

@@ -53,7 +53,7 @@ def test_a_disturbance_comes_at_all_phases_of_the_step() -> None:
 
 
 def test_a_controller_may_have_weak_motors_of_its_own() -> None:
-    content = SMALL | {"controller": [{"label": "any"}, {"label": "weak", "motor": 50}]}
+    content = SMALL | {"controller": [{"label": "any"}, {"label": "weak", "torque_limit": 50}]}
     cells = plan(Path("x.toml"), content | {"margins": {"torque limit": [20]}}).study.cells
     limits = {(c.values["controller"], c.values["test"]): c.section("disturbances").get("torque_limit") for c in cells}
     assert (limits["weak", LEVEL], limits["weak", "step up"], limits["any", LEVEL]) == (50.0, 50.0, None)
@@ -147,7 +147,7 @@ def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> 
         ({"controller": [{"position_gain": [3, 5]}]}, "give each variant a"),
         ({"controller": [{"name": "adaptiv"}]}, "adaptive"),
         ({"controller": [{"position_gain": -3}]}, "position_gain"),
-        ({"controller": [{"motor": -1}]}, "controller 1: motor = -1"),
+        ({"controller": [{"torque_limit": -1}]}, "controller 1: torque_limit = -1"),
     ],
 )
 def test_what_no_study_can_have_is_refused(content: dict[str, Any], message: str, tmp_path: Path) -> None:

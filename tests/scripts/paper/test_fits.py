@@ -203,7 +203,7 @@ def test_a_slope_told_wrong_at_the_start_is_the_ground_s_and_the_error() -> None
     ground = Terrain.incline(2.0)
     for wrong in (0.0, plan.START_ERROR, -plan.START_ERROR):
         law = replace(BLIND["PBC"], start_error=wrong).controller(ground)
-        assert math.degrees(law.describe()["initial_slope"]) == pytest.approx(2.0 + wrong, rel=1e-12)
+        assert math.degrees(law.describe()["initial_slope_estimate"]) == pytest.approx(2.0 + wrong, rel=1e-12)
 
 
 def test_gains_that_settle_are_those_found() -> None:
