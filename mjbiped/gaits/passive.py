@@ -129,7 +129,7 @@ class _Model(NamedTuple):
     second: float
 
     def advance(self, half: float) -> float:
-        """How far a foot stands ahead of the other one at a heel strike, m, by half the angle between the legs, rad."""
+        """Distance from one foot's heel strike to the next one's, m, by half the angle between the legs then, rad."""
         return 2 * ((_TABLE_ONE.leg_length - self.radius) * math.sin(half) + self.radius * half)
 
 

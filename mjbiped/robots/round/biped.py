@@ -13,6 +13,7 @@ from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.model import Model
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.equations import EQUATIONS
 from mjbiped.robots.round.linkage import Linkage, linkage_of
@@ -105,6 +106,15 @@ class RoundCompass(Robot):
     def chains(self) -> Mapping[int, Linkage]:  # type: ignore[override]  # a linkage has a chain's methods
         """The linkage, by its number of angles."""
         return {2: self.linkage}
+
+    @property
+    def model(self) -> Model:
+        """Refuse: people's compiled laws have the equations of robots that stand on a point.
+
+        Raises:
+            InputError: Always.
+        """
+        raise InputError("robot.model is for robots that stand on a point or a sole; a RoundCompass rolls")
 
     def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
         """Rates after the heel strike, in the new roles; see `Robot.rates_after_touchdown`."""

@@ -224,10 +224,9 @@ class Linkage(NamedTuple):
         return float(self.gravity * self.mass @ heights)
 
     def end(self, q: Array) -> Array:
-        """The swing foot's arc's centre from the stance foot's, shape (2,), m: along the ground, along its normal."""
-        sine, cosine = np.sin(q), np.cos(q)
-        along, ahead = self.along[-1], self.ahead[-1]
-        return np.array([along @ sine + ahead @ cosine, along @ cosine - ahead @ sine])
+        """The swing foot's arc's centre from the stance foot's, shape (..., 2), m, along the ground and its normal."""
+        sine, cosine, along, ahead = np.sin(q), np.cos(q), self.along[-1], self.ahead[-1]
+        return np.stack([sine @ along + cosine @ ahead, cosine @ along - sine @ ahead], axis=-1)
 
     def ground_force(self, forces: Array, q: Array, dq: Array, slope: float) -> tuple[tuple[float, float], Array]:
         """Force of the ground, forward and upward, N, and accelerations, rad/s^2, under generalised forces, N m."""

@@ -25,6 +25,11 @@ def test_no_foot_is_as_large_as_the_leg() -> None:
         RoundCompass(foot_radius=1.0)
 
 
+def test_it_has_no_model_for_compiled_laws() -> None:
+    with pytest.raises(InputError, match="a RoundCompass rolls"):
+        _ = RoundCompass().model
+
+
 def test_it_walks_on_planes_alone() -> None:
     for ground in (mjbiped.Terrain.stairs(tread=1.0, rise=0.01), mjbiped.Terrain.slopes(length=1.5, change_deg=0.3)):
         with pytest.raises(InputError, match="a RoundCompass walks on planes"):
