@@ -326,6 +326,8 @@ def _follow_branch(model: _Model, slope: float) -> Array:
     The scaled gait is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait found is close
     to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
     """
+    if model.pull[0] >= 0.0:
+        raise no_gait(slope, "on feet as large as these the robot stands and does not fall forward; make them smaller")
     places, gaits, step = [0.0], [_level_limit(model)], 1 / 256
     for _ in range(MOST_PLACES):
         if places[-1] >= 1:

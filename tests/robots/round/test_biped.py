@@ -36,6 +36,13 @@ def test_it_walks_on_planes_alone() -> None:
             mjbiped.walk(PassiveController(), ground, robot=RoundCompass(), steps=1)
 
 
+def test_on_feet_that_are_too_large_the_robot_stands() -> None:
+    """The stance leg topples as long as the mass on it is higher than the arc's centre: m (a - R) + m (l - R) > 0."""
+    assert mjbiped.find_passive_gait(RoundCompass(foot_radius=0.7), SLOPE).stable
+    with pytest.raises(mjbiped.GaitError, match="on feet as large as these the robot stands"):
+        mjbiped.find_passive_gait(RoundCompass(foot_radius=0.75), SLOPE)
+
+
 def test_no_law_imitates_its_gait() -> None:
     gait = mjbiped.find_passive_gait(RoundCompass(), SLOPE)
     with pytest.raises(InputError, match="got Compass and PassiveGait of a RoundCompass"):
