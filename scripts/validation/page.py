@@ -16,7 +16,15 @@ import numpy as np
 
 import mjbiped
 from scripts.pages import show_table
-from scripts.validation import compass_gait, drake_invariants, figure, rimless_wheel, round_feet, simplest_walker
+from scripts.validation import (
+    compass_gait,
+    drake_invariants,
+    figure,
+    push_off,
+    rimless_wheel,
+    round_feet,
+    simplest_walker,
+)
 from scripts.validation.compass_gait import GOSWAMIS
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.kneed_walker import HSU_CHENS
@@ -122,6 +130,16 @@ def _write_beside(
     show_table(title, ("quantity", "published", "the model", f"MuJoCo, after {steps} steps"), rows, page, place)
 
 
+def _write_push_off(page: Path | None) -> None:
+    robots = (push_off.LIGHT_LEGS, push_off.TABLE_ONE)
+    rows = [
+        [f"{half:g}", f"{push_off.closed_form(half):.6f}", *(f"{push_off.ratio(robot, half):.6f}" for robot in robots)]
+        for half in push_off.HALVES
+    ]
+    headings = ("half angle α, rad", "1 / (4 cos⁴ α)", "legs of 1e-9 of the hip's mass", "Table I")
+    show_table("work of a push-off over that of the hip", headings, rows, page, "push-off")
+
+
 def _write_drake(page: Path | None) -> None:
     rows = [
         [name, minus(f"{DRAKE[key]:.0e}"), minus(f"{left():.1e}")]
@@ -171,7 +189,7 @@ def _write_wheel(page: Path | None) -> None:
 @click.option("--image", type=click.Path(dir_okay=False, path_type=Path), help="PNG file for the figure.")
 def main(page: Path | None, image: Path | None) -> None:
     """Compute everything and print the tables."""
-    for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel):
+    for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel, _write_push_off):
         write(page)
     if image is not None:
         figure.draw(image)

@@ -1,0 +1,75 @@
+"""What a push-off just before the heel strike saves, after Kuo 2002, by the laws of impact of this laboratory.
+
+On level ground a walk of one speed and step loses energy at its heel strikes. A hip's torque gives back all that an
+unaided strike takes. An impulse along the trailing leg just before the strike, which turns the hip's velocity upward,
+makes the strike take less: with massless legs the impulse's work is 1 / (4 cos^4 alpha) of the hip's, a quarter for
+short steps, where 2 alpha is the angle between the legs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy
+
+from mjbiped.robots.chain import Array
+from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.linkage import turn
+
+LIGHT_LEGS = RoundCompass(leg_mass=1e-9, hip_mass=1.0, lower_length=0.5, upper_length=0.5, foot_radius=0.0, gravity=1.0)
+TABLE_ONE = RoundCompass(foot_radius=0.0)
+HALVES = (0.05, 0.1, 0.2, 0.3)
+"""Half of the angle between the legs, rad."""
+
+
+def closed_form(half: float) -> float:
+    """Ratio of the push-off's work to that of the hip's torque with massless legs."""
+    return 0.25 / math.cos(half) ** 4
+
+
+def pushed(robot: RoundCompass, half: float, rate: float, impulse: float) -> tuple[float, float]:
+    """Push off along the trailing leg before the heel strike of legs that turn at one rate.
+
+    Args:
+        robot: On point feet.
+        half: Half of the angle between the legs, rad.
+        rate: Of both legs before it, rad/s.
+        impulse: Along the trailing leg, N s.
+
+    Returns:
+        Work of the impulse, and kinetic energy after the heel strike, J.
+    """
+    q, dq = np.array([half, -half]), np.array([rate, rate])
+    s, linkage = robot.linkage.with_room(), robot.linkage
+    turn(s, q)
+    bodies = len(s.mass)
+    moments = np.stack([s.mass @ s.forward[:bodies], s.mass @ s.upward[:bodies]])  # of the foot's motion and the legs'
+    free = np.block([[s.mass.sum() * np.eye(2), moments], [moments.T, linkage.mass_matrix(q)]])
+    along = np.array([math.sin(half), math.cos(half), 0.0, 0.0])
+    change = np.linalg.solve(free, impulse * along)
+    work = 0.5 * impulse * float(along @ change)  # the foot stood before
+    motion = np.concatenate([np.zeros(2), dq]) + change
+    # the foot that strikes stands from now on: what is left of the momentum is that of the legs about it
+    after = robot.linkage.end_strikes(q, motion[2:]) + _of_the_foot(robot, q, motion[:2])
+    return work, linkage.kinetic_energy(q[::-1], after)
+
+
+def _of_the_foot(robot: RoundCompass, q: Array, velocity: Array) -> Array:
+    """What the trailing foot's velocity, which the whole robot has, adds to the rates after the strike, rad/s."""
+    s = robot.linkage.with_room()
+    turn(s, q[::-1])
+    bodies = len(s.mass)
+    momentum = s.forward[:bodies].T @ s.mass * velocity[0] + s.upward[:bodies].T @ s.mass * velocity[1]
+    return np.asarray(np.linalg.solve(robot.linkage.mass_matrix(q[::-1]), momentum))
+
+
+def ratio(robot: RoundCompass, half: float) -> float:
+    """Work of the push-off over that of the hip's torque, on one walk: one rate before the strike, one step."""
+    rate = 1.0
+    energy = robot.kinetic_energy([half, -half], [rate, rate])
+    _, unaided = pushed(robot, half, rate, 0.0)
+    enough = robot.total_mass * robot.leg_length * rate
+    impulse = scipy.optimize.brentq(lambda p: pushed(robot, half, rate, p)[1] - energy, 0.0, enough, xtol=1e-15)
+    work, _ = pushed(robot, half, rate, float(impulse))
+    return work / (energy - unaided)
