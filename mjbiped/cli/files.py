@@ -9,16 +9,18 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-from rich.console import Console, RenderableType
 
 from mjbiped.cli.ending import INTERRUPTED, end
-from mjbiped.cli.tables import as_json
 from mjbiped.errors import MjbipedError, explained
 from mjbiped.records.arrays import write_arrays
-from mjbiped.records.record import Walk
+
+if TYPE_CHECKING:  # what prints is loaded when there are results: no help and no refused word waits for it
+    from rich.console import Console, RenderableType
+
+    from mjbiped.records.record import Walk
 
 
 @dataclass
@@ -120,6 +122,8 @@ class Results:
         """
         paths = list(self.written.values()) if files is None else [str(file) for file in files]
         if self.json:
+            from mjbiped.cli.tables import as_json
+
             click.echo(as_json({**summary, "files": self.written if files is None else paths}))
         elif not self.quiet:
             for each in shown:
@@ -138,5 +142,7 @@ _PIPED = 200  # characters: no line of our tables is longer
 
 def _console() -> Console:
     """As wide as the terminal, or as COLUMNS says; in a pipe or a file so wide that no line is broken."""
+    from rich.console import Console
+
     fits = sys.stdout.isatty() or "COLUMNS" in os.environ
     return Console(highlight=False, width=None if fits else _PIPED)

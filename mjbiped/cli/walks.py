@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.text import Text
 
 import mjbiped
-from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.ending import INTERRUPTED
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results, taken
@@ -86,6 +85,10 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
+    from rich.text import Text
+
+    from mjbiped.cli.tables import comparison_tables
+
     law, ground = walker(ctx, values)
     mujoco = mujoco_of(ctx, values)
 
@@ -105,7 +108,7 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
     write(done.mujoco, done.hybrid)
     results.draw("comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
-    results.end(done.to_dict(), [who, *tables.comparison_tables(done), Text(done.verdict)])
+    results.end(done.to_dict(), [who, *comparison_tables(done), Text(done.verdict)])
 
 
 @click.command("render", cls=sections.SectionCommand)

@@ -28,6 +28,7 @@ PROCESSES = {
     "`import numpy, mujoco`": ("-c", "import numpy, mujoco"),
     "`import mjbiped`": ("-c", "import mjbiped"),
     "`mjbiped --help`": ("-m", "mjbiped", "--help"),
+    "`mjbiped walk --help`": ("-m", "mjbiped", "walk", "--help"),
     "`mjbiped walk level --steps 3`": WALK,
     "the same, `--engine hybrid`": (*WALK, "--engine", "hybrid"),
 }

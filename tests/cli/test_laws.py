@@ -139,4 +139,5 @@ def test_help_tells_the_gains_of_every_controller() -> None:
     for name in controller_names():
         assert name == "passive" or f"{name}: " in told
     assert "supervised: those, and sole_share=0.95, climbing_clearance=" in told
+    assert "policy: none;" in told
     assert "replanning_threshold=0.01" in told
