@@ -84,7 +84,7 @@ test-browser: setup ## reports in headless Chromium, which is installed (apt-get
 
 notebooks: setup ## execute docs/notebooks/ again, in place
 	@$(PIP_INSTALL) -e '.[notebooks]'
-	$(BIN)/jupyter nbconvert --to notebook --execute --inplace docs/notebooks/*.ipynb
+	$(BIN)/jupyter nbconvert --to notebook --execute --inplace --ExecutePreprocessor.store_widget_state=False docs/notebooks/*.ipynb
 
 bench: setup ## measure the speed, some seventeen minutes: docs/tables/performance.md
 	@$(PIP_INSTALL) imageio # without which Gymnasium's own walker does not begin; Drake and JAX are compared where they are: .[bench]

@@ -21,8 +21,8 @@ def cells(path: Path) -> list[dict[str, Any]]:
     return found
 
 
-def test_they_are_the_three() -> None:
-    assert [path.stem for path in NOTEBOOKS] == ["basin_and_bifurcation", "first_walk", "own_controller"]
+def test_they_are_all_there() -> None:
+    assert [path.stem for path in NOTEBOOKS] == ["basin_and_bifurcation", "first_walk", "own_controller", "sliders"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.ending import INTERRUPTED
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
@@ -66,7 +66,7 @@ def figures(ctx: click.Context, /, folder: Path, results: Results) -> None:
                 results.written |= {Path(word).name: word for word in told if word.startswith(f"{folder}/")}
                 done.append({"command": f"mjbiped {shlex.join(told)}", "seconds": time.perf_counter() - began})
             bar.update()
-    results.end({"figures": done}, [tables.figures_table(done)])
+    results.end({"figures": done}, [f"{each['seconds']:6.1f} s  {each['command']}" for each in done])
 
 
 def _run(ctx: click.Context, words: list[str], results: Results) -> int:

@@ -237,14 +237,6 @@ def stability_told(found: Stability) -> Told:
     return summary, [_filled(_THEOREM, shown)]
 
 
-def figures_table(done: Sequence[Mapping[str, Any]]) -> Table:
-    """Return the commands by which figures were drawn, and the seconds that each took."""
-    table = bare_table("drawn by", "s")
-    for each in done:
-        table.add_row(Text(each["command"]), f"{each['seconds']:.1f}")
-    return table
-
-
 def checks_table(checks: Iterable[Check]) -> Table:
     """Return a table of the paper's claims, and whether they hold."""
     table = bare_table("claim", "settings", "engine", "found", "holds")

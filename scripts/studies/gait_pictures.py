@@ -1,4 +1,4 @@
-"""The pictures of docs/gaits.md: bifurcation diagrams, multipliers over slope, basins of attraction.
+"""The pictures of docs/gaits.md: return map, bifurcation diagrams, multipliers over slope, basins of attraction.
 
 Some minutes on two cores, most of them for the basin of controlled walking.
 """
@@ -15,8 +15,10 @@ import numpy as np
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.limit_cycles.bifurcation import Cascade
+from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.limit_cycles.periodic import first_gait, follow
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
+from mjbiped.plotting.return_map import plot_return_map
 from mjbiped.plotting.style import make_small
 from mjbiped.robots.robot import Robot
 
@@ -44,6 +46,8 @@ def main() -> None:
     arguments.folder.mkdir(parents=True, exist_ok=True)
     robot = mjbiped.Compass()
 
+    plot_return_map(map_slices(robot, math.radians(3.2), steps=100), arguments.folder / "return_map.png")
+    make_small(arguments.folder / "return_map.png")
     cascade = draw_bifurcation(robot, 5, (2.4, 3.6), arguments.folder / "bifurcation.png")
     draw_bifurcation(mjbiped.KneedBiped(), 4, (5.3, 6.6), arguments.folder / "kneed_bifurcation.png")
     first = first_gait(robot, math.radians(0.1))

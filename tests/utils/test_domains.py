@@ -298,6 +298,8 @@ def test_nonsense_is_refused_in_words(quantity: str) -> None:
     for value in (*NONSENSE, *(() if name in OPTIONAL else (None,))):
         if quantity == "Terrain.end" and value is math.inf:
             continue  # ground that goes on
+        if quantity == "Robot.swing_foot.q" and isinstance(value, list):
+            continue  # three postures
         with within(2.0, value), pytest.raises(InputError) as refused:
             QUANTITIES[quantity](value)
         assert len(str(refused.value)) < 600, value
