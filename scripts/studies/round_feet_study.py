@@ -22,9 +22,9 @@ from mjbiped.plotting.style import BLUE, GUIDE, ORANGE, drawn, make_small
 from scripts.pages import show_table
 
 SLOPES_DEG = (1.0, 2.0)
-RADII = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.74, 0.75)
+RADII = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.75)
 """In leg lengths. From 0.75 on the stance leg does not topple: the arc's centre is as high as the mass on it."""
-STANCE_RATES, SWING_RATES = np.linspace(0.0, 3.0, 61), np.linspace(-1.0, 4.0, 61)
+STANCE_RATES, SWING_RATES = np.linspace(0.0, 3.0, 41), np.linspace(-1.0, 4.0, 41)
 """Of the starts, rad/s; their angles are those of the gait."""
 
 

@@ -190,11 +190,12 @@ class Linkage(NamedTuple):
     def free_motion(self) -> Callable[[Array, Array, float], Array]:
         """The motion without torques, compiled: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
         moved, block = machine_code(), in_one_block(self.with_room())
+        force = block.force  # a view: looking it up in the record takes longer than the motion
 
         def motion(q: Array, dq: Array, slope: float) -> Array:
-            block.force[:] = 0.0
+            force[:] = 0.0
             moved(block, q, dq, slope)
-            return np.array(block.force)
+            return np.array(force)
 
         return motion
 
