@@ -38,6 +38,7 @@ class Limits(NamedTuple):
 
     Attributes:
         leg_length: Length of a leg, m.
+        lowest_hip: Height of the hip over the ground, as its profile has it, below which the robot has fallen, m.
         foot_radius: Radius of the sphere that stands on the ground, m.
         rolling_radius: Radius on which a standing foot rolls, m: 0 where the sphere's centre is held.
         weight: Weight of the robot, N.
@@ -54,6 +55,7 @@ class Limits(NamedTuple):
     """
 
     leg_length: float
+    lowest_hip: float
     foot_radius: float
     rolling_radius: float
     weight: float

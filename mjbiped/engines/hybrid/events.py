@@ -433,6 +433,7 @@ def body_ends(s: Walk, pose: Any) -> int:
     x, z = hip(s, pose)
     ground = ground_of(s)
     segment = segment_near(ground, x, int(s.w.segment))
-    if (z - height_of(ground, segment, x)) * s.w.cosine < FALLEN_HIP * s.c.length:
+    # the ground of round feet lies higher by their radius
+    if (z - height_of(ground, segment, x)) * s.w.cosine < FALLEN_HIP * s.c.length - s.c.radius:
         return FALLEN
     return BEYOND_END if x >= s.c.end else NOTHING

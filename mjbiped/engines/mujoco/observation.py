@@ -43,7 +43,7 @@ from mjbiped.engines.mujoco.state import (
 from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
-from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
+from mjbiped.rules.termination import LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
 from mjbiped.terrain.profile import Profile, height_of, height_over, height_over_ground, segment_stood_on
 
 MISSED = 0.02
@@ -244,7 +244,7 @@ def judge(
             u.slides += 1.0
         u.slip = slip
     if not u.outcome:
-        if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < FALLEN_HIP * length:
+        if (hip_z - height_over(profile, hip_x)) * math.cos(slope) < limits.lowest_hip:
             u.outcome = _FELL
         elif u.time - u.transfer_time > limits.stall_time:
             u.outcome = _STALLED

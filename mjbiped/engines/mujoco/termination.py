@@ -8,7 +8,7 @@ from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.rules.termination import AVERAGED, STALL_TIME, SUSTAINED, Limits
+from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINED, Limits
 from mjbiped.utils import domains
 
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
@@ -28,6 +28,7 @@ def limits_of(
     pendulum = math.sqrt(length / robot.gravity)
     return Limits(
         leg_length=length,
+        lowest_hip=FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
         foot_radius=FOOT_RADIUS,
         rolling_radius=robot.radius + (0.0 if lands else FOOT_RADIUS),
         weight=robot.weight,

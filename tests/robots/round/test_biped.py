@@ -38,7 +38,7 @@ def test_it_walks_on_planes_alone() -> None:
 
 def test_on_feet_that_are_too_large_the_robot_stands() -> None:
     """The stance leg topples as long as the mass on it is higher than the arc's centre: m (a - R) + m (l - R) > 0."""
-    assert mjbiped.find_passive_gait(RoundCompass(foot_radius=0.7), SLOPE).stable
+    assert mjbiped.find_passive_gait(RoundCompass(foot_radius=0.7), 0.1 * SLOPE).stable
     with pytest.raises(mjbiped.GaitError, match="on feet as large as these the robot stands"):
         mjbiped.find_passive_gait(RoundCompass(foot_radius=0.75), SLOPE)
 
@@ -91,3 +91,13 @@ def test_arcs_touch_the_ground_where_they_stand() -> None:
     centres = robot.limbs([0.0, 1.0, 0.0, 0.4])[:, 0] - 0.7 * np.array([[0.0, 1.0], [math.sin(0.4), math.cos(0.4)]])
     np.testing.assert_allclose(np.linalg.norm(lines[:, 2:] - centres[:, None], axis=-1), 0.3, rtol=1e-12)
     np.testing.assert_array_equal(mjbiped.Compass().outline([0.0, 1.0, 0.0, 0.4]), robot.limbs([0.0, 1.0, 0.0, 0.4]))
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+def test_a_hip_over_large_feet_has_not_fallen(engine: str) -> None:
+    """It is 0.5 leg lengths above the arcs' centres, and those are 0.5 above the ground."""
+    robot = RoundCompass(foot_radius=0.5)
+    gait = mjbiped.find_passive_gait(robot, SLOPE)
+    ground = mjbiped.Terrain.incline(math.degrees(SLOPE))
+    walk = mjbiped.walk(PassiveController(), ground, robot=robot, engine=engine, steps=2, initial=gait.start)
+    assert (walk.outcome, walk.steps) == ("finished", 2)
