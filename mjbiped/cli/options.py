@@ -79,7 +79,7 @@ def gain_option(section: str) -> Callable[[Function], Function]:
         gains = gains_of(name)
         more = {key: value for key, value in gains.items() if key not in usual}
         builds = usual.keys() <= gains.keys()
-        known.append(f"{name}: {'those, and ' if builds else ''}{shown_defaults(more if builds else gains)}")
+        known.append(f"{name}: {'those, and ' if builds else ''}{shown_defaults(more if builds else gains) or 'none'}")
     text = f"Set a field of the controller, may be repeated; {'; '.join(known)}; your own: its dataclass fields."
     return options(section, ("--gain", kinds.SETTING, text, ()))
 

@@ -72,5 +72,15 @@ def test_help_groups_options_and_shows_defaults() -> None:
     assert "[default: 0.8]" in text
 
 
+def test_without_a_command_the_whole_help_is_shown() -> None:
+    result = run()
+    assert result.exit_code == 2
+    assert result.stderr.strip() == run("--help").stdout.strip()
+
+
+def test_a_law_without_gains_has_none_in_the_help() -> None:
+    assert "policy: none;" in " ".join(run("walk", "--help").stdout.split())
+
+
 def test_version() -> None:
     assert run("--version").stdout == f"mjbiped, version {mjbiped.__version__}\n"
