@@ -23,7 +23,7 @@ from scripts.pages import show_table
 
 SLOPES_DEG = (1.0, 2.0)
 RADII = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.7, 0.74, 0.75)
-"""In leg lengths. From 0.75 on the stance leg does not topple: its arc's centre is as high as the mass that it bears."""
+"""In leg lengths. From 0.75 on the stance leg does not topple: its arc's centre is as high as the mass it bears."""
 STANCE_RATES, SWING_RATES = np.linspace(0.0, 3.0, 61), np.linspace(-1.0, 4.0, 61)
 """Of the starts, rad/s; their angles are those of the gait."""
 

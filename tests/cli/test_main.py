@@ -54,15 +54,18 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
-    assert sections[-12:] == [
+    assert sections[-15:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
-        "Robot compass",
+        "Robot compass, round",
+        "Robot compass, kneed, round, halved-rods",
+        "Robot compass, kneed, halved-rods",
         "Robot kneed, halved-rods",
         "Robot wheel",
+        "Robot round",
         "Disturbances",
         "Results",
         "Video",
