@@ -111,6 +111,8 @@ def _told_shortly() -> Iterator[None]:
     """Shorten click's messages, which repeat words of the command line however long they are."""
     try:
         yield
+    except click.exceptions.NoArgsIsHelpError:  # its message is the whole help
+        raise
     except click.UsageError as error:
         message = error.format_message()
         if len(message) <= LONGEST_LINE:

@@ -180,18 +180,18 @@ def described(kind: type[Robot]) -> dict[str, str]:
 
 
 def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]:
-    """Return the options of robots' parameters, each in a section of its kind unless several kinds have it."""
+    """Return the options of robots' parameters, each in a section of the robots that have it, unless all do."""
     made = []
     for key, names in kinds.OWNERS.items():
         owners = {name: named(name) for name in names if name in robots}
         if owners:
-            kind, *others = dict.fromkeys(kind for kind, _ in owners.values())
+            kind, _ = next(iter(owners.values()))
             defaults = {name: parameters.get(key) for name, (_, parameters) in owners.items()}
             default, *different = dict.fromkeys(defaults.values())
             text, (domain, _) = described(kind).get(key, ""), domains.annotated(kind)[key]
             if different:
                 text += f"  [default: {', '.join(f'{value} {name}' for name, value in defaults.items())}]"
-            section = ROBOT if others else f"{ROBOT} {', '.join(owners)}"
+            section = ROBOT if len(owners) == len(robots) else f"{ROBOT} {', '.join(owners)}"
             made.append(options(section, (f"--{key.replace('_', '-')}", domain, text, None if different else default)))
     return together(*made)
 

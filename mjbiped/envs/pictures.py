@@ -66,13 +66,14 @@ class Camera:
         height, width = self._size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = width, height
         platform = ensure_gl()
-        if self._renderer is None:  # at exit it must go before the OpenGL platform, which is loaded by now
-            atexit.register(_close, weakref.ref(self))
+        first = self._renderer is None
         self.close()
         try:
             self._renderer = mujoco.Renderer(self._model, height, width, max_geom=self._model.ngeom + 100)
         except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
             raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
+        if first:  # at exit it must go before the OpenGL platform, which its first renderer has registered by now
+            atexit.register(_close, weakref.ref(self))
 
     def close(self) -> None:
         """Release the renderer."""

@@ -229,7 +229,7 @@ def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
         axes.plot(course.times, torque, label=signals[f"torque_{joint}"].name, **look(f"torque_{joint}"))
     zero_line(axes)
     axes.set(xlabel="time (s)", ylabel="torque (N\u00a0m)", xlim=(0, course.gait.period))
-    titled(axes, letter, "Torques on level ground")
+    titled(axes, letter, "Torques")
     legend_above(axes)
 
 

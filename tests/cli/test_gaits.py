@@ -49,9 +49,9 @@ def test_gait_with_knees_as_json_is_the_gait() -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass; kneed has no such thing."),
+        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass, round; kneed has no such thing."),
         (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
-        (("--robot", "knee"), "'knee'; expected compass, kneed, wheel, halved-rods, or a .toml or .xml file."),
+        (("--robot", "knee"), "'knee'; expected compass, kneed, wheel, round, halved-rods, or a .toml or .xml file."),
     ],
 )
 def test_what_a_gait_with_knees_does_not_take(words: tuple[object, ...], reason: str) -> None:

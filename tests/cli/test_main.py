@@ -54,15 +54,18 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
-    assert sections[-12:] == [
+    assert sections[-15:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
-        "Robot compass",
+        "Robot compass, round",
+        "Robot compass, kneed, round, halved-rods",
+        "Robot compass, kneed, halved-rods",
         "Robot kneed, halved-rods",
         "Robot wheel",
+        "Robot round",
         "Disturbances",
         "Results",
         "Video",
@@ -70,6 +73,16 @@ def test_help_groups_options_and_shows_defaults() -> None:
     ]
     assert text.count("[default:") > 15
     assert "[default: 0.8]" in text
+
+
+def test_without_a_command_the_whole_help_is_shown() -> None:
+    result = run()
+    assert result.exit_code == 2
+    assert result.stderr.strip() == run("--help").stdout.strip()
+
+
+def test_a_law_without_gains_has_none_in_the_help() -> None:
+    assert "policy: none;" in " ".join(run("walk", "--help").stdout.split())
 
 
 def test_version() -> None:

@@ -41,6 +41,7 @@ SAID_OTHERWISE = {
     "model_error": "a factor on a parameter of the model: in Python the model is an object",
     "reference": "the goal of a search for the field `gait`, in words",
     "imitate_slope_deg": "the slope of the passive gait that becomes the field `gait`",
+    "points": "how many states stand in a section of the return map, which Python is given",
     "grid": "how many of `stance_rates` and `swing_rates`, which the command line gives by their ends",
 }
 """Options that give what is an object or an array in Python, each with the reason."""

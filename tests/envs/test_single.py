@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import subprocess
+import sys
 import warnings
 from typing import Any
 
@@ -18,6 +20,13 @@ from mjbiped.errors import InputError
 from mjbiped.rendering.gl import gl_available
 
 ZERO = np.zeros(2, dtype=np.float32)
+
+LEFT_OPEN = """
+import gymnasium, mjbiped.envs
+env = gymnasium.make("mjbiped/CompassWalk-v0", render_mode="rgb_array", width=64, height=64)
+env.reset(seed=0)
+env.render()
+"""
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -50,6 +59,13 @@ def test_pictures_show_the_robot() -> None:
     orange = (first[..., 0] > 150) & (first[..., 2] < 80)
     assert 10 < orange.sum() < 1000
     env.close()
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
+def test_a_program_that_leaves_an_environment_open_ends_without_a_word() -> None:
+    """The picture's OpenGL must go before MuJoCo shuts down the platform."""
+    done = subprocess.run([sys.executable, "-c", LEFT_OPEN], capture_output=True, text=True, check=True)
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
