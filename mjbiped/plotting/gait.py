@@ -130,7 +130,7 @@ def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     for foot, q, time in zip(np.outer(places, down), course.q[at] + gait.slope, times.tolist(), strict=True):
         posture = robot.posture(foot + raised, 0, q.tolist())
         stance, swing = robot.limbs(posture)[:2]
-        for line, part in zip(robot.outline(posture), ("stance", "swing"), strict=False):
+        for line, part in zip(robot.outline(posture) if robot.radius else (), ("stance", "swing"), strict=False):
             axes.plot(*line[len(stance) - 1 :].T, color=look(f"q_{part}")["color"], **solid)
         axes.plot(*stance.T, color=look("q_stance")["color"], **solid)
         for part, ends in zip(robot.angles[1:] or ("swing",), pairwise(swing), strict=True):
