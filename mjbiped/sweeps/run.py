@@ -237,7 +237,9 @@ def sources() -> str:
 
 def law_folders() -> list[Path]:
     """Folders of the packages that register controllers, and files of registered modules outside any package."""
-    packages = {entry.module.partition(".")[0] for entry in registered().values()}
+    names = [entry.module.split(".") for entry in registered().values()]
+    # of this project the laws alone, whose folder is a link in a checkout, which no search through it follows
+    packages = {".".join(name[: 2 if name[0] == "mjbiped" else 1]) for name in names}
     specs = filter(None, map(find_spec, sorted(packages)))
     return [Path(place) for spec in specs for place in spec.submodule_search_locations or (spec.origin,) if place]
 

@@ -126,7 +126,7 @@ def test_a_further_robot_has_its_options(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(cast(dict[str, Any], NAMED), "sprung", Sprung)
     monkeypatch.setitem(kinds.OWNERS, "stretch", ["sprung"])
     command = click.command(cls=SectionCommand)(parameter_options(["sprung"])(lambda stretch: print(stretch)))
-    assert "Robot sprung:" in (text := CliRunner().invoke(command, ["--help"]).output)
+    assert "Robot:" in (text := CliRunner().invoke(command, ["--help"]).output)
     assert "--stretch X  Length that the springs add, over all of the spokes, m." in text
     assert "[default: 0.25]" in text
     assert "None of it" not in text
