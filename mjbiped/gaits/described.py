@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Passive, Periodic
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import find_reference, optimised_from
@@ -21,7 +21,7 @@ from mjbiped.robots.round.biped import RoundCompass
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
-FINDERS: Mapping[str, Callable[[Any, float], Periodic]] = {
+FINDERS: Mapping[str, Callable[[Any, float], Passive]] = {
     Compass.kind: find_passive_gait,
     KneedBiped.kind: find_kneed_gait,
     RimlessWheel.kind: find_rolling,
@@ -33,7 +33,7 @@ _PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
 _WORDS = {"yes": True, "no": False}
 
 
-def passive_gait_of(robot: Robot, slope: float) -> Periodic:
+def passive_gait_of(robot: Robot, slope: float) -> Passive:
     """The passive gait of any robot on a slope, rad.
 
     Raises:

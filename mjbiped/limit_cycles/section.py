@@ -27,7 +27,7 @@ def check_biped(robot: object) -> None:
         InputError: It is no robot, or it has no swing leg.
     """
     check_robot("robot", robot)
-    if "swing" not in robot.angles:  # type: ignore[attr-defined]  # it is a robot
+    if isinstance(robot, Robot) and "swing" not in robot.angles:
         raise InputError(
             f"this is about the states of a stance and a swing leg; a {type(robot).__name__} has no swing leg"
         )

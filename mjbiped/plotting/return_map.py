@@ -41,7 +41,7 @@ def plot_return_map(slices: MapSlices, path: str | Path | None = None) -> Figure
     with drawn(path) as figure:
         across = width().beside(2)
         lines = math.ceil(panels / across)
-        stable = "stable" if abs(gait.multipliers[0]) < 1.0 else "unstable"  # type: ignore[attr-defined]  # it is passive
+        stable = "stable" if gait.stable else "unstable"
         text = f"Return map on {math.degrees(gait.slope):.4g}°: the gait of period one is {stable}"
         if slices.settled is not None:
             text += f"; walks settle on one of period {len(slices.settled.states)}"
@@ -51,7 +51,7 @@ def plot_return_map(slices: MapSlices, path: str | Path | None = None) -> Figure
         places = [figure.add_subplot(grid[k // across, k % across]) for k in range(panels)]
         for k, axes in enumerate(places[:-1]):
             _draw_slice(axes, "abc"[k], slices, k)
-        draw_multipliers(places[-1], "abcd"[panels - 1], gait.multipliers)  # type: ignore[attr-defined]
+        draw_multipliers(places[-1], "abcd"[panels - 1], gait.multipliers)
         legend_below(figure, *places[0].get_legend_handles_labels())
     return figure
 

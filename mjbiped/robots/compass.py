@@ -20,11 +20,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import straight_leg
-from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Chain, hold_end, segment_force, stop_end, with_room
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.model import solve_pair
-from mjbiped.robots.robot import Robot
+from mjbiped.robots.straight_legs import StraightLegs, lands, limbs, lock_knee
 from mjbiped.utils import domains
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
@@ -212,29 +211,14 @@ def _stop_foot(c: Any, w: Any) -> float:
     return impulse
 
 
-def _lands(*_: Any) -> bool:
-    """Every foot that comes down becomes the stance foot: the scuffing rule has drawn in the others."""
-    return True
-
-
 def _exchange(c: Any, w: Any, q: Legged, dq: Legged, slope: float) -> tuple[Legged, Legged]:
     """Impact map (2), and the legs exchanged."""
     new = q[1] + w.slope - slope, q[0] + w.slope - slope
     return new, impact_rates(c.lumped, q[0], q[1], dq[0], dq[1])
 
 
-def _lock_knee(*_: Any) -> None:
-    """There is no knee."""
-
-
-def _limbs(_: Any, w: Any, q: Legged) -> tuple[float, float]:
-    """Left and right leg from the vertical, rad."""
-    stance, swing = q[0] + w.slope, q[1] + w.slope
-    return (stance, swing) if w.stance == 0 else (swing, stance)
-
-
 @dataclass(frozen=True)
-class Compass(Robot):
+class Compass(StraightLegs):
     """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
 
     The command line tells the first sentence about each attribute.
@@ -263,36 +247,15 @@ class Compass(Robot):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "compass"
-    angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
-    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
-    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
-    collides_from_lift_off: ClassVar[bool] = False
     equations: ClassVar[Equations] = Equations(
-        _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True
+        _constants, _accelerations, _stop_foot, lands, _exchange, lock_knee, limbs, inlined=True
     )
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
         domains.check_fields(self)
-        if self.leg_inertia is None:
-            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
+        self.uniform_rods()
         domains.LEG.check("lower_length + upper_length", self.leg_length)
-
-    @property
-    def leg_length(self) -> float:
-        """Length l = a + b of a leg, m."""
-        return self.lower_length + self.upper_length
-
-    @property
-    def total_mass(self) -> float:
-        """Mass of the whole robot, kg."""
-        return 2 * self.leg_mass + self.hip_mass
-
-    @property
-    def bodies(self) -> Bodies:
-        """A leg on either side of the hip."""
-        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
-        return Bodies("scene.xml", self.hip_mass, (leg,))
 
     @cached_property
     def constants(self) -> Constants:

@@ -10,18 +10,17 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from mjbiped.errors import InputError
-from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.model import Model
-from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.equations import EQUATIONS
 from mjbiped.robots.round.linkage import Linkage, linkage_of
+from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
 
 
 @dataclass(frozen=True)
-class RoundCompass(Robot):
+class RoundCompass(StraightLegs):
     """A compass biped on round feet, after McGeer (1990): two equal straight legs that end in circular arcs.
 
     It walks on planes alone: on uneven ground an arc would touch it in two places at once.
@@ -48,17 +47,12 @@ class RoundCompass(Robot):
     gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "round"
-    angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
-    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
-    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
-    collides_from_lift_off: ClassVar[bool] = False
     equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
         domains.check_fields(self)
-        if self.leg_inertia is None:
-            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
+        self.uniform_rods()
         domains.LEG.check("lower_length + upper_length", self.leg_length)
         if not self.foot_radius < self.leg_length:
             raise InputError(
@@ -70,22 +64,6 @@ class RoundCompass(Robot):
     def radius(self) -> float:
         """Radius of the feet, m."""
         return self.foot_radius
-
-    @property
-    def leg_length(self) -> float:
-        """Length of a leg, from the hip to the foot's lowest point, m."""
-        return self.lower_length + self.upper_length
-
-    @property
-    def total_mass(self) -> float:
-        """Mass of the whole robot, kg."""
-        return 2 * self.leg_mass + self.hip_mass
-
-    @property
-    def bodies(self) -> Bodies:
-        """A leg on either side of the hip."""
-        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
-        return Bodies("scene.xml", self.hip_mass, (leg,))
 
     @cached_property
     def linkage(self) -> Linkage:

@@ -9,6 +9,7 @@ from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.chain import solve
 from mjbiped.robots.equations import Equations
 from mjbiped.robots.round.linkage import accelerate, gather, rolling_force, turn
+from mjbiped.robots.straight_legs import lands, limbs, lock_knee
 
 if TYPE_CHECKING:
     from mjbiped.robots.round.biped import RoundCompass
@@ -33,27 +34,12 @@ def stop_foot(*_: Any) -> float:
     return 0.0
 
 
-def lands(*_: Any) -> bool:
-    """Whether a foot that comes down becomes the stance foot: it always does, for the scuffing rule has chosen it."""
-    return True
-
-
 def exchange(c: Any, _: Any, q: Any, dq: Any, __: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Angles and rates after the heel strike, in the new roles."""
     s, new = c.chain, (q[1], q[0])
     gather(s, q, dq, new)
     solve(s.matrix, s.force)
     return new, (s.force[0], s.force[1])
-
-
-def lock_knee(*_: Any) -> None:
-    """Do nothing: straight legs have no knees."""
-
-
-def limbs(_: Any, w: Any, q: Any) -> tuple[float, float]:
-    """Left and right leg from the vertical, rad."""
-    stance, swing = q[0] + w.slope, q[1] + w.slope
-    return (stance, swing) if w.stance == 0 else (swing, stance)
 
 
 def ground_force(c: Any, w: Any, weight: float, _: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
