@@ -17,6 +17,7 @@ from .limit_cycles.return_map import ReturnMap
 from .records.record import Walk
 from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
+from .robots.footed.biped import FootedCompass
 from .robots.kneed import KneedBiped
 from .robots.round.biped import RoundCompass
 from .robots.wheel import RimlessWheel
@@ -31,6 +32,7 @@ __all__ = [
     "Compass",
     "Disturbances",
     "Engine",
+    "FootedCompass",
     "Gait",
     "GaitError",
     "Hybrid",

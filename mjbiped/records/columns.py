@@ -147,6 +147,14 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
                 "J", "absolute work of the stance knees' motor since the start", **_MOTOR
             ),
         }
+    if "left_foot" in robot.places:
+        touchdowns |= {
+            "tipped": Column(1, "rad", "greatest angle by which the old stance foot tipped in the step that ends"),
+            "one_sided": Column(
+                1, "s", "time in the step that ends in which the ground bore the old stance foot on one side alone"
+            ),
+            "slap": Column(1, "s", "time from the new stance foot's first contact until heel and toe were down"),
+        }
     return touchdowns
 
 

@@ -47,6 +47,26 @@ SIDES = (Limb("left", "left", "left_ankle", 0.04), Limb("right", "right", "right
 """The legs of a biped."""
 
 
+class Foot(NamedTuple):
+    """A foot that turns about the end of its leg, the ankle, where its centre of mass is.
+
+    Attributes:
+        mass: kg.
+        inertia: About the ankle, kg m^2.
+        height: Of the ankle over the sole, m.
+        behind: From below the ankle back to the heel, m.
+        ahead: From below the ankle forward to the toe, m.
+        box: Whether it stands on all of its sole, or only on heel and toe.
+    """
+
+    mass: float
+    inertia: float
+    height: float
+    behind: float
+    ahead: float
+    box: bool
+
+
 class Bodies(NamedTuple):
     """A robot's bodies.
 
@@ -55,9 +75,11 @@ class Bodies(NamedTuple):
         hip_mass: Point mass at the hip, kg.
         leg: The segments of each leg, from the hip down: one, or two with a knee between them.
         limbs: The legs, in the order in which they stand.
+        foot: Of each leg; None: legs end in points or arcs.
     """
 
     scene: str
     hip_mass: float
     leg: tuple[Segment, ...]
     limbs: tuple[Limb, ...] = SIDES
+    foot: Foot | None = None

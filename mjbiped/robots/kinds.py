@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.footed.biped import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.biped import RoundCompass
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils.domains import SOLE, known_name
 
-KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel, RoundCompass)}
+KINDS: Mapping[str, type[Robot]] = {
+    kind.kind: kind for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass)
+}
 
 NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}
 """Robots by their names, with the parameters that they have unless others are given."""

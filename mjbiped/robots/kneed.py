@@ -203,7 +203,9 @@ class KneedBiped(Robot):
         places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
         return np.where(legs == 0, places[..., 4], places[..., 5])
 
-    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+    def posture(
+        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
         """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
         line, swing, shank = angles
         length, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)

@@ -182,6 +182,8 @@ class Robot(ABC):
         for k, segment in enumerate(self.bodies.leg):
             upper, lower = points[..., k, :], points[..., k + 1, :]
             moment = moment + segment.mass * (upper + segment.centre / segment.length * (lower - upper)).sum(axis=-2)
+        if self.bodies.foot is not None:
+            moment = moment + self.bodies.foot.mass * points[..., len(self.bodies.leg), :].sum(axis=-2)
         return np.asarray(moment / self.total_mass)
 
     def joint_rates(self, dq: Any) -> Array:
@@ -226,7 +228,9 @@ class Robot(ABC):
         limb = self.bodies.limbs[leg]
         return float(qpos[self.places.index(limb.hinge)] + limb.offset)
 
-    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+    def posture(
+        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
         """Posture `qpos` of the robot on one foot.
 
         Args:
@@ -234,6 +238,7 @@ class Robot(ABC):
             stance: Number of the stance leg; for a biped 0 is left, 1 right.
             angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
             stance_flexion: Flexion of the stance knee, rad.
+            slope: Of the ground, rad, to which feet that turn about an ankle are parallel.
         """
         x, z = foot
         length = self.leg_length - self.radius

@@ -185,7 +185,9 @@ class RimlessWheel(Robot):
         """Position x, z of the hub in postures `qpos`, shape (..., 2), m."""
         return np.asarray(qpos, dtype=np.float64)[..., :2]
 
-    def posture(self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0) -> tuple[float, ...]:
+    def posture(
+        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
         """Posture `qpos` on the foot of a spoke; see `Robot.posture`."""
         hip_x, hip_z, angle = super().posture(foot, 0, angles)
         return hip_x, hip_z, angle + self.between * stance

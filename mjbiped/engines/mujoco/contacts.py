@@ -10,7 +10,7 @@ from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
 READING = 11
 """Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
-FOUND, FORCE_SHOWN, DISTANCE, NORMAL = 0, 1, 4, 8
+FOUND, FORCE_SHOWN, DISTANCE, POSITION, NORMAL = 0, 1, 4, 5, 8
 
 SMALLEST_UPWARD_NORMAL = 0.7  # below it, a contact is with a riser's face or a heightfield's inner edge
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
@@ -65,6 +65,47 @@ def felt(readings: Any, first: int, slots: int) -> Felt:
     return Felt(pressure, forward, downward, depth, ground, face)
 
 
+class Borne(NamedTuple):
+    """How the ground bears a foot with a sole.
+
+    Attributes:
+        moment: Of the contacts' normal forces about the point below the ankle, as an ankle's torque, N m.
+        behind: Whether there is a contact behind the ankle.
+        ahead: Whether there is one ahead of it.
+        ratio: Friction ratio |F_t| / F_n, of the sums of all contacts, whose shares of friction are undetermined.
+    """
+
+    moment: float
+    behind: bool
+    ahead: bool
+    ratio: float
+
+
+def borne(readings: Any, first: int, slots: int, foot: tuple[float, float], angle: float, light: float) -> Borne:
+    """How the ground bears a foot; see `felt`.
+
+    Args:
+        readings: MuJoCo's `sensordata`.
+        first: Index of the sensor's first float.
+        slots: Number of the sensor's floats.
+        foot: The point of the sole below the ankle, x and z in m.
+        angle: Of the sole, as a slope, rad.
+        light: Normal force, N, up to which friction is noise.
+    """
+    sine, cosine = math.sin(angle), math.cos(angle)
+    moment = pressure = tangential = 0.0
+    behind = ahead = False
+    for slot in range(first, first + slots, READING):
+        if readings[slot + FOUND] > 0.0 and -readings[slot + NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
+            x, z = readings[slot + POSITION] - foot[0], readings[slot + POSITION + 2] - foot[1]
+            along, force = x * cosine - z * sine, readings[slot + FORCE_SHOWN]
+            moment -= along * force
+            behind, ahead = behind or along < 0.0, ahead or along > 0.0
+            pressure += force
+            tangential += readings[slot + FORCE_SHOWN + 2]
+    return Borne(moment, behind, ahead, abs(tangential) / pressure if pressure > light else 0.0)
+
+
 def friction_ratio(foot: Felt, slope: float, light: float) -> float:
     """Friction ratio |F_t| / F_n of a foot on a slope (rad); 0 where F_n <= `light` (N), for it is noise there."""
     sine, cosine = math.sin(slope), math.cos(slope)
@@ -80,7 +121,7 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
 
     The resting stance foot collides with all ground except what rises beside it: risers and higher pieces.
 
-    The feet of all other legs pass through everything.
+    The feet of all other legs pass through everything. A box meets what it comes to, whatever part of it does.
 
     A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot
     that leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
@@ -93,18 +134,17 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
         second: Index of the other.
     """
     places = constants.places
-    stance, swing = stance_of(u), swing_of(u, places.legs)
-    lifted, foot = int(u.lifted), places.legs[swing].foot
-    if foot in (first, second):
-        other = second if first == foot else first
-        return lifted == swing or not u.collides or not meets(places, centres[foot, 0], centres[foot, 2], other)
-    foot = places.legs[stance].foot
-    if foot not in (first, second):
-        resting = False
-        for leg in places.legs:
-            resting = resting or leg.foot in (first, second)
-        return resting
-    other, x, z = second if first == foot else first, centres[foot, 0], centres[foot, 2]
+    foot, other = (first, second) if places.owner[first] >= 0.0 else (second, first)
+    leg, stance, lifted = int(places.owner[foot]), stance_of(u), int(u.lifted)
+    if leg < 0:
+        return False
+    x, z = centres[foot, 0], centres[foot, 2]
+    if leg == swing_of(u, places.legs):
+        return lifted == leg or not u.collides or not (constants.box or meets(places, x, z, other))
+    if leg != stance:
+        return True
+    if constants.box:
+        return lifted == stance
     if u.time == u.transfer_time and u.count > 0.0:  # the foot collides as when it landed
         return not meets(places, x, z, other)
     return lifted == stance or beside(constants, x, z, other)

@@ -17,7 +17,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
-from mjbiped.engines.mujoco.scene import Scene, compose_scene
+from mjbiped.engines.mujoco.scene import Scene, compose_scene, feet_of
 from mjbiped.engines.mujoco.state import Leg, Places
 from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
@@ -104,18 +104,20 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     names = [model.geom(index).name for index in range(model.ngeom)]
     whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
     pieces = [scene.pieces.get(name, whole) for name in names]
+    owners = {name: float(n) for n, limb in enumerate(bodies.limbs) for name in feet_of(robot, limb)}
     profile = Profile(*(values[shown] for values in terrain.profile))
     return Places(
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
         profile=profile._replace(z=profile.z + robot.radius * np.hypot(1.0, profile.gradient)),
         rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, limb, _lengths(robot)) for limb in bodies.limbs),
+        legs=tuple(_leg_in(model, robot, limb) for limb in bodies.limbs),
         hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
         order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
         slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
         readings=model.nsensordata,
         actuators=model.nu,
         locks=model.neq,
+        owner=tuple(owners.get(name, -1.0) for name in names),
         risers=tuple(
             float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
         ),
@@ -130,9 +132,10 @@ def _lengths(robot: Robot) -> list[float]:
     return [*upper, last - robot.radius]
 
 
-def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
+def _leg_in(model: mujoco.MjModel, robot: Robot, limb: Limb) -> Leg:
     """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
-    name = limb.name
+    name, lengths, foot = limb.name, _lengths(robot), robot.bodies.foot
+    geoms = [int(model.geom(part).id) for part in feet_of(robot, limb)]
     leg = Leg(
         hip=int(model.joint(limb.hinge).qposadr[0]),
         offset=limb.offset,
@@ -140,10 +143,14 @@ def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
         knee=-1,
         upper=lengths[0],
         lower=0.0,
-        foot=int(model.geom(f"{name}_foot").id),
+        foot=geoms[0],
         contacts=int(model.sensor(f"{name}_contact").adr[0]),
         ankle=int(model.actuator(limb.ankle).id),
     )
+    if foot is not None:
+        ankle = int(model.joint(f"{name}_foot").qposadr[0])
+        toe = geoms[1] if len(geoms) > 1 else -1
+        leg = leg._replace(sole=ankle, toe=toe, height=foot.height, behind=foot.behind, ahead=foot.ahead)
     if len(lengths) == 1:
         return leg
     knee = model.joint(f"{name}_knee")

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.engines.mujoco import leapfrog, servo
+from mjbiped.engines.mujoco.feet import swing_foot_torque
 from mjbiped.engines.mujoco.observation import observe, see_places
 from mjbiped.engines.mujoco.state import Constants, Userdata, angles_of, stance_of, swing_of
 from mjbiped.rules.sole import bounded
@@ -120,7 +121,7 @@ def control(
     if not (u.running and time > u.asked):
         return
     u.asked = time
-    before, hold = (u.torque[0], u.torque[1], u.torque[2]), u.hold
+    before, hold, foot = (u.torque[0], u.torque[1], u.torque[2]), u.hold, u.foot_torque
     if u.pushing or time > u.next_push - NOW:
         push(constants.pushes, u)
         applied[0] = u.push
@@ -138,6 +139,8 @@ def control(
     drive(constants, u, ctrl)
     if u.turns:
         count_work(constants, u, before, hold)
+        if constants.feet:
+            count_foot_work(constants, u, foot)
     if not u.over and (time > u.next_sample - NOW or u.outcome):
         u.next_sample = (math.floor(time / recording.sample_period + NOW) + 1.0) * recording.sample_period
         take_sample(setting, userdata)
@@ -221,6 +224,9 @@ def drive(constants: Constants, u: Any, ctrl: MutableSequence[float]) -> None:
     for index in range(places.actuators):
         ctrl[index] = 0.0
     ctrl[stance.ankle] = u.torque[0]
+    if constants.feet:
+        u.foot_torque = swing_foot_torque(constants, u)
+        ctrl[swing.ankle] = u.foot_torque
     if places.hip >= 0:
         ctrl[places.hip] = -u.torque[1] if u.stance else u.torque[1]
     if swing.knee >= 0:
@@ -252,6 +258,8 @@ def count_work(constants: Constants, u: Any, before: tuple[float, float, float],
     new1, new2, new3 = angles_of(legs, u.q, count, u.tilt, 0.0)
     leg, swing, shank = new1 - old1, new2 - old2, new3 - old3
     thigh = leg
+    if constants.feet:
+        leg -= u.slope - u.old_slope  # against the foot, which may tip
     if constants.servo.stiffness > 0.0:  # ankle and hip turn against shank and thigh
         hip, knee = legs[stance].hip, legs[stance].knee
         thigh, flexed = u.q[hip] - u.old_q[hip], u.q[knee] - u.old_q[knee]
@@ -264,6 +272,19 @@ def count_work(constants: Constants, u: Any, before: tuple[float, float, float],
         ankle, hip_torque = 0.5 * (ankle + u.torque[0]), 0.5 * (hip_torque + u.torque[1])
         knee_torque = 0.5 * (knee_torque + u.torque[2])
     _add_work(u, ankle * leg, hip_torque * (swing - thigh), knee_torque * (shank - swing))
+
+
+def count_foot_work(constants: Constants, u: Any, before: float) -> None:
+    """Work of the swing foot's servo in the step that has led here; see `count_work`.
+
+    Args:
+        constants: The walk's.
+        u: State, after the controller's tick.
+        before: Torque that it held, N m.
+    """
+    legs = constants.places.legs
+    ankle = legs[swing_of(u, legs)].sole
+    _add_work(u, -0.5 * (before + u.foot_torque) * (u.q[ankle] - u.old_q[ankle]), 0.0, 0.0)
 
 
 def _add_work(u: Any, ankle: float, hip: float, knee: float) -> None:

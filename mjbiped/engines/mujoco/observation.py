@@ -26,7 +26,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.pushes import following
-from mjbiped.engines.mujoco.contacts import Felt, friction_ratio
+from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco.feet import (
+    bear,
+    begin_flat,
+    gaps,
+    lands_flat,
+    see_stance_foot,
+    sole_angle,
+    stand_flat,
+    stands,
+)
 from mjbiped.engines.mujoco.servo import lean_on
 from mjbiped.engines.mujoco.state import (
     Constants,
@@ -91,6 +101,7 @@ def begin(
     radius = constants.radius
     u.foot_x, u.foot_z, u.foot_angle = radius * math.sin(slope), height + radius * math.cos(slope), u.q[legs[0].hip]
     u.next_push, u.push_impulse = following(constants.pushes, 0, 0.0)
+    begin_flat(u)
     begin_step(u)
     swing = legs[swing_of(u, legs)]
     u.opened = 1.0 if swing.knee >= 0 and u.q[swing.knee] > OPENED else 0.0
@@ -106,6 +117,8 @@ def begin_step(u: Any) -> None:
     u.noted = u.enabled = u.collides = u.struck = 0.0
     u.locked = u.bent = u.opened = u.flexion = u.stubs = u.peak_hold = 0.0
     u.touching, u.strike_time = 1.0, math.nan
+    u.flat, u.tipped, u.one_sided, u.touched = 1.0, 0.0, 0.0, math.nan
+    u.down_behind = u.down_ahead = -math.inf
     for three in (u.strike_q, u.strike_rates, u.struck_rates):
         put(three, (math.nan, math.nan, math.nan))
 
@@ -134,12 +147,14 @@ def observe(
     """
     limits, profile, legs = constants.limits, constants.places.profile, constants.places.legs
     turn_to(u, time, qpos, qvel)
+    if constants.feet:
+        see_stance_foot(constants, u)
     if constants.servo.stiffness > 0.0:
         lean_on(legs[stance_of(u)], u)
     if u.struck:
         note_strike(constants, u)
     if u.struck or not u.noted:
-        weigh(u, limits)
+        weigh(u, limits, u.moment if constants.feet else u.torque[0])
     swing = legs[swing_of(u, legs)]
     if swing.knee >= 0:
         u.flexion = max(u.flexion, u.q[swing.knee])
@@ -152,14 +167,20 @@ def observe(
     stance = legs[stance_of(u)]
     foot_x, foot_z = foot_of(stance, u.q)
     x, z = foot_of(legs[swing_of(u, legs)], u.q)
-    u.clear = height_over_ground(profile, x, z)
+    u.clear = (
+        min(gaps(constants, legs[swing_of(u, legs)], u.q)) if constants.feet else height_over_ground(profile, x, z)
+    )
     u.collides = u.enabled
     if not constants.scuffs:
         u.enabled = u.collides = 1.0
     elif swing_foot_is_drawn_in(limits.reach, x - foot_x):
         u.enabled = u.collides = 0.0
     elif not u.enabled and swing_foot_collides(
-        limits.reach, limits.delay, time - u.transfer_time, x - foot_x, z - height_over(profile, x)
+        limits.reach,
+        limits.delay,
+        time - u.transfer_time,
+        x - foot_x,
+        u.clear if constants.feet else z - height_over(profile, x),
     ):
         u.enabled = 1.0
     judge(u, limits, profile, (u.q[X], u.q[Z]), (foot_x, foot_z), u.q[stance.hip])
@@ -201,6 +222,10 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     """
     legs, swing = constants.places.legs, swing_of(u, constants.places.legs)
     u.lifted = NOBODY
+    if constants.feet:
+        if lands_flat(constants, u, x):
+            u.lifted = u.stance
+        return
     if not (u.collides and -constants.deepest < u.clear < 0.0):
         return
     leg = legs[swing]
@@ -256,7 +281,7 @@ def judge(
             u.outcome = _LEFT_TERRAIN
 
 
-def weigh(u: Any, limits: Limits) -> None:
+def weigh(u: Any, limits: Limits, moment: float) -> None:
     """Take the stance foot's force in the physics step before into its averages, and its friction.
 
     A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
@@ -266,7 +291,7 @@ def weigh(u: Any, limits: Limits) -> None:
     """
     effective_step, force = u.effective_step, u.force
     u.impulse += effective_step * force
-    u.ankle_impulse += effective_step * u.torque[0]
+    u.ankle_impulse += effective_step * moment
     u.stretch += effective_step
     u.least_ratio = min(u.least_ratio, u.ratio)
     u.ratio_time += effective_step
@@ -327,7 +352,7 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
     old, new, count = stance_of(u), swing_of(u, legs), int(u.count)
     x, z = foot_of(legs[new], u.q)
     segment = segment_stood_on(profile, x, z)
-    if not abs(z - height_of(profile, segment, x)) <= MISSED * limits.leg_length:
+    if not (constants.feet or abs(z - height_of(profile, segment, x)) <= MISSED * limits.leg_length):
         u.outcome, u.noted = _DIVERGED, 0.0
         return
     dq_before = u.turning
@@ -335,6 +360,9 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
     put(u.told_before, angles_of(legs, u.q, count, u.tilt, u.slope))
     stand_on(constants, u, new)
     slope = -math.atan(profile.gradient[segment])
+    if constants.feet:
+        stand_flat(u, sole_angle(legs[new], u.q))
+        slope = u.level
     put(u.told_q, angles_of(legs, u.q, count + 1, u.tilt, slope))
     put(u.told_dq, rates_of(legs, u.rates, new, u.share))
     u.stance, u.slope, u.transfer_time, u.transferred = float(new), slope, u.time, 1.0
@@ -387,6 +415,9 @@ def write_row(parts: Any, constants: Constants, u: Any, row: MutableSequence[flo
         stubs=u.stubs,
         stance_knee_torque=hold,
         stance_knee_work=hold_work,
+        tipped=u.tipped,
+        one_sided=u.one_sided,
+        slap=u.time - u.touched,
     )
 
 
@@ -418,13 +449,15 @@ def judge_touchdown(u: Any, limits: Limits) -> None:
             u.outcome = _LEFT_TERRAIN
 
 
-def read_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt) -> None:
-    """Note what the feet feel in the step just resolved."""
-    legs = constants.places.legs
-    leg = legs[swing_of(u, legs)]
+def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
+    """Note what the feet feel in the step just resolved; returns what the swing foot does."""
+    places = constants.places
+    leg = places.legs[swing_of(u, places.legs)]
+    stance = felt(readings, places.legs[stance_of(u)].contacts, places.slots)
+    swing = felt(readings, leg.contacts, places.slots)
     x, _ = foot_of(leg, u.q)
-    straight = leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
-    noted = u.enabled != 0.0 and straight and x > u.foot_x and swing.ground
+    able = stands(constants, u, readings) if constants.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
     u.noted = 1.0 if noted else 0.0
     if u.clear > CLEAR:
         u.touching = 0.0
@@ -436,6 +469,9 @@ def read_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt) -> No
         u.stubs += 1.0
         u.touching = 1.0
     feel_stance(u, constants.limits, stance, noted)
+    if constants.feet:
+        bear(constants, u, readings, noted)
+    return swing
 
 
 def feel_stance(u: Any, limits: Limits, stance: Felt, noted: bool) -> None:

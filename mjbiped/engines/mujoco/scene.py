@@ -20,7 +20,7 @@ import numpy as np
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
-from mjbiped.robots.bodies import Limb, Segment
+from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import ARC, Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
@@ -34,6 +34,9 @@ SMALLEST_INERTIA = 2e-10
 
 START_DEPTH = 1e-6
 """Of the first stance foot, m: exactly on the surface it may touch a heightfield's inner edge."""
+
+CORNERS = 16
+"""Contacts of a box sole that its sensor has room for; those that are more are the least deep."""
 
 COARSE = 64
 """Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
@@ -122,7 +125,7 @@ def first_state(
     slope, radius = terrain.slope_at(0.0), robot.radius
     length, forward, upward = robot.leg_length - radius, radius * math.sin(slope), radius * math.cos(slope)
     place = (forward, terrain.height_at(0.0) + upward)
-    posture = list(robot.posture(place, 0, [angle + slope for angle in q]))
+    posture = list(robot.posture(place, 0, [angle + slope for angle in q], slope=slope))
     posture[1] -= START_DEPTH
     leg = q[0] + slope
     # a round foot rolls; `posture` is linear in the angles behind the hip's place, so it also maps rates
@@ -151,7 +154,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     stop = [-LOCK_STIFFNESS, -1.0 / timestep]
     for limb in bodies.limbs:
         side, y = limb.name, length * limb.across
-        if spec.geom(f"{side}_foot") is None:
+        if spec.geom(f"{side}_tip") is None:
             _add_leg(spec, bodies.limbs[0].name, side)
         for segment in bodies.leg:
             _set_segment(spec, limb, segment, length)
@@ -162,16 +165,55 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
             spec.joint(f"{side}_knee").solref_limit[:2] = stop
             spec.equality(f"{side}_lock").solref[:2] = stop
         last = bodies.leg[-1].length
-        foot, tip = spec.geom(f"{side}_foot"), spec.geom(f"{side}_tip")
-        foot.pos = _down(limb, last - robot.radius, 0.0)
-        foot.size = [robot.radius + FOOT_RADIUS, 0.0, 0.0]
-        foot.friction = [GROUND_FRICTION, 0.0, 0.0]
-        foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
-        tip.size, tip.pos = length * tip.size, _down(limb, last - 0.024 * length, y)
-        if robot.radius:
-            _add_arc(spec, limb, last, robot.radius, y)
         shown = spec.geom(f"{side}_{bodies.leg[-1].name}")
         shown.fromto = [0.0, y, 0.0, *_down(limb, last - 0.018 * length, y)]
+        feet = [spec.geom(name) for name in feet_of(robot, limb)]
+        if bodies.foot is not None:
+            _set_foot(spec, limb, bodies.foot, last, length)
+        else:
+            _set_end(spec, robot, limb, last)
+        for foot in feet:
+            foot.friction = [GROUND_FRICTION, 0.0, 0.0]
+            foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
+
+
+def feet_of(robot: Robot, limb: Limb) -> list[str]:
+    """Names of the geoms with which a leg meets the ground."""
+    foot = robot.bodies.foot
+    if foot is None:
+        return [f"{limb.name}_foot"]
+    return [f"{limb.name}_sole"] if foot.box else [f"{limb.name}_heel", f"{limb.name}_toe"]
+
+
+def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: float) -> None:
+    """Write a leg's end, a point or a round foot, over its geoms; `last` is the length of the segment above it, m."""
+    length, y = robot.leg_length, robot.leg_length * limb.across
+    foot, tip = spec.geom(f"{limb.name}_foot"), spec.geom(f"{limb.name}_tip")
+    foot.pos = _down(limb, last - robot.radius, 0.0)
+    foot.size = [robot.radius + FOOT_RADIUS, 0.0, 0.0]
+    tip.size, tip.pos = length * tip.size, _down(limb, last - 0.024 * length, y)
+    if robot.radius:
+        _add_arc(spec, limb, last, robot.radius, y)
+
+
+def _set_foot(spec: mujoco.MjSpec, limb: Limb, foot: Foot, last: float, length: float) -> None:
+    """Write a foot's parameters over its body and geoms, and delete the geoms of the other kind of foot."""
+    tip, sole = spec.geom(f"{limb.name}_tip"), spec.geom(f"{limb.name}_sole")
+    heel, toe = spec.geom(f"{limb.name}_heel"), spec.geom(f"{limb.name}_toe")
+    y, body = length * limb.across, tip.parent
+    body.pos, body.mass, body.inertia = [0.0, 0.0, -last], foot.mass, [foot.inertia] * 3
+    tip.size, tip.pos = length * tip.size, [0.0, y, 0.0]
+    heel.pos, toe.pos = [-foot.behind, 0.0, -foot.height], [foot.ahead, 0.0, -foot.height]
+    thick = 0.2 * foot.height
+    sole.size = [0.5 * (foot.behind + foot.ahead), length * sole.size[1], thick]
+    sole.pos = [0.5 * (foot.ahead - foot.behind), y, thick - foot.height]
+    if foot.box:
+        of = spec.find_default("foot").geom
+        sole.contype, sole.condim, sole.priority, sole.solimp = of.contype, of.condim, of.priority, of.solimp
+        sole.pos[2] -= FOOT_RADIUS  # as the ground lies lower by it
+        spec.sensor(f"{limb.name}_contact").intprm[2] = CORNERS
+        spec.delete(heel)
+        spec.delete(toe)
 
 
 def _add_arc(spec: mujoco.MjSpec, limb: Limb, last: float, radius: float, y: float) -> None:

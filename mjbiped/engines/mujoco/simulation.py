@@ -29,9 +29,10 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Native, attached, check_offsets
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.contacts import refuses
+from mjbiped.engines.mujoco.feet import foot_servo
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
-from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
+from mjbiped.engines.mujoco.options import MOTOR, ROOM, WITH_FEET, Options
 from mjbiped.engines.mujoco.scene import Scene, first_state
 from mjbiped.engines.mujoco.servo import NONE, servo_of
 from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
@@ -92,6 +93,8 @@ class Simulation:
             scenery: Whether to add a side view of the ground for pictures; the walk is the same.
         """
         robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
+        if robot.bodies.foot is not None:
+            options = replace(options, timestep=min(options.timestep, WITH_FEET), lands=False)
         if disturbances.in_loop:
             options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
         self.plan, self.options, self._compile = plan, options, compile
@@ -139,7 +142,7 @@ class Simulation:
         places = places_in(scene, self.plan.terrain, self.plan.robot)
         self.constants = self._constants(scene, places)
         if self.plan.disturbances.friction is not None:  # the feet's friction has priority over the ground's
-            self.model.geom_friction[[leg.foot for leg in places.legs], 0] = self.plan.disturbances.friction
+            self.model.geom_friction[np.array(places.owner) >= 0.0, 0] = self.plan.disturbances.friction
         self._here = self._userdata_of(self.data)
 
     def _constants(self, scene: Scene, places: Places) -> Constants:
@@ -147,7 +150,9 @@ class Simulation:
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
         scuffs, shortest = not robot.collides_from_lift_off, self._shortest
-        behind, ahead = robot.sole or (math.inf, math.inf)
+        foot = robot.bodies.foot
+        # a foot that is a body is not bounded: it tips
+        behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
         return Constants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places,
@@ -172,6 +177,9 @@ class Simulation:
             behind=behind,
             ahead=ahead,
             radius=robot.radius,
+            feet=foot is not None,
+            box=foot is not None and foot.box,
+            foot_servo=NONE if foot is None else foot_servo(foot, robot.leg_length, robot.gravity),
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:

@@ -116,6 +116,19 @@ class State(ctypes.Structure):
     hold: float  # torque of the servo at the stance knee, N m
     peak_hold: float  # greatest in this gait step, N m
     work_hold: float  # its absolute work since the start, J
+    # what a foot that turns about an ankle needs
+    stood: float  # angle of the stance foot when it came to stand, rad
+    level: float  # angle at which the swing foot is held, rad
+    foothold: float  # angle of the last foothold, rad
+    foothold_before: float  # that of the one before it
+    flat: float  # 1: the ground bore the stance foot on both sides of the ankle in the step last resolved
+    tipped: float  # greatest angle by which the stance foot has tipped in this gait step, rad
+    one_sided: float  # time in this gait step in which the stance foot was borne on one side alone, or not at all, s
+    touched: float  # when the swing foot touched the ground first, s; NaN: it does not touch it
+    down_behind: float  # when the swing foot touched the ground last behind its ankle, s
+    down_ahead: float  # when it did ahead of it, s
+    moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
+    foot_torque: float  # that holds the swing foot, N m
 
     q: Coordinates  # qpos at the last observation
     rates: Coordinates  # their rates then
@@ -174,6 +187,11 @@ class Leg(NamedTuple):
         motor: Actuator of the knee.
         stop: Joint of the knee, which has a limit.
         lock: Equality constraint of the knee.
+        sole: Index in qpos of the ankle of a foot that turns about it; -1: the leg ends in a point or an arc.
+        toe: Geom of that foot beside `foot`; -1: there is one alone.
+        height: Of the ankle over the sole, m.
+        behind: From below the ankle to the heel, m.
+        ahead: From below the ankle to the toe, m.
     """
 
     hip: int
@@ -188,6 +206,11 @@ class Leg(NamedTuple):
     motor: int = -1
     stop: int = -1
     lock: int = -1
+    sole: int = -1
+    toe: int = -1
+    height: float = 0.0
+    behind: float = 0.0
+    ahead: float = 0.0
 
 
 class Places(NamedTuple):
@@ -203,6 +226,7 @@ class Places(NamedTuple):
         readings: Floats of all sensor data.
         actuators: Number of actuators.
         locks: Number of equality constraints.
+        owner: For each geom the number of the leg whose foot it is of; -1 for the others.
         risers: For each geom the segment at whose start it is the riser; -1 for the others.
         first: For each geom the first of the segments that it is the ground of; all are where it is none.
         last: The last of them.
@@ -217,6 +241,7 @@ class Places(NamedTuple):
     readings: int
     actuators: int
     locks: int
+    owner: Floats
     risers: Floats
     first: Floats
     last: Floats
@@ -227,6 +252,7 @@ def in_arrays(places: Places) -> Places:
     return places._replace(
         profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
         rises=np.array(places.rises),
+        owner=np.array(places.owner),
         risers=np.array(places.risers),
         first=np.array(places.first),
         last=np.array(places.last),
@@ -271,6 +297,9 @@ class Constants(NamedTuple):
         behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
         ahead: Distance from the ankle to its toe, m.
         radius: Of round feet, m; 0: point feet.
+        feet: Whether feet turn about ankles.
+        box: Whether these stand on all of their soles.
+        foot_servo: That holds the swing foot, if they do.
     """
 
     limits: Limits
@@ -295,6 +324,9 @@ class Constants(NamedTuple):
     behind: float
     ahead: float
     radius: float
+    feet: bool
+    box: bool
+    foot_servo: Servo
 
 
 class Userdata(NamedTuple):
@@ -342,12 +374,16 @@ def swing_of(u: Any, legs: Sequence[Leg]) -> int:
 
 
 def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
-    """Place of a leg's foot, x and z in m, by the robot's coordinates."""
-    return end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
+    """Place of a leg's foot, x and z in m, by the robot's coordinates: of one with a sole, of that below the ankle."""
+    x, z = end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
+    if leg.sole < 0:
+        return x, z
+    angle = q[leg.hip] + leg.offset + q[leg.sole]
+    return x - leg.height * math.sin(angle), z - leg.height * math.cos(angle)
 
 
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
-    """Place of a leg's foot, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
+    """Place of a leg's end, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
     angle += leg.offset
     x, z = x - leg.upper * math.sin(angle), z - leg.upper * math.cos(angle)
     if leg.knee < 0:

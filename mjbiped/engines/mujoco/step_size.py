@@ -26,7 +26,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco.contacts import Felt, felt
+from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
 from mjbiped.engines.mujoco.observation import SHORTEST, read_contacts
 from mjbiped.engines.mujoco.state import Constants, Places, Softness, X, Z, end_of_leg, stance_of, swing_of
@@ -137,14 +137,10 @@ def resolve(constants: Constants, u: Any, readings: Any, qacc: Any, into: Softne
     """
     if not u.running:
         return 0.0
-    places = constants.places
-    stance, swing = places.legs[stance_of(u)], places.legs[swing_of(u, places.legs)]
     for index in range(len(qacc)):
         u.qacc[index] = qacc[index]
     u.struck, u.strikes_next, u.prepared = u.strikes, 0.0, 0.0
-    toe = felt(readings, swing.contacts, places.slots)
-    read_contacts(constants, u, felt(readings, stance.contacts, places.slots), toe)
-    found = step_lengths(constants, u, toe)
+    found = step_lengths(constants, u, read_contacts(constants, u, readings))
     length = found.length
     u.planned_next, u.plain_next = found.following, 1.0 if found.reached else 0.0
     u.effective_step = effective_step(u.plain, u.last_step, length)

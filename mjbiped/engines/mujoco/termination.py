@@ -30,7 +30,7 @@ def limits_of(
         leg_length=length,
         lowest_hip=FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
         foot_radius=FOOT_RADIUS,
-        rolling_radius=robot.radius + (0.0 if lands else FOOT_RADIUS),
+        rolling_radius=robot.radius + (0.0 if lands or robot.bodies.foot is not None else FOOT_RADIUS),
         weight=robot.weight,
         reach=rule.reach * length,
         delay=rule.delay,

@@ -1,0 +1,128 @@
+"""Feet that are bodies: where their soles are, when they stand flat, and the servo that holds the swing foot.
+
+A foot stands once the ground bears it behind the ankle and ahead of it: then the legs exchange their roles. Until then
+both ankles go on as in the step before. The slope is the angle of the foot that stands; no contact's normal and nothing
+of the terrain is in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.engines.mujoco.contacts import borne
+from mjbiped.engines.mujoco.state import Constants, Leg, Servo, foot_of, stance_of, swing_of
+from mjbiped.robots.bodies import Foot
+from mjbiped.rules.termination import LIGHT_CONTACT
+from mjbiped.terrain.profile import height_over_ground
+
+RESPONSE = 60.0
+"""Natural frequency of the servo of the swing foot, in sqrt(gravity / leg length): a foot that lands with an error of 5
+degrees presses with a fifth of the weight before it lies flat."""
+NEAR = 1e-4
+"""Of heel and toe, the second one counts as landing this high over the ground, m: the first one, which bears load
+already, is out of contact for single physics steps."""
+PLAUSIBLE = 0.08
+"""Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
+cm on an edge of 2 cm is tilted by more."""
+LATELY = 2.5  # physics steps in which the foot has touched on both sides when it stands
+
+
+def foot_servo(foot: Foot, leg_length: float, gravity: float) -> Servo:
+    """The servo that holds a swing foot, critically damped."""
+    frequency = RESPONSE * math.sqrt(gravity / leg_length)
+    return Servo(foot.inertia * frequency**2, 2.0 * foot.inertia * frequency)
+
+
+def sole_angle(leg: Leg, q: Any) -> float:
+    """Angle of a foot's sole, as a slope, rad."""
+    return float(q[leg.hip] + leg.offset + q[leg.sole])
+
+
+def sole_rate(leg: Leg, rates: Any) -> float:
+    """Rate of that angle, rad/s."""
+    return float(rates[leg.hip] + rates[leg.sole])
+
+
+def gaps(constants: Constants, leg: Leg, q: Any) -> tuple[float, float]:
+    """Heights of heel and toe over the ground, m."""
+    x, z = foot_of(leg, q)
+    angle = sole_angle(leg, q)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    profile = constants.places.profile
+    heel = height_over_ground(profile, x - leg.behind * cosine, z + leg.behind * sine)
+    return heel, height_over_ground(profile, x + leg.ahead * cosine, z - leg.ahead * sine)
+
+
+def begin_flat(u: Any) -> None:
+    """Let a walk begin on ground as it is under the first foot."""
+    u.stood = u.level = u.foothold = u.foothold_before = u.slope
+
+
+def see_stance_foot(constants: Constants, u: Any) -> None:
+    """Take the slope from the foot that stands, and note how long it stood on one side alone, and how far it tipped."""
+    tip = sole_angle(constants.places.legs[stance_of(u)], u.q) - u.stood
+    u.slope = u.level + tip
+    u.tipped = max(u.tipped, abs(tip))
+    if not (u.flat or u.noted):
+        u.one_sided += u.effective_step
+
+
+def stand_flat(u: Any, new: float) -> None:
+    """Note the angle of a new foothold, rad, and what the feet take the ground's to be.
+
+    An angle far from that of the ground so far is that of a foot on an edge, unless the next foothold confirms it: then
+    the median of the last three stands.
+    """
+    before, first = u.foothold, u.foothold_before
+    u.stood, u.foothold_before, u.foothold = new, before, new
+    if abs(new - u.level) < PLAUSIBLE:
+        u.level = new
+    else:
+        u.level = max(min(new, before), min(max(new, before), first))
+
+
+def lands_flat(constants: Constants, u: Any, x: float) -> bool:
+    """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
+    if not (u.collides and x > u.foot_x):
+        return False
+    legs = constants.places.legs
+    heel, toe = gaps(constants, legs[swing_of(u, legs)], u.q)
+    return -constants.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
+
+
+def stands(constants: Constants, u: Any, readings: Any) -> bool:
+    """Whether the ground bears the swing foot on both sides of its ankle, as its sensors show; notes when it did."""
+    legs = constants.places.legs
+    leg = legs[swing_of(u, legs)]
+    below = foot_of(leg, u.q)
+    felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q), 0.0)
+    if felt.behind:
+        u.down_behind = u.time
+    if felt.ahead:
+        u.down_ahead = u.time
+    if (felt.behind or felt.ahead) and math.isnan(u.touched):
+        u.touched = u.time
+    lately = u.time - LATELY * constants.timestep
+    if max(u.down_behind, u.down_ahead) < lately:
+        u.touched = math.nan
+    return bool(min(u.down_behind, u.down_ahead) > lately)
+
+
+def bear(constants: Constants, u: Any, readings: Any, lands: bool) -> None:
+    """Note how the ground bears the stance foot in the step just resolved; in a touchdown's, its friction is noise."""
+    leg, limits = constants.places.legs[stance_of(u)], constants.limits
+    light = LIGHT_CONTACT * limits.weight
+    felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q), light)
+    u.moment, u.flat = felt.moment, 1.0 if felt.behind and felt.ahead else 0.0
+    u.ratio = 0.0 if lands else felt.ratio
+
+
+def swing_foot_torque(constants: Constants, u: Any) -> float:
+    """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle."""
+    legs = constants.places.legs
+    stance, swing = legs[stance_of(u)], legs[swing_of(u, legs)]
+    # joints tell angles from the foot that stands, which may tip
+    error = sole_angle(swing, u.q) - u.slope
+    rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
+    return float(constants.foot_servo.stiffness * error + constants.foot_servo.damping * rate)

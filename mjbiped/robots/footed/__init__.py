@@ -1,0 +1,1 @@
+"""The compass biped whose feet are bodies."""
