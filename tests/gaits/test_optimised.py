@@ -57,6 +57,20 @@ def test_the_centre_of_pressure_stays_on_a_sole() -> None:
     assert gait.cost_of_transport > 2.0 * find_reference(mjbiped.Compass(), clearance=0.06).cost_of_transport
 
 
+def test_a_robot_of_four_times_the_size_walks_the_same_gait() -> None:
+    """On a sole of four times the length: the optimiser sees no units, and a power of two is not even rounded."""
+    small, large = (
+        find_reference(
+            mjbiped.Compass(lower_length=0.5 * size, upper_length=0.5 * size, sole=0.005 * size),
+            speed=0.494 * math.sqrt(size),
+            clearance=0.06 * size,
+        )
+        for size in (1.0, 4.0)
+    )
+    np.testing.assert_allclose(large.start[:2], small.start[:2], rtol=1e-12)
+    assert large.period == pytest.approx(2.0 * small.period, rel=1e-12)
+
+
 def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) -> None:
     q, dq = robot.impact(high.end[:2], high.end[2:])
     np.testing.assert_array_equal(q, high.start[:2])

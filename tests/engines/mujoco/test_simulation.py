@@ -55,6 +55,20 @@ def test_example_of_the_docstring_runs() -> None:
     assert names["simulation"].outcome is Outcome.WALKING
 
 
+def test_the_time_at_the_sole_s_bound_is_that_with_less_torque_than_asked_for() -> None:
+    """Of the ankle alone, the hip's differs at all times; samples of every step tell when, but about touchdowns."""
+    robot, timestep = mjbiped.Compass(sole=0.02), 1e-3
+    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
+    engine = mjbiped.Mujoco(timestep=timestep, lands=False)
+    walk = mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine=engine, steps=4, sample_period=timestep)
+    bound = walk.samples["ankle_asked"] != walk.samples["torque"][:, 0]
+    until = walk.samples["time"] < walk.touchdowns["time"][-1] - 0.5 * timestep
+    assert 0.1 < walk.touchdowns["sole_bound_time"][-1] < 0.95 * walk.touchdowns["time"][-1]
+    # a touchdown's own step and the one before it count for neither
+    told = walk.touchdowns["sole_bound_time"][-1]
+    assert told == pytest.approx(timestep * np.sum(bound & until), abs=2 * walk.steps * timestep)
+
+
 def test_extra_forward_calls_change_nothing(controller: AdaptiveController) -> None:
     """Bitwise: a viewer or an integrator may fire the callbacks again at the same time."""
     plain, disturbed = make(controller), make(controller)
