@@ -70,14 +70,14 @@ class Borne(NamedTuple):
 
     Attributes:
         moment: Of the contacts' normal forces about the point below the ankle, as an ankle's torque, N m.
-        behind: Whether there is a contact behind the ankle.
-        ahead: Whether there is one ahead of it.
+        behind: Distance of the farthest contact behind the ankle, m; 0: there is none.
+        ahead: Distance of the farthest one ahead of it, m.
         ratio: Friction ratio |F_t| / F_n, of the sums of all contacts, whose shares of friction are undetermined.
     """
 
     moment: float
-    behind: bool
-    ahead: bool
+    behind: float
+    ahead: float
     ratio: float
 
 
@@ -93,14 +93,13 @@ def borne(readings: Any, first: int, slots: int, foot: tuple[float, float], angl
         light: Normal force, N, up to which friction is noise.
     """
     sine, cosine = math.sin(angle), math.cos(angle)
-    moment = pressure = tangential = 0.0
-    behind = ahead = False
+    moment = pressure = tangential = behind = ahead = 0.0
     for slot in range(first, first + slots, READING):
         if readings[slot + FOUND] > 0.0 and -readings[slot + NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
             x, z = readings[slot + POSITION] - foot[0], readings[slot + POSITION + 2] - foot[1]
             along, force = x * cosine - z * sine, readings[slot + FORCE_SHOWN]
             moment -= along * force
-            behind, ahead = behind or along < 0.0, ahead or along > 0.0
+            behind, ahead = max(behind, -along), max(ahead, along)
             pressure += force
             tangential += readings[slot + FORCE_SHOWN + 2]
     return Borne(moment, behind, ahead, abs(tangential) / pressure if pressure > light else 0.0)
@@ -138,6 +137,8 @@ def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int)
     leg, stance, lifted = int(places.owner[foot]), stance_of(u), int(u.lifted)
     if leg < 0:
         return False
+    if constants.box and places.risers[other] >= 0.0:  # whose upper ends would bear it without friction
+        return True
     x, z = centres[foot, 0], centres[foot, 2]
     if leg == swing_of(u, places.legs):
         return lifted == leg or not u.collides or not (constants.box or meets(places, x, z, other))

@@ -97,11 +97,11 @@ def stands(constants: Constants, u: Any, readings: Any) -> bool:
     leg = legs[swing_of(u, legs)]
     below = foot_of(leg, u.q)
     felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q), 0.0)
-    if felt.behind:
+    if felt.behind > 0.0:
         u.down_behind = u.time
-    if felt.ahead:
+    if felt.ahead > 0.0:
         u.down_ahead = u.time
-    if (felt.behind or felt.ahead) and math.isnan(u.touched):
+    if max(felt.behind, felt.ahead) > 0.0 and math.isnan(u.touched):
         u.touched = u.time
     lately = u.time - LATELY * constants.timestep
     if max(u.down_behind, u.down_ahead) < lately:
@@ -114,7 +114,8 @@ def bear(constants: Constants, u: Any, readings: Any, lands: bool) -> None:
     leg, limits = constants.places.legs[stance_of(u)], constants.limits
     light = LIGHT_CONTACT * limits.weight
     felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q), light)
-    u.moment, u.flat = felt.moment, 1.0 if felt.behind and felt.ahead else 0.0
+    u.moment, u.flat = felt.moment, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
+    u.patch_behind, u.patch_ahead = max(u.patch_behind, felt.behind), max(u.patch_ahead, felt.ahead)
     u.ratio = 0.0 if lands else felt.ratio
 
 

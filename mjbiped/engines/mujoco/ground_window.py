@@ -10,7 +10,6 @@ terrain, whatever window it was found in.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import partial
 
 import numpy as np

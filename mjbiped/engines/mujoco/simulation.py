@@ -150,9 +150,7 @@ class Simulation:
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
         scuffs, shortest = not robot.collides_from_lift_off, self._shortest
-        foot = robot.bodies.foot
-        # a foot that is a body is not bounded: it tips
-        behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
+        foot, (behind, ahead) = robot.bodies.foot, robot.sole or (math.inf, math.inf)
         return Constants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places,

@@ -127,6 +127,8 @@ class State(ctypes.Structure):
     touched: float  # when the swing foot touched the ground first, s; NaN: it does not touch it
     down_behind: float  # when the swing foot touched the ground last behind its ankle, s
     down_ahead: float  # when it did ahead of it, s
+    patch_behind: float  # farthest contact of the stance foot behind its ankle in this gait step, m
+    patch_ahead: float  # farthest one ahead of it, m
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
     foot_torque: float  # that holds the swing foot, N m
 
