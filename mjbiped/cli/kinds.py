@@ -19,7 +19,7 @@ from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.robots.kinds import KINDS, NAMED, named
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Ends
+from mjbiped.utils.domains import Count, Domain, Ends, Words
 from mjbiped.utils.files import check_writable
 
 MODEL = ".xml"
@@ -111,8 +111,10 @@ def number(text: Any, domain: Domain | Count) -> Any:
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
-def quantity(domain: Domain | Count | Ends) -> Kind:
-    """Return the type of a number, or of two ends, in a domain."""
+def quantity(domain: Domain | Count | Ends | Words) -> Kind:
+    """Return the type of a number, of two ends, or of a word, in a domain."""
+    if isinstance(domain, Words):
+        return Kind("WORD", lambda value: domain.check("word", value), domain.words)
     if isinstance(domain, Ends):
         return Kind("X[,X]", lambda value: domain.read("", value), domain.words)
     return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)

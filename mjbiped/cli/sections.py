@@ -11,7 +11,7 @@ import click
 
 from mjbiped.cli.files import Results
 from mjbiped.cli.kinds import quantity
-from mjbiped.utils.domains import Count, Domain, Ends
+from mjbiped.utils.domains import Count, Domain, Ends, Words
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -49,7 +49,7 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
 
     def decorate(function: Function) -> Function:
         for name, given, text, *rest in reversed(rows):
-            kind = quantity(given) if isinstance(given, Domain | Count | Ends) else given
+            kind = quantity(given) if isinstance(given, Domain | Count | Ends | Words) else given
             default = rest[0] if rest else False if kind is bool else None
             function = click.option(
                 *name.split(),

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
+from mjbiped.robots.bodies import Foot, Limb
 from mjbiped.robots.robot import Robot
 
 WORLD, SLIDER, HIP = "world", "slider", "hip"
@@ -78,14 +79,26 @@ def links_of(robot: Robot) -> list[Link]:
         parent, below = HIP, 0.0
         for number, segment in enumerate(bodies.leg):
             name = f"{limbs[0].name}_{segment.name}" if len(limbs) == 1 else robot.kind
-            length, last = robot.leg_length, number == len(bodies.leg) - 1
+            length, last = robot.leg_length, number == len(bodies.leg) - 1 and bodies.foot is None
             rods = tuple(Rod(limb.offset, length * limb.across, segment.length, last) for limb in limbs)
             inertia = max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)
             moved = (segment.mass, segment.centre, inertia)
             joint = f"{limbs[0].name}_knee" if number else hinge
             links.append(Link(name, parent, joint, False, Y, below, number > 0, *moved, rods))
             parent, below = name, segment.length
+        if bodies.foot is not None:
+            links.append(_foot_of(bodies.foot, limbs[0], parent, below, robot.leg_length))
     return links
+
+
+def _foot_of(foot: Foot, limb: Limb, parent: str, below: float, length: float) -> Link:
+    """A foot that turns about an ankle: rods to its heel and to its toe."""
+    ends = (foot.behind, -foot.ahead)
+    rods = tuple(
+        Rod(math.atan2(end, foot.height), length * limb.across, math.hypot(end, foot.height), True) for end in ends
+    )
+    name, moved = f"{limb.name}_foot", (foot.mass, 0.0, foot.inertia)
+    return Link(name, parent, name, False, Y, below, False, *moved, rods)
 
 
 def end_of(rod: Rod, share: float = 1.0) -> tuple[float, float, float]:

@@ -97,7 +97,7 @@ def _rates(robot: Robot, dq: Sequence[float], stance: int, qpos: NDArray[np.floa
     """Rates of a posture."""
     # `posture` is linear in the angles behind the hip's place, but for the turns that a wheel has made
     turning, still = (robot.posture((0.0, 0.0), stance, angles)[2:] for angles in (dq, [0.0] * len(dq)))
-    x, z = (qpos[:2] - robot.limbs(qpos)[stance, -1]).tolist()
+    x, z = (qpos[:2] - robot.limbs(qpos)[stance, len(robot.bodies.leg)]).tolist()  # about the leg's end
     return [dq[0] * z, -dq[0] * x, *(after - before for after, before in zip(turning, still, strict=True))]
 
 

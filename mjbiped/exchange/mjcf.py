@@ -90,7 +90,8 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
         spec.delete(sensor)  # they make MuJoCo call callbacks that are not there
     _let_others_pass(spec, robot, ground, cut)
-    height = robot.leg_length + terrain.height_at(0.0)  # the file opens with the robot upright on the ground
+    # the file opens with the robot upright on the ground
+    height = robot.posture((0.0, terrain.height_at(0.0)), 0, [0.0] * len(robot.angles))[1]
     spec.body("hip").pos = [0.0, 0.0, height]
     spec.joint("hip_z").ref = height
     model = spec.compile()
@@ -133,5 +134,5 @@ def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int
     for geom in spec.geoms:
         if geom.name in ahead:
             geom.conaffinity = _STANCE | _OTHERS
-    for limb in robot.bodies.limbs[1:]:
-        spec.geom(f"{limb.name}_foot").contype = _OTHERS
+    for name in (name for limb in robot.bodies.limbs[1:] for name in robot.bodies.feet(limb)):
+        spec.geom(name).contype = _OTHERS

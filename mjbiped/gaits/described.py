@@ -40,7 +40,8 @@ def passive_gait_of(robot: Robot, slope: float) -> Passive:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    return FINDERS[robot.kind](robot, slope)
+    flat = robot.flat
+    return FINDERS[flat.kind](flat, slope)
 
 
 def usual_gait(robot: Any, slope: float) -> Periodic:

@@ -27,7 +27,7 @@ from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, KneedStep, flexion_poi
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.robot import Array
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils import domains
 
 SPEED = 0.494
@@ -285,14 +285,14 @@ def find_reference(
         InputError: A number is outside its domain, or the robot is neither a `Compass` nor a `KneedBiped`.
         GaitError: There is no such gait, or none was found; the message says what stands in the way.
     """
-    if getattr(robot, "kind", None) not in _KINDS:
+    if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
         raise InputError(
             f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m; the swing foot "
             "would be above the hip"
         )
-    return _find(robot, Goal(speed, clearance, retraction, torque_limit, friction))
+    return _find(robot.flat, Goal(speed, clearance, retraction, torque_limit, friction))
 
 
 _searches_forbidden: ContextVar[bool] = ContextVar("searches_forbidden", default=False)

@@ -82,7 +82,7 @@ def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGai
     """
     if not isinstance(robot, RoundCompass):
         domains.check_kind("robot", robot, Compass)
-    return _find(robot, checked_slope(slope))
+    return _find(robot.flat, checked_slope(slope))
 
 
 def checked_slope(slope: float) -> float:

@@ -24,6 +24,7 @@ from mjbiped.rules.termination import LIGHT_CONTACT
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
+    from mjbiped.robots.robot import Robot
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -75,6 +76,27 @@ def unknown() -> Floats:
     return np.full(BINS, np.nan)
 
 
+def pressure_place(robot: Robot, torque: float, force: tuple[float, float], slope: float) -> float:
+    """Centre of pressure that a torque of the ankle requires, m ahead of the point below the ankle.
+
+    Args:
+        robot: The robot; its ankle may be higher than the sole.
+        torque: Of the ankle, N m.
+        force: Of the ground, forward and upward, N.
+        slope: Of the ground, rad.
+
+    Returns:
+        NaN where the ground does not press.
+    """
+    forward, upward = force
+    normal = forward * math.sin(slope) + upward * math.cos(slope)
+    if not normal > LIGHT_CONTACT * robot.weight:
+        return math.nan
+    foot = robot.bodies.foot
+    along = forward * math.cos(slope) - upward * math.sin(slope)
+    return -(torque + (0.0 if foot is None else foot.height * along)) / normal
+
+
 def centre_of_pressure(walk: Walk) -> Floats:
     """Centre of pressure that the ankle's torque requires at each sample, shape (samples,), m ahead of the ankle.
 
@@ -86,10 +108,8 @@ def centre_of_pressure(walk: Walk) -> Floats:
     places = np.full(len(samples["time"]), math.nan)
     for k in np.flatnonzero(stance_knee.is_sound(walk)):
         q, dq, torque, slope = (samples[name][k] for name in ("q", "dq", "torque", "slope"))
-        forward, upward = robot.ground_force(q, dq, torque, slope, locked=locked[k], stance_flexion=bent[k])
-        normal = forward * math.sin(slope) + upward * math.cos(slope)
-        if normal > LIGHT_CONTACT * robot.weight:
-            places[k] = -torque[0] / normal
+        force = robot.ground_force(q, dq, torque, slope, locked=locked[k], stance_flexion=bent[k])
+        places[k] = pressure_place(robot, torque[0], force, slope)
     return places
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
+from mjbiped.records.pressure import pressure_place
 from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot
@@ -56,6 +57,7 @@ _SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
 _SPOT_OPACITY = 0.45
 _TRACE_PIXELS = 2.5
 _SOLE_WIDTH = 0.012
+_PRESSED = 0.016
 
 
 class Scales(NamedTuple):
@@ -90,7 +92,7 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
     if "shadows" in elements:
         for side, (height, slope) in enumerate(moment.ground):
             _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
-    if robot.sole is not None:
+    if robot.sole is not None and robot.bodies.foot is None:
         for side, (_, slope) in enumerate(moment.ground):
             _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], _LEGS[side % len(_LEGS)])
     if "traces" in elements:
@@ -104,7 +106,10 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
         back, ahead = ((foot[0] + way * along[0], foot[1] + way * along[1]) for way in (-reach, reach))
         pen.bar(back, ahead, -CUT - 0.01, _ESTIMATE_WIDTH * length, (*ESTIMATE_COLOUR, 1.0))
     if "force" in elements:
-        _draw_force(pen, foot, moment.force, scales.force, length)
+        at = foot if robot.sole is None else pressed(robot, moment, foot)
+        _draw_force(pen, at, moment.force, scales.force, length)
+        if robot.sole is not None:
+            pen.ball(at, _FRONT, _PRESSED * length, (1.0, 1.0, 1.0, 1.0))  # it moves on dark soles
     if "torque" in elements:
         places = ((foot, angle), (hip, 0.0), (legs[(moment.stance + 1) % len(legs)][1], 0.0))
         signals = torques_of(type(robot))
@@ -145,6 +150,14 @@ def _draw_torque(
     back = angles[-1] - math.copysign(head / radius, sweep)
     for out in (radius + 0.6 * head, radius - 0.6 * head):
         pen.bar(place(angles[-1]), place(back, out), _FRONT, width, rgba)
+
+
+def pressed(robot: Robot, moment: Moment, foot: Pair) -> Pair:
+    """The centre of pressure in the sole, x and z in m, by the point below the ankle; it stays within the sole."""
+    behind, ahead = robot.sole or (0.0, 0.0)
+    place = pressure_place(robot, moment.torque[0], moment.force, moment.slope)
+    place = min(max(place, -behind), ahead) if math.isfinite(place) else 0.0
+    return foot[0] + place * math.cos(moment.slope), foot[1] - place * math.sin(moment.slope)
 
 
 def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float) -> None:
@@ -218,6 +231,11 @@ class _Pen:
         if geom is not None:
             y *= self.length
             mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
+
+    def ball(self, place: Pair, y: float, radius: float, rgba: tuple[float, ...]) -> None:
+        """Add a ball of a radius (m) at a point x, z (m) of the plane at y."""
+        centre = np.array((place[0], y * self.length, place[1]))
+        self._add(mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, np.eye(3).ravel(), rgba)
 
     def spot(self, place: tuple[float, float, float], slope: float, size: Pair, rgba: tuple[float, ...]) -> None:
         """Add a flat ellipse on the ground."""

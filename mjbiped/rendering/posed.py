@@ -51,8 +51,9 @@ class PosedScene:
         scene = self._windows.about(x)
         self.model, self._inside = scene.model, self._windows.inside(scene)
         fit_cameras(self.model, self._length)
-        for limb in self._robot.bodies.limbs:
-            self.model.geom(f"{limb.name}_foot").margin[:] = _TOUCHING * self._length
+        bodies = self._robot.bodies
+        for name in (name for limb in bodies.limbs for name in bodies.feet(limb)):
+            self.model.geom(name).margin[:] = _TOUCHING * self._length
         self.data = mujoco.MjData(self.model)
         return True
 

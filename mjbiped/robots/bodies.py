@@ -83,3 +83,9 @@ class Bodies(NamedTuple):
     leg: tuple[Segment, ...]
     limbs: tuple[Limb, ...] = SIDES
     foot: Foot | None = None
+
+    def feet(self, limb: Limb) -> list[str]:
+        """Names of the geoms with which a leg meets the ground."""
+        if self.foot is None:
+            return [f"{limb.name}_foot"]
+        return [f"{limb.name}_sole"] if self.foot.box else [f"{limb.name}_heel", f"{limb.name}_toe"]

@@ -59,6 +59,11 @@ class Robot(ABC):
         return 0.0
 
     @property
+    def flat(self) -> Robot:
+        """The robot whose gaits and equations are this one's while its feet lie flat: itself, but for feet with mass."""
+        return self
+
+    @property
     def mechanism(self) -> Self:
         """The robot without its sole, on which neither its equations of motion nor its passive gaits depend."""
         return self if self.sole is None else dataclasses.replace(self, sole=None)  # type: ignore[type-var]  # subclasses
@@ -264,7 +269,7 @@ class Robot(ABC):
     @classmethod
     def numbers(cls) -> tuple[str, ...]:
         """Names of the parameters that are single numbers."""
-        return tuple(name for name in cls.parameters() if name != "sole")
+        return tuple(name for name in cls.parameters() if name not in ("sole", "underside"))
 
     def to_dict(self) -> dict[str, Any]:
         """Kind and parameters in plain JSON types; `mjbiped.robots.kinds.robot_from` reads it."""

@@ -306,6 +306,30 @@ class Ends:
         return self.check(name, value)
 
 
+@dataclass(frozen=True)
+class Words:
+    """Words, one of which is chosen.
+
+    Attributes:
+        valid: All of them.
+    """
+
+    valid: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """Description of a valid word."""
+        return f"one of {', '.join(self.valid)}"
+
+    def check(self, name: str, value: object) -> str:
+        """Check a word.
+
+        Raises:
+            InputError: It is none of the valid ones; the message suggests the nearest.
+        """
+        return known_name(name, value, self.valid)
+
+
 def entries(value: object) -> tuple[Any, ...] | None:
     """Return the entries of a list, a tuple or an array; None for a single value, text or a mapping."""
     if isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping):
@@ -343,6 +367,7 @@ INERTIA = Domain(0.0, 1e12, "kg m^2")
 FOOT_RADIUS = Domain(0.0, 1e3, "m")
 GRAVITY = Domain(1e-3, 1e3, "m/s^2")
 SOLE = Ends(Domain(0.0, 1e3, "m"))
+UNDERSIDE = Words(("pads", "box"))
 MUJOCO_LEG = Domain(0.01, 10.0, "m")
 
 # ---- its state -------------------------------------------------------------------------------------------------------

@@ -158,8 +158,9 @@ class LiveWalk(Source):
         stance, torque = int(u.stance), max(map(abs, u.torque))
         if stance != self._stance:
             self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
-        geom = f"{self.robot.bodies.limbs[stance].name}_foot"
-        self._impulse += duration * contact_force(simulation.model, simulation.data, geom)
+        bodies = self.robot.bodies
+        for geom in bodies.feet(bodies.limbs[stance]):
+            self._impulse += duration * contact_force(simulation.model, simulation.data, geom)
         self._span += duration
         if self.scales.torque < torque < math.inf:
             self.scales = self.scales._replace(torque=float(torque))

@@ -25,7 +25,7 @@ already, is out of contact for single physics steps."""
 PLAUSIBLE = 0.08
 """Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
 cm on an edge of 2 cm is tilted by more."""
-LATELY = 2.5  # physics steps in which the foot has touched on both sides when it stands
+LATELY = 0.5  # physics steps in which the foot has touched on both sides when it stands
 
 
 def foot_servo(foot: Foot, leg_length: float, gravity: float) -> Servo:

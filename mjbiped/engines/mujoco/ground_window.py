@@ -16,7 +16,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
-from mjbiped.engines.mujoco.scene import Scene, compose_scene, feet_of
+from mjbiped.engines.mujoco.scene import Scene, compose_scene
 from mjbiped.engines.mujoco.state import Leg, Places
 from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
@@ -103,7 +103,7 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
     names = [model.geom(index).name for index in range(model.ngeom)]
     whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
     pieces = [scene.pieces.get(name, whole) for name in names]
-    owners = {name: float(n) for n, limb in enumerate(bodies.limbs) for name in feet_of(robot, limb)}
+    owners = {name: float(n) for n, limb in enumerate(bodies.limbs) for name in bodies.feet(limb)}
     profile = Profile(*(values[shown] for values in terrain.profile))
     return Places(
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
@@ -134,7 +134,7 @@ def _lengths(robot: Robot) -> list[float]:
 def _leg_in(model: mujoco.MjModel, robot: Robot, limb: Limb) -> Leg:
     """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
     name, lengths, foot = limb.name, _lengths(robot), robot.bodies.foot
-    geoms = [int(model.geom(part).id) for part in feet_of(robot, limb)]
+    geoms = [int(model.geom(part).id) for part in robot.bodies.feet(limb)]
     leg = Leg(
         hip=int(model.joint(limb.hinge).qposadr[0]),
         offset=limb.offset,

@@ -226,6 +226,9 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     if constants.feet:
         if lands_flat(constants, u, x):
             u.lifted = u.stance
+        else:
+            for index in range(len(constants.places.order)):
+                u.rates_before[index] = u.rates[index]
         return
     if not (u.collides and -constants.deepest < u.clear < 0.0):
         return
@@ -357,7 +360,7 @@ def transfer(parts: Any, constants: Constants, u: Any, row: MutableSequence[floa
         u.outcome, u.noted = _DIVERGED, 0.0
         return
     dq_before = u.turning
-    put(dq_before, rates_of(legs, u.old_rates, old, u.old_share))
+    put(dq_before, rates_of(legs, u.rates_before if constants.feet else u.old_rates, old, u.old_share))
     put(u.told_before, angles_of(legs, u.q, count, u.tilt, u.slope))
     stand_on(constants, u, new)
     slope = -math.atan(profile.gradient[segment])

@@ -167,7 +167,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         last = bodies.leg[-1].length
         shown = spec.geom(f"{side}_{bodies.leg[-1].name}")
         shown.fromto = [0.0, y, 0.0, *_down(limb, last - 0.018 * length, y)]
-        feet = [spec.geom(name) for name in feet_of(robot, limb)]
+        feet = [spec.geom(name) for name in bodies.feet(limb)]
         if bodies.foot is not None:
             _set_foot(spec, limb, bodies.foot, last, length)
         else:
@@ -175,14 +175,6 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         for foot in feet:
             foot.friction = [GROUND_FRICTION, 0.0, 0.0]
             foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
-
-
-def feet_of(robot: Robot, limb: Limb) -> list[str]:
-    """Names of the geoms with which a leg meets the ground."""
-    foot = robot.bodies.foot
-    if foot is None:
-        return [f"{limb.name}_foot"]
-    return [f"{limb.name}_sole"] if foot.box else [f"{limb.name}_heel", f"{limb.name}_toe"]
 
 
 def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: float) -> None:

@@ -136,6 +136,7 @@ class State(ctypes.Structure):
     rates: Coordinates  # their rates then
     old_q: Coordinates  # qpos at the observation before
     old_rates: Coordinates
+    rates_before: Coordinates  # rates when the swing foot was last not about to stand flat
     qvel: Coordinates  # `mjData.qvel` where it shows something else meanwhile
     qacc: Coordinates  # accelerations in the step last resolved
     acceleration: Coordinates  # those of the step before it, where `smooth` says so

@@ -15,7 +15,7 @@ from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
-PADS, BOX = UNDERSIDES = ("pads", "box")
+PADS, BOX = domains.UNDERSIDE.valid
 """What a foot stands on: a pad under the heel and one under the toe, or all of a flat sole."""
 
 
@@ -50,7 +50,7 @@ class FootedCompass(Compass):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = (0.12, 0.12)
     foot_mass: Annotated[float, domains.LEG_MASS] = 0.15
     ankle_height: Annotated[float, domains.LENGTH] = 0.02
-    underside: str = PADS
+    underside: Annotated[str, domains.UNDERSIDE] = PADS
 
     kind: ClassVar[str] = "footed"
     places: ClassVar[tuple[str, ...]] = (*Compass.places, "left_foot", "right_foot")
@@ -58,7 +58,6 @@ class FootedCompass(Compass):
     def __post_init__(self) -> None:
         """Check every value, and that the leg without its foot is a possible body."""
         super().__post_init__()
-        domains.known_name("underside", self.underside, UNDERSIDES)
         if self.sole is None or min(self.sole) <= 0.0:
             raise InputError(
                 f"sole = {self.sole}: a FootedCompass stands on heel and toe, both farther than 0 from the ankle; a "
@@ -71,10 +70,14 @@ class FootedCompass(Compass):
             )
 
     @property
-    def mechanism(self) -> Compass:
-        """The compass biped of the same legs without soles, whose passive gaits and equations of motion are this one's."""
-        names = set(Compass.parameters()) - {"sole"}
-        return Compass(**{name: getattr(self, name) for name in names})
+    def flat(self) -> Compass:
+        """The compass biped of the same legs on the same soles."""
+        return Compass(**{name: getattr(self, name) for name in Compass.parameters()})
+
+    @property
+    def mechanism(self) -> Compass:  # type: ignore[override]  # without feet it is of another kind
+        """The compass biped of the same legs without feet."""
+        return self.flat.mechanism
 
     @property
     def _leg_alone(self) -> Segment:
