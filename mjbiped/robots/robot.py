@@ -60,7 +60,7 @@ class Robot(ABC):
 
     @property
     def flat(self) -> Robot:
-        """The robot whose gaits and equations are this one's while its feet lie flat: itself, but for feet with mass."""
+        """The robot whose gaits and equations are this one's while its feet lie flat: itself, unless they have mass."""
         return self
 
     @property

@@ -8,14 +8,17 @@ of the terrain is in it.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from mjbiped.engines.mujoco.contacts import borne
+from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import Constants, Leg, Servo, foot_of, stance_of, swing_of
 from mjbiped.robots.bodies import Foot
 from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground
 
+LONGEST = 1e-4  # physics step, s
 RESPONSE = 60.0
 """Natural frequency of the servo of the swing foot, in sqrt(gravity / leg length): a foot that lands with an error of 5
 degrees presses with a fifth of the weight before it lies flat."""
@@ -26,6 +29,15 @@ PLAUSIBLE = 0.08
 """Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
 cm on an edge of 2 cm is tilted by more."""
 LATELY = 0.5  # physics steps in which the foot has touched on both sides when it stands
+
+
+def for_feet(options: Options, foot: Foot) -> Options:
+    """The engine's settings for feet that turn about ankles: short steps of one length, since no touchdown ends one.
+
+    A box would meet heightfields in single points.
+    """
+    ground = BOXES if foot.box and options.ground == AUTO else options.ground
+    return replace(options, timestep=min(options.timestep, LONGEST), lands=False, ground=ground)
 
 
 def foot_servo(foot: Foot, leg_length: float, gravity: float) -> Servo:

@@ -13,9 +13,7 @@ from mjbiped.utils.domains import known_name
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
-WITH_FEET = 1e-4
-"""Longest step where feet turn about ankles, whose touchdowns end none, s."""
-GROUND_KINDS = ("auto", "heightfield", "boxes")
+AUTO, _, BOXES = GROUND_KINDS = ("auto", "heightfield", "boxes")
 ROOM = 8  # integrated states of a controller that one machine code has room for
 LOCKED, MOTOR = STANCE_KNEES = ("locked", "motor")
 """What holds the stance knee of a robot with knees."""

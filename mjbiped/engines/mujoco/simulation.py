@@ -29,10 +29,10 @@ from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Native, attached, check_offsets
 from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
 from mjbiped.engines.mujoco.contacts import refuses
-from mjbiped.engines.mujoco.feet import foot_servo
+from mjbiped.engines.mujoco.feet import foot_servo, for_feet
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.motors import Parts, Recording, Setting
-from mjbiped.engines.mujoco.options import MOTOR, ROOM, WITH_FEET, Options
+from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.scene import Scene, first_state
 from mjbiped.engines.mujoco.servo import NONE, servo_of
 from mjbiped.engines.mujoco.state import SIZE, Constants, Places, Softness, State, Userdata
@@ -94,7 +94,7 @@ class Simulation:
         """
         robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
         if robot.bodies.foot is not None:
-            options = replace(options, timestep=min(options.timestep, WITH_FEET), lands=False)
+            options = for_feet(options, robot.bodies.foot)
         if disturbances.in_loop:
             options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
         self.plan, self.options, self._compile = plan, options, compile

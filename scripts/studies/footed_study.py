@@ -1,0 +1,104 @@
+"""Feet that are bodies, in MuJoCo, beside an ideal sole of the same length in the hybrid engine.
+
+Forty steps on thirteen kinds of ground from three phases, with the law that supervises itself: on pads under heel and
+toe, and on a box. Told of each: how many walks come through, and of these how far a standing foot tipped and slid, how
+long heel and toe of a landing foot were apart, how long it stood on one of them alone, and how well rates after a
+touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/tables/feet.md.
+
+    python -m scripts.studies.footed_study --page docs/tables/feet.md
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from tqdm.auto import tqdm
+
+import mjbiped
+from controllers import SupervisedController
+from mjbiped.records import measures
+from mjbiped.records.measures import THROUGH
+from scripts.pages import show_table
+from scripts.studies.soles_study import STEPS, grounds
+from scripts.studies.supervised_study import CLEARANCE, SOLES
+
+PHASES = (0, 3, 6)
+KINDS = ("level", "3° up", "5° up", "3° down", "5° down", "stairs +2 cm", "stairs +4 cm", "stairs −2 cm")
+KINDS += ("stairs −4 cm", "stairs −6 cm", "mixed", "treads, 1 cm", "treads, 2 cm")
+
+HEADINGS = ("ground", "through", "c_mt", "tipped, °", "slid, mm", "slap, ms", "one-sided, ms", "impact map, %")
+
+
+def robots(half: float) -> Iterator[tuple[str, str, mjbiped.Compass]]:
+    """An ideal sole of a half length (m), and feet of that length: name, engine and robot."""
+    yield "ideal sole, hybrid engine", "hybrid", mjbiped.Compass(sole=(half, half))
+    yield "pads, MuJoCo", "mujoco", mjbiped.FootedCompass(sole=(half, half))
+    yield "box, MuJoCo", "mujoco", mjbiped.FootedCompass(sole=(half, half), underside="box")
+
+
+def impact_errors(walk: mjbiped.Walk) -> list[float]:
+    """How far rates after each touchdown are from the impact map, in the greatest of them."""
+    table = walk.touchdowns
+    errors = []
+    for q, before, after in zip(table["q_before"], table["dq_before"], table["dq"], strict=True):
+        wanted = walk.robot.rates_after_touchdown(q, before)
+        errors.append(float(np.abs(after - wanted).max() / np.abs(wanted).max()))
+    return errors
+
+
+def told(walks: Sequence[mjbiped.Walk]) -> list[str]:
+    """The cells of one ground: of the walks that came through, the worst but for cost and impact, which are medians."""
+    through = [walk for walk in walks if measures.summary(walk)["verdict"] == THROUGH]
+    share = f"{len(through)} of {len(walks)}"
+    if not through:
+        return [share, *["–"] * (len(HEADINGS) - 2)]
+    costs = np.median([walk.cost_of_transport for walk in through])
+    slid = max(1e3 * walk.touchdowns["slip"].max() for walk in through)
+    impact = 100 * np.median([error for walk in through for error in impact_errors(walk)])
+    if "slap" not in through[0].touchdowns:
+        return [share, f"{costs:.3f}", "–", f"{slid:.2f}", "–", "–", f"{impact:.2g}"]
+    of_feet = {
+        name: max(scale * np.nanmax(walk.touchdowns[name]) for walk in through)
+        for name, scale in {"tipped": np.rad2deg(1.0), "slap": 1e3, "one_sided": 1e3}.items()
+    }
+    return [
+        *(share, f"{costs:.3f}", f"{of_feet['tipped']:.2f}", f"{slid:.2f}"),
+        *(f"{of_feet['slap']:.1f}", f"{of_feet['one_sided']:.0f}", f"{impact:.2g}"),
+    ]
+
+
+def rows_of(engine: str, law: SupervisedController, bar: Any) -> list[list[str]]:
+    """A row for each ground, and one of how many walks came through in all."""
+    made: Mapping[str, list[mjbiped.Terrain]] = {
+        name: [ground(phase) for phase in PHASES] for name, ground in grounds() if name in KINDS
+    }
+    walks = mjbiped.walk_many(
+        law, [terrain for terrains in made.values() for terrain in terrains], engine=engine, steps=STEPS
+    )
+    bar.update()
+    parts = [walks[k : k + len(PHASES)] for k in range(0, len(walks), len(PHASES))]
+    rows = [[name, *told(part)] for name, part in zip(made, parts, strict=True)]
+    count = sum(int(row[1].split()[0]) for row in rows)
+    return [*rows, ["all", f"{count} of {len(walks)}", *[""] * (len(HEADINGS) - 2)]]
+
+
+@click.command()
+@click.option("--page", type=Path, help="Page of docs/ that gets the tables.")
+def main(page: Path | None) -> None:
+    """Walk, print, and write what was asked for."""
+    cases = [(sole, half, *case) for sole, half in SOLES.items() for case in robots(half)]
+    with tqdm(total=len(cases), mininterval=30.0 if not sys.stderr.isatty() else 0.1) as bar:
+        for sole, half, name, engine, robot in cases:
+            gait = mjbiped.find_reference(mjbiped.Compass(sole=(half, half)), clearance=CLEARANCE, retraction=False)
+            rows = rows_of(engine, SupervisedController(robot, gait), bar)
+            title = f"{sole}: {name}"
+            show_table(title, HEADINGS, rows, page, title.replace("±", "").replace(",", ""))
+
+
+if __name__ == "__main__":
+    main()
