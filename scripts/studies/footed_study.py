@@ -28,7 +28,16 @@ from scripts.studies.soles_study import STEPS, grounds
 from scripts.studies.supervised_study import CLEARANCE, SOLES
 
 PHASES = (0, 3, 6)
-KINDS = ("level", "3° up", "5° up", "3° down", "5° down", "stairs +2 cm", "stairs +4 cm", "stairs −2 cm")
+KINDS: tuple[str, ...] = (
+    "level",
+    "3° up",
+    "5° up",
+    "3° down",
+    "5° down",
+    "stairs +2 cm",
+    "stairs +4 cm",
+    "stairs −2 cm",
+)
 KINDS += ("stairs −4 cm", "stairs −6 cm", "mixed", "treads, 1 cm", "treads, 2 cm")
 
 HEADINGS = ("ground", "through", "c_mt", "tipped, °", "slid, mm", "slap, ms", "one-sided, ms", "impact map, %")

@@ -92,6 +92,7 @@ def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
     """Inertias of uniform rods follow masses and lengths unless they are given."""
     assert [robot_named(name, {}) for name in NAMED] == [
         mjbiped.Compass(),
+        mjbiped.FootedCompass(),
         ROBOTS[1],
         mjbiped.RimlessWheel(),
         mjbiped.RoundCompass(),

@@ -28,7 +28,6 @@ already, is out of contact for single physics steps."""
 PLAUSIBLE = 0.08
 """Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
 cm on an edge of 2 cm is tilted by more."""
-LATELY = 0.5  # physics steps in which the foot has touched on both sides when it stands
 
 
 def for_feet(options: Options, foot: Foot) -> Options:
@@ -68,7 +67,7 @@ def gaps(constants: Constants, leg: Leg, q: Any) -> tuple[float, float]:
 
 def begin_flat(u: Any) -> None:
     """Let a walk begin on ground as it is under the first foot."""
-    u.stood = u.level = u.foothold = u.foothold_before = u.slope
+    u.stood = u.level = u.slope
 
 
 def see_stance_foot(constants: Constants, u: Any) -> None:
@@ -83,15 +82,11 @@ def see_stance_foot(constants: Constants, u: Any) -> None:
 def stand_flat(u: Any, new: float) -> None:
     """Note the angle of a new foothold, rad, and what the feet take the ground's to be.
 
-    An angle far from that of the ground so far is that of a foot on an edge, unless the next foothold confirms it: then
-    the median of the last three stands.
+    An angle far from that of the ground so far is that of a foot on an edge, unless the foothold before was like it.
     """
-    before, first = u.foothold, u.foothold_before
-    u.stood, u.foothold_before, u.foothold = new, before, new
-    if abs(new - u.level) < PLAUSIBLE:
+    if min(abs(new - u.level), abs(new - u.stood)) < PLAUSIBLE:
         u.level = new
-    else:
-        u.level = max(min(new, before), min(max(new, before), first))
+    u.stood = new
 
 
 def lands_flat(constants: Constants, u: Any, x: float) -> bool:
@@ -104,21 +99,18 @@ def lands_flat(constants: Constants, u: Any, x: float) -> bool:
 
 
 def stands(constants: Constants, u: Any, readings: Any) -> bool:
-    """Whether the ground bears the swing foot on both sides of its ankle, as its sensors show; notes when it did."""
+    """Whether the ground bears the swing foot on both sides of its ankle, by its sensors; notes its first contact."""
     legs = constants.places.legs
     leg = legs[swing_of(u, legs)]
     below = foot_of(leg, u.q)
     felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q), 0.0)
-    if felt.behind > 0.0:
-        u.down_behind = u.time
-    if felt.ahead > 0.0:
-        u.down_ahead = u.time
-    if max(felt.behind, felt.ahead) > 0.0 and math.isnan(u.touched):
-        u.touched = u.time
-    lately = u.time - LATELY * constants.timestep
-    if max(u.down_behind, u.down_ahead) < lately:
+    if max(felt.behind, felt.ahead) > 0.0:
+        u.down = u.time
+        if math.isnan(u.touched):
+            u.touched = u.time
+    elif u.time - u.down > constants.limits.airborne:
         u.touched = math.nan
-    return bool(min(u.down_behind, u.down_ahead) > lately)
+    return bool(min(felt.behind, felt.ahead) > 0.0)
 
 
 def bear(constants: Constants, u: Any, readings: Any, lands: bool) -> None:

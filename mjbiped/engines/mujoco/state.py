@@ -118,15 +118,12 @@ class State(ctypes.Structure):
     work_hold: float  # its absolute work since the start, J
     # what a foot that turns about an ankle needs
     stood: float  # angle of the stance foot when it came to stand, rad
-    level: float  # angle at which the swing foot is held, rad
-    foothold: float  # angle of the last foothold, rad
-    foothold_before: float  # that of the one before it
+    level: float  # what the feet take the ground's slope to be, rad
     flat: float  # 1: the ground bore the stance foot on both sides of the ankle in the step last resolved
     tipped: float  # greatest angle by which the stance foot has tipped in this gait step, rad
     one_sided: float  # time in this gait step in which the stance foot was borne on one side alone, or not at all, s
-    touched: float  # when the swing foot touched the ground first, s; NaN: it does not touch it
-    down_behind: float  # when the swing foot touched the ground last behind its ankle, s
-    down_ahead: float  # when it did ahead of it, s
+    touched: float  # when the swing foot touched the ground first, s; NaN: it is in the air
+    down: float  # when it touched it last, s
     patch_behind: float  # farthest contact of the stance foot behind its ankle in this gait step, m
     patch_ahead: float  # farthest one ahead of it, m
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved

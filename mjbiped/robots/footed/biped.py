@@ -28,7 +28,7 @@ class FootedCompass(Compass):
     compass biped with a sole, but for the ankle's height: laws, gaits and references are found for that.
 
     In MuJoCo the feet stand, tip and slide on the ground as their contacts make them. The swing foot is held parallel
-    to the median of the last three footholds, as the joints' angles tell it.
+    to the ground that the last footholds told, by the angles of the joints.
 
     Attributes:
         leg_mass: Mass of one leg with its foot, kg.
