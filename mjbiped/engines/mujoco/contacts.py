@@ -72,16 +72,16 @@ class Borne(NamedTuple):
         moment: Of the contacts' normal forces about the point below the ankle, as an ankle's torque, N m.
         behind: Distance of the farthest contact behind the ankle, m; 0: there is none.
         ahead: Distance of the farthest one ahead of it, m.
-        ratio: Friction ratio |F_t| / F_n, of the sums of all contacts, whose shares of friction are undetermined.
+        shear: Sum of the contacts' friction forces, N; how they share it is undetermined.
     """
 
     moment: float
     behind: float
     ahead: float
-    ratio: float
+    shear: float
 
 
-def borne(readings: Any, first: int, slots: int, foot: tuple[float, float], angle: float, light: float) -> Borne:
+def borne(readings: Any, first: int, slots: int, foot: tuple[float, float], angle: float) -> Borne:
     """How the ground bears a foot; see `felt`.
 
     Args:
@@ -90,19 +90,17 @@ def borne(readings: Any, first: int, slots: int, foot: tuple[float, float], angl
         slots: Number of the sensor's floats.
         foot: The point of the sole below the ankle, x and z in m.
         angle: Of the sole, as a slope, rad.
-        light: Normal force, N, up to which friction is noise.
     """
     sine, cosine = math.sin(angle), math.cos(angle)
-    moment = pressure = tangential = behind = ahead = 0.0
+    moment = shear = behind = ahead = 0.0
     for slot in range(first, first + slots, READING):
         if readings[slot + FOUND] > 0.0 and -readings[slot + NORMAL + 2] >= SMALLEST_UPWARD_NORMAL:
             x, z = readings[slot + POSITION] - foot[0], readings[slot + POSITION + 2] - foot[1]
             along, force = x * cosine - z * sine, readings[slot + FORCE_SHOWN]
             moment -= along * force
             behind, ahead = max(behind, -along), max(ahead, along)
-            pressure += force
-            tangential += readings[slot + FORCE_SHOWN + 2]
-    return Borne(moment, behind, ahead, abs(tangential) / pressure if pressure > light else 0.0)
+            shear += readings[slot + FORCE_SHOWN + 2]
+    return Borne(moment, behind, ahead, shear)
 
 
 def friction_ratio(foot: Felt, slope: float, light: float) -> float:

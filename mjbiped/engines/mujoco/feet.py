@@ -15,7 +15,6 @@ from mjbiped.engines.mujoco.contacts import borne
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import Constants, Leg, Servo, foot_of, stance_of, swing_of
 from mjbiped.robots.bodies import Foot
-from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground
 
 LONGEST = 1e-4  # physics step, s
@@ -103,7 +102,7 @@ def stands(constants: Constants, u: Any, readings: Any) -> bool:
     legs = constants.places.legs
     leg = legs[swing_of(u, legs)]
     below = foot_of(leg, u.q)
-    felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q), 0.0)
+    felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q))
     if max(felt.behind, felt.ahead) > 0.0:
         u.down = u.time
         if math.isnan(u.touched):
@@ -113,14 +112,20 @@ def stands(constants: Constants, u: Any, readings: Any) -> bool:
     return bool(min(felt.behind, felt.ahead) > 0.0)
 
 
-def bear(constants: Constants, u: Any, readings: Any, lands: bool) -> None:
-    """Note how the ground bears the stance foot in the step just resolved; in a touchdown's, its friction is noise."""
-    leg, limits = constants.places.legs[stance_of(u)], constants.limits
-    light = LIGHT_CONTACT * limits.weight
-    felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q), light)
-    u.moment, u.flat = felt.moment, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
+def bear(constants: Constants, u: Any, readings: Any) -> None:
+    """Note how the ground bears the stance foot in the step just resolved."""
+    leg = constants.places.legs[stance_of(u)]
+    felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
+    u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
     u.patch_behind, u.patch_ahead = max(u.patch_behind, felt.behind), max(u.patch_ahead, felt.ahead)
-    u.ratio = 0.0 if lands else felt.ratio
+    u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
+
+
+def weigh_shear(u: Any) -> None:
+    """Take the ratio of friction to normal force in a stretch over which forces are averaged."""
+    if u.impulse > 0.0:
+        u.friction = max(u.friction, abs(u.shear_impulse) / u.impulse)
+    u.shear_impulse = 0.0
 
 
 def swing_foot_torque(constants: Constants, u: Any) -> float:

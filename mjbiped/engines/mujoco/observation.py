@@ -36,6 +36,7 @@ from mjbiped.engines.mujoco.feet import (
     sole_angle,
     stand_flat,
     stands,
+    weigh_shear,
 )
 from mjbiped.engines.mujoco.servo import lean_on
 from mjbiped.engines.mujoco.state import (
@@ -111,7 +112,7 @@ def begin(
 def begin_step(u: Any) -> None:
     """Begin anew what is told of one gait step alone; the new swing foot leaves the ground."""
     u.slip = u.penetration = u.friction = u.face_impacts = 0.0
-    u.impulse = u.ankle_impulse = u.stretch = u.without_contact = u.ratio_time = 0.0
+    u.impulse = u.ankle_impulse = u.shear_impulse = u.stretch = u.without_contact = u.ratio_time = 0.0
     u.normal_force = u.least_ratio = math.inf
     u.pressure[0] = u.pressure[1] = -math.inf
     u.noted = u.enabled = u.collides = u.struck = 0.0
@@ -295,6 +296,7 @@ def weigh(u: Any, limits: Limits, moment: float) -> None:
     """
     effective_step, force = u.effective_step, u.force
     u.impulse += effective_step * force
+    u.shear_impulse += effective_step * u.shear
     u.ankle_impulse += effective_step * moment
     u.stretch += effective_step
     u.least_ratio = min(u.least_ratio, u.ratio)
@@ -311,6 +313,7 @@ def weigh(u: Any, limits: Limits, moment: float) -> None:
             u.normal_force = average
         torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * limits.weight
         note_pressure(u.pressure, 0, 2, torque, average, light, limits.leg_length, u.stretch)
+        weigh_shear(u)
         u.impulse = u.ankle_impulse = u.stretch = 0.0
 
 
@@ -474,7 +477,7 @@ def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
         u.touching = 1.0
     feel_stance(u, constants.limits, stance, noted)
     if constants.feet:
-        bear(constants, u, readings, noted)
+        bear(constants, u, readings)
     return swing
 
 

@@ -127,6 +127,8 @@ class State(ctypes.Structure):
     patch_behind: float  # farthest contact of the stance foot behind its ankle in this gait step, m
     patch_ahead: float  # farthest one ahead of it, m
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
+    shear: float  # friction force of the stance foot in the step last resolved, N
+    shear_impulse: float  # of it since the last stretch ended over which forces are averaged, N s
     foot_torque: float  # that holds the swing foot, N m
 
     q: Coordinates  # qpos at the last observation

@@ -96,12 +96,11 @@ def readings(*rows: tuple[float, float, float]) -> list[float]:
 
 def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
     data = readings((-0.1, 30.0, 5.0), (0.12, 70.0, -9.0))
-    borne = contacts.borne(data, 0, len(data), (0.3, 0.1), 0.0, 1.0)
+    borne = contacts.borne(data, 0, len(data), (0.3, 0.1), 0.0)
     assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
     assert borne.behind == pytest.approx(0.1)
     assert borne.ahead == pytest.approx(0.12)
-    assert borne.ratio == pytest.approx(4.0 / 100.0)
-    assert contacts.borne(data, 0, len(data), (0.3, 0.1), 0.0, 200.0).ratio == 0.0
+    assert borne.shear == pytest.approx(-4.0)
 
 
 def test_plain_python_lands_as_compiled_code_does() -> None:
