@@ -3,9 +3,9 @@
 Forty steps on thirteen kinds of ground from three phases, with the law that supervises itself: on pads under heel and
 toe, and on a box. Told of each: how many walks come through, and of these how far a standing foot tipped and slid, how
 long heel and toe of a landing foot were apart, how long it stood on one of them alone, and how well rates after a
-touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/tables/feet.md.
+touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/tables/footed.md.
 
-    python -m scripts.studies.footed_study --page docs/tables/feet.md
+    python -m scripts.studies.footed_study --page docs/tables/footed.md
 """
 
 from __future__ import annotations
@@ -40,7 +40,18 @@ KINDS: tuple[str, ...] = (
 )
 KINDS += ("stairs −4 cm", "stairs −6 cm", "mixed", "treads, 1 cm", "treads, 2 cm")
 
-HEADINGS = ("ground", "through", "c_mt", "tipped, °", "slid, mm", "slap, ms", "one-sided, ms", "impact map, %")
+HEADINGS = (
+    "sole",
+    "foot",
+    "ground",
+    "through",
+    "c_mt",
+    "tipped, °",
+    "slid, mm",
+    "slap, ms",
+    "one-sided, ms",
+    "impact map, %",
+)
 
 
 def robots(half: float) -> Iterator[tuple[str, str, mjbiped.Compass]]:
@@ -65,7 +76,7 @@ def told(walks: Sequence[mjbiped.Walk]) -> list[str]:
     through = [walk for walk in walks if measures.summary(walk)["verdict"] == THROUGH]
     share = f"{len(through)} of {len(walks)}"
     if not through:
-        return [share, *["–"] * (len(HEADINGS) - 2)]
+        return [share, *["–"] * 6]
     costs = np.median([walk.cost_of_transport for walk in through])
     slid = max(1e3 * walk.touchdowns["slip"].max() for walk in through)
     impact = 100 * np.median([error for walk in through for error in impact_errors(walk)])
@@ -93,7 +104,7 @@ def rows_of(engine: str, law: SupervisedController, bar: Any) -> list[list[str]]
     parts = [walks[k : k + len(PHASES)] for k in range(0, len(walks), len(PHASES))]
     rows = [[name, *told(part)] for name, part in zip(made, parts, strict=True)]
     count = sum(int(row[1].split()[0]) for row in rows)
-    return [*rows, ["all", f"{count} of {len(walks)}", *[""] * (len(HEADINGS) - 2)]]
+    return [*rows, ["all", f"{count} of {len(walks)}", *[""] * 6]]
 
 
 @click.command()
@@ -101,12 +112,12 @@ def rows_of(engine: str, law: SupervisedController, bar: Any) -> list[list[str]]
 def main(page: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     cases = [(sole, half, *case) for sole, half in SOLES.items() for case in robots(half)]
+    rows: list[list[str]] = []
     with tqdm(total=len(cases), mininterval=30.0 if not sys.stderr.isatty() else 0.1) as bar:
         for sole, half, name, engine, robot in cases:
             gait = mjbiped.find_reference(mjbiped.Compass(sole=(half, half)), clearance=CLEARANCE, retraction=False)
-            rows = rows_of(engine, SupervisedController(robot, gait), bar)
-            title = f"{sole}: {name}"
-            show_table(title, HEADINGS, rows, page, title.replace("±", "").replace(",", ""))
+            rows += [[sole, name, *row] for row in rows_of(engine, SupervisedController(robot, gait), bar)]
+    show_table("feet with mass", HEADINGS, rows, page, "feet with mass")
 
 
 if __name__ == "__main__":
