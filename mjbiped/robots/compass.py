@@ -187,7 +187,7 @@ def _constants(robot: "Compass") -> SimpleNamespace:
     return SimpleNamespace(lumped=robot.constants, chain=chain, stance=straight_leg(length), thigh=1, shank=1)
 
 
-def _accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
+def accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
     """Equation (1); on a vertical face as a chain whose end the face holds."""
     stance, hip = torques[0] - torques[1] + push, torques[1]
     ddq1, ddq2 = acceleration(c.lumped, q[0], q[1], dq[0], dq[1], w.sine, w.cosine, stance, hip)
@@ -248,7 +248,7 @@ class Compass(StraightLegs):
 
     kind: ClassVar[str] = "compass"
     equations: ClassVar[Equations] = Equations(
-        _constants, _accelerations, _stop_foot, lands, _exchange, lock_knee, limbs, inlined=True
+        _constants, accelerations, _stop_foot, lands, _exchange, lock_knee, limbs, inlined=True
     )
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@ Of the engine's state `w` they read and write these fields:
     locked                      the swing knee: FREE, LOCKED, or RESTING on its stop
     stop_press                  written: acceleration with which a resting knee would bend forwards, rad/s^2
     stance_flexion              flexion at which the stance knee is locked, rad
+    edge                        how a stance foot that is a body stands: `FLAT`, or turning about its TOE or HEEL
     y                           angles and rates, one after the other
 """
 
@@ -27,6 +28,13 @@ from mjbiped.robots.chain import segment_force
 FREE, LOCKED, RESTING = 0, 1, 2
 """How the swing knee is: it bends freely, is locked since it has struck its stop, or is straight and rests on it. A leg
 without a knee is always locked."""
+
+HEEL, FLAT, TOE = -1, 0, 1
+"""How the stance foot stands: flat, or on one of its edges, about which it turns. Feet without mass stand flat."""
+
+
+def stays_flat(*_: Any) -> None:
+    """There is no foot that could tip."""
 
 
 def chain_force(c: Any, w: Any, weight: float, pose: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
@@ -72,6 +80,8 @@ class Equations(NamedTuple):
         limbs: (c, w, q) -> the posture behind the place of the hip: angles of left and right leg from the vertical, ...
         ground_force: (c, w, weight, pose, state, ddq, first) -> force of the ground, forward and upward, N; see
             `chain_force`, which serves all whose first segment turns about a fixed foot.
+        turn_foot: (c, w, edge) -> None. The stance foot turns about an edge from now on, or comes down flat, in `y`. The
+            levers of its ankle from there are the last ones of `chain`.
         inlined: Whether `accelerations` is so short that it shall become part of the integrator's machine code.
     """
 
@@ -83,4 +93,5 @@ class Equations(NamedTuple):
     lock_knee: Callable[..., Any]
     limbs: Callable[..., Any]
     ground_force: Callable[..., tuple[float, float]] = chain_force
+    turn_foot: Callable[..., None] = stays_flat
     inlined: bool = False

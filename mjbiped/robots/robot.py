@@ -33,6 +33,7 @@ class Robot(ABC):
     Attributes:
         kind: Name of the kind in records; see `mjbiped.robots.kinds`.
         angles: Names of the angles q, from the ground's normal, rad, positive forward, stance leg first.
+        untold: Names of further angles of the `equations`, which no law is told: that of a stance foot which tips.
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), then any other angles of the robot.
@@ -41,7 +42,8 @@ class Robot(ABC):
         equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances from the ankle to the heel and to the toe of the flat, massless sole on which the stance leg
-            stands, m: they bound the ankle's torque (`mjbiped.rules.sole`). None: the ankle is not bounded.
+            stands, m: they bound the ankle's torque (`mjbiped.rules.sole`). None: the ankle is not bounded. A foot that
+            is a body (`bodies.foot`) bounds nothing, and tips.
     """
 
     kind: ClassVar[str]
@@ -50,6 +52,7 @@ class Robot(ABC):
     places: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
     equations: ClassVar[Equations]
+    untold: ClassVar[tuple[str, ...]] = ()
     gravity: float
     sole: tuple[float, float] | None = None
 

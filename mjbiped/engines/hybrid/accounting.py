@@ -17,7 +17,7 @@ from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_
 from mjbiped.engines.hybrid.stance import on_sole
 from mjbiped.engines.hybrid.state import Walk, hand_over, hip, pose_of
 from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGES, dense_rate_at
-from mjbiped.robots.equations import LOCKED
+from mjbiped.robots.equations import FLAT, LOCKED
 
 BARELY = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 HARDLY = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
@@ -42,13 +42,17 @@ def accumulate(s: Walk, pose: Any, h: float) -> bool:
     _add_work(s, h, acts)
     normal = w.normal_now
     note_ground_force(s, pose, w.out, STAGES * len(w.y) + len(w.strike_q))
-    if acts or w.pressure[0] < 0.0 or w.pressure[1] < 0.0:  # else the centre of pressure stays at the ankle
+    if (
+        acts or s.c.toe > 0.0 or w.pressure[0] < 0.0 or w.pressure[1] < 0.0
+    ):  # else the centre of pressure stays at the ankle
         note_pressures(s, normal, h)
     if w.normal_force < HARDLY * s.c.mass * s.c.gravity and w.face == 0.0 and not w.sliding:
         ensure_dense(s, h)
         note_least_force(s, h)
     if w.locked != LOCKED:
         _note_flexion(s, h)
+    if w.edge != FLAT:
+        _note_tip(s, h)
     return _take_samples(s, h)
 
 
@@ -118,7 +122,8 @@ def _asked(s: Walk, t: float, state: Any) -> Any:
     """Torques of the law in a state, and the rates of its own."""
     laws, w = s.laws, s.w
     hand_over(s, state)
-    return laws.torque(s.law, w.memory, min(max(t, w.after), w.before), laws.q(state), laws.dq(state))
+    q, dq = laws.told(laws.q(state)), laws.told_rates(laws.dq(state))
+    return laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
 
 
 def _given(s: Walk, state: Any, asked: Any) -> Any:
@@ -230,6 +235,24 @@ def _note_flexion(s: Walk, h: float) -> None:
     w.flexion = max(w.flexion, flexion_within(s, x))
 
 
+def _note_tip(s: Walk, h: float) -> None:
+    """Keep how long the stance foot has stood on an edge, and how far it has tipped, also within the step."""
+    w, foot = s.w, len(s.w.strike_q) - 1
+    rate = foot + len(w.strike_q)
+    w.one_sided += h
+    w.tipped = max(w.tipped, abs(w.out[foot]))
+    if w.y[rate] * w.out[rate] < 0.0:
+        ensure_dense(s, h)
+        x, end = 0.0, 1.0
+        for _ in range(30):
+            middle = 0.5 * (x + end)
+            if component_at(w, rate, middle) * w.y[rate] > 0.0:
+                x = middle
+            else:
+                end = middle
+        w.tipped = max(w.tipped, abs(component_at(w, foot, x)))
+
+
 def _take_samples(s: Walk, h: float) -> bool:
     """Take the samples that lie in the step; whether the motion is one where they are taken."""
     w = s.w
@@ -272,11 +295,11 @@ def write_state(s: Walk, row: Any, time: float, state: Any, torques: tuple[float
         row,
         0,
         time=time,
-        q=q,
-        dq=laws.dq(state),
+        q=laws.told(q),
+        dq=laws.told_rates(laws.dq(state)),
         torque=torques[1],
         ankle_asked=torques[0],
-        slope=w.slope,
+        slope=laws.sole_slope(w.slope, q),
         slope_estimate=estimate,
         stance=w.stance,
         qpos=hip(s, pose_of(s, state)) + laws.limbs(s.c.robot, w, q),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.hybrid.stance import on_sole, push_torque
+from mjbiped.engines.hybrid.stance import bear, on_sole, push_torque
 from mjbiped.engines.hybrid.state import Walk, hand_over
 from mjbiped.numerics.dormand_prince import STAGES, STAGES_WITH_DENSE, dense_at
 
@@ -23,13 +23,15 @@ def rates(s: Walk, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
             push = math.nan
     if push != 0.0:
         q = dq = laws.still(state)
-    given = laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
+    given = laws.torque(s.law, w.memory, min(max(t, w.after), w.before), laws.told(q), laws.told_rates(dq))
     if s.c.behind < math.inf:
         w.asked[w.stage] = given[0]
         given, w.normals[w.stage] = on_sole(s, state, q, dq, given)
     if w.push != 0.0:
         push += push_torque(s, q[0])
     accelerations = laws.accelerations(s.c.robot, w, q, dq, given, push)
+    if s.c.toe > 0.0:
+        bear(s, state, q, given, accelerations)
     joints = len(w.peak_torque)
     for joint in range(joints):
         w.torques[w.stage * joints + joint] = given[joint]
@@ -64,6 +66,7 @@ def carry_over(w: Any) -> None:
     for joint in range(joints):
         w.torques[joint] = w.torques[STAGES * joints + joint]
     w.asked[0], w.normals[0] = w.asked[STAGES], w.normals[STAGES]
+    w.moments[0], w.margins[0] = w.moments[STAGES], w.margins[STAGES]
 
 
 def ensure_dense(s: Walk, h: float) -> None:

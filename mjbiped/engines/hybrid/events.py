@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 
 from mjbiped.engines.hybrid.dynamics import attempt, component_at, ensure_dense
 from mjbiped.engines.hybrid.state import Walk, ground_of, hip, pose_of, stance_foot, swing_foot
-from mjbiped.numerics.dormand_prince import STAGES
-from mjbiped.robots.equations import FREE, RESTING
+from mjbiped.numerics.dormand_prince import IN_ORDER, STAGES
+from mjbiped.robots.equations import FLAT, FREE, RESTING
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
@@ -25,6 +25,7 @@ Place: TypeAlias = tuple[float, float, int]
 
 NOTHING, TOUCHDOWN, FACE_IMPACT, OVER_THE_TOP, KNEE_STRIKE = 0, 1, 2, 3, 4
 FOOT_RELEASED, KNEE_RELEASED, EDGE, FALLEN, BEYOND_END = 5, 6, 7, 8, 9
+FOOT_TIPS, FOOT_FLAT = 10, 11
 
 SHORTEST = 5e-4  # intervals are not halved below this, s: the foot's sag in it is some 1e-6 m
 RESOLVED = 1e-8  # a crossing is first located so closely, s
@@ -53,15 +54,19 @@ def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tupl
     """
     event, share = NOTHING, 1.0
     ended = body_ends(s, pose)
-    strikes = s.w.locked == FREE and _flexion(s, s.w.out) < 0.0
-    if ended != NOTHING or strikes or not decided_by_ends(s, h, here, there):
+    struck = NOTHING
+    if s.w.locked == FREE and _flexion(s, s.w.out) < 0.0:
+        struck = KNEE_STRIKE
+    elif s.w.edge * s.w.out[len(s.w.strike_q) - 1] < 0.0:
+        struck = FOOT_FLAT
+    if ended != NOTHING or struck != NOTHING or not decided_by_ends(s, h, here, there):
         ensure_dense(s, h)
         event = ended
         if ended != NOTHING:
             share = _bisected(s, h, FALLEN)
-        if strikes:
-            strike = _bisected(s, h, KNEE_STRIKE)
-            event = KNEE_STRIKE if strike < share or ended == NOTHING else event
+        if struck != NOTHING:
+            strike = _bisected(s, h, struck)
+            event = struck if strike < share or ended == NOTHING else event
             share = min(share, strike)
         met, share = foot_event(s, h, share)
         event = met if met != NOTHING else event
@@ -71,7 +76,7 @@ def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tupl
 
 
 def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
-    """Look whether a foot that slides, or a knee that rests on its stop, loses its contact in the step before all else.
+    """Look whether a foot that slides, a knee that rests on its stop, or a heel or toe loses its contact before all else.
 
     What a foot in contact would have met later in the step, it then does not.
     """
@@ -83,7 +88,17 @@ def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
         return FOOT_RELEASED, _retaken(s, h, FOOT_RELEASED, CLOSELY)
     if w.locked == RESTING and w.stop_press < 0.0:
         return KNEE_RELEASED, _retaken(s, h, KNEE_RELEASED, CLOSELY)
+    if s.c.toe > 0.0 and _tips(w):
+        return FOOT_TIPS, _retaken(s, h, FOOT_TIPS, CLOSELY)
     return event, h
+
+
+def _tips(w: Any) -> bool:
+    """Whether the stance foot would have to tip somewhere in the step."""
+    for i in range(len(IN_ORDER)):
+        if w.margins[IN_ORDER[i]] < 0.0:
+            return True
+    return False
 
 
 def _flexion(s: Walk, state: Any) -> float:
@@ -100,6 +115,8 @@ def _happened(s: Walk, x: float, event: int) -> bool:
     """Whether the walk has ended, or the knee has struck its stop, at the share x of the step."""
     if event == KNEE_STRIKE:
         return component_at(s.w, s.c.robot.shank, x) < component_at(s.w, s.c.robot.thigh, x)
+    if event == FOOT_FLAT:
+        return bool(s.w.edge * component_at(s.w, len(s.w.strike_q) - 1, x) < 0.0)
     return body_ends(s, pose_within(s, x)) != NOTHING
 
 
@@ -119,6 +136,8 @@ def _contact_ends(s: Walk, event: int) -> bool:
     """Whether a contact has ended at the step's end: the guard of an event that only a step taken again can tell."""
     if event == EDGE:
         return not on_its_segment(s, s.w.out)
+    if event == FOOT_TIPS:
+        return _tips(s.w)
     return bool((s.w.press if event == FOOT_RELEASED else s.w.stop_press) < 0.0)
 
 
@@ -146,7 +165,7 @@ def _end_on(s: Walk, h: float, event: int) -> float:
     h = max(h, SHORTEST_STEP)
     for _ in range(6):
         attempt(s, h)
-        if event != TOUCHDOWN and event != FACE_IMPACT and event != KNEE_STRIKE:
+        if event != TOUCHDOWN and event != FACE_IMPACT and event != KNEE_STRIKE and event != FOOT_FLAT:
             break
         gap, speed = _gap(s, event)
         if speed == 0.0 or abs(gap) > abs(speed) * 1e-3:
@@ -168,6 +187,8 @@ def _gap(s: Walk, event: int) -> tuple[float, float]:
     if event == KNEE_STRIKE:
         rates = s.laws.dq(w.out)
         return _flexion(s, w.out), rates[s.c.robot.shank] - rates[s.c.robot.thigh]
+    if event == FOOT_FLAT:
+        return w.out[len(w.strike_q) - 1], w.out[2 * len(w.strike_q) - 1]
     pose = pose_of(s, w.out)
     foot_x, foot_z = swing_foot(s, pose)
     speed_x, speed_z = foot_speed(s, pose)
@@ -433,7 +454,7 @@ def body_ends(s: Walk, pose: Any) -> int:
     x, z = hip(s, pose)
     ground = ground_of(s)
     segment = segment_near(ground, x, int(s.w.segment))
-    # the ground of round feet lies higher by their radius
-    if (z - height_of(ground, segment, x)) * s.w.cosine < FALLEN_HIP * s.c.length - s.c.radius:
+    # the ground of round feet lies higher by their radius, that of feet by the height of their ankles
+    if (z - height_of(ground, segment, x)) * s.w.cosine < FALLEN_HIP * s.c.length - s.c.height:
         return FALLEN
     return BEYOND_END if x >= s.c.end else NOTHING

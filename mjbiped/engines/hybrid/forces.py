@@ -77,14 +77,16 @@ def note_pressures(s: Walk, before: float, h: float) -> None:
     """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
 
     The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
-    on a sole it is known at each stage.
+    on a sole it is known at each stage, as is its moment on feet that are bodies.
     """
     w, soled = s.w, s.c.behind < math.inf
     change, light = w.normal_now - before, LIGHT_CONTACT * s.c.mass * s.c.gravity
     for i in range(len(IN_ORDER)):
         stage, time = IN_ORDER[i], SHARES[i] * h
         torque, normal = w.torques[stage * len(w.peak_torque)], before + PLACES[i] * change
-        if soled:
+        if s.c.toe > 0.0:
+            torque, normal = w.moments[stage], w.normals[stage]
+        elif soled:
             normal = w.normals[stage]
             if torque != w.asked[stage]:
                 w.bound_time += time

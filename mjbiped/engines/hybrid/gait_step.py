@@ -18,7 +18,9 @@ from mjbiped.engines.hybrid.events import (
     EDGE,
     FACE_IMPACT,
     FALLEN,
+    FOOT_FLAT,
     FOOT_RELEASED,
+    FOOT_TIPS,
     KNEE_RELEASED,
     KNEE_STRIKE,
     NOTHING,
@@ -34,10 +36,12 @@ from mjbiped.engines.hybrid.state import Laws, Walk, hand_over, pose_of
 from mjbiped.engines.hybrid.transfer import (
     hit_face,
     lands,
+    lay_flat,
     release_foot,
     slide_on,
     strike_knee,
     stub,
+    tip_over,
     transfer_support,
 )
 from mjbiped.numerics.dormand_prince import STAGES
@@ -212,13 +216,15 @@ def _reset(s: Walk, event: int) -> bool:
         w.locked = FREE
     elif event == EDGE:
         slide_on(s)
+    elif event == FOOT_FLAT:
+        lay_flat(s)
     elif event == FALLEN:
         w.outcome = FELL
     elif event == BEYOND_END:
         w.outcome = LEFT_TERRAIN
     elif w.elapsed >= s.c.stall_time:
         w.outcome = STALLED
-    else:
+    elif event != FOOT_TIPS:  # which `begin` sees
         _look_ahead(s)
     return False
 
@@ -229,6 +235,9 @@ def begin(s: Walk) -> None:
     dynamics.begin(s)
     if w.locked == RESTING and w.stop_press < 0.0:
         w.locked = FREE
+        dynamics.begin(s)
+    if s.c.toe > 0.0 and w.margins[0] < 0.0:
+        tip_over(s)
         dynamics.begin(s)
     note_peaks(w, 0)
     note_ground_force(s, pose_of(s, w.y), w.y, len(w.strike_q))
@@ -248,7 +257,7 @@ def _look_ahead(s: Walk) -> None:
         # a step that ends at a tick is short by design: `progress` does not count it
         w.step_started += STAGES
         w.look += STAGES
-        s.laws.tick(s.law, w.memory, t, s.laws.q(w.y), s.laws.dq(w.y))
+        s.laws.tick(s.law, w.memory, t, s.laws.told(s.laws.q(w.y)), s.laws.told_rates(s.laws.dq(w.y)))
     if time > w.next_push - NOW:
         _begin_or_end_push(s)
     event = min(w.next_tick, w.next_push) - w.clock

@@ -39,6 +39,7 @@ from mjbiped.robots.chain import hold_end
 from mjbiped.robots.equations import FREE, LOCKED, RESTING
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import STALL_TIME, Outcome
+from mjbiped.terrain.terrain import Terrain
 
 TOLERANCE = 1e-8
 """Relative and absolute tolerance of an integration step. With `LONGEST_STEP` it keeps the states after touchdowns
@@ -104,7 +105,7 @@ class HybridRun(Run):
         self.tables = self._begin_tables()
         self.constants = self._begin_constants(control_period)
         self.state = self._begin()
-        tuples = tuples_of(len(robot.angles), len(robot.joints), self._own)
+        tuples = tuples_of(len(self.state.strike_q), len(robot.joints), self._own, tips=bool(robot.untold))
         self.functions = _functions(robot, tuples, len(self.state.y))
         if self.compiled:
             from mjbiped.control import machine_code
@@ -137,9 +138,7 @@ class HybridRun(Run):
         if math.isfinite(self._sample_period):
             longest = int(_stall_time(plan.robot) / self._sample_period) + 3
             samples += (_STALLS if self.compiled else 2) * longest
-        # the centres of round feet meet the ground as points meet one that lies higher by their radius
-        raised = plan.robot.radius * np.hypot(1.0, terrain.gradients)
-        ground = Ground(terrain.x, terrain.z + raised, terrain.gradients, terrain.angle)
+        ground = raised(terrain, _height(plan.robot))
         # plain Python reads arrays slower than lists
         kind = partial(np.array, dtype=np.float64) if self.compiled else list
         return Tables(
@@ -158,8 +157,8 @@ class HybridRun(Run):
     def _begin_constants(self, control_period: float) -> Any:
         """Collect robot, rules and limits as plain numbers."""
         robot, terms = self.plan.robot, self.plan.terms
-        tested = 2 * len(robot.angles) + self._own
-        behind, ahead = robot.sole or (math.inf, math.inf)
+        foot, tested = robot.bodies.foot, 2 * _angles(robot) + self._own
+        behind, ahead = (robot.sole if foot is None else None) or (math.inf, math.inf)
         return Constants(
             robot=robot.equations.constants(robot),
             tables=0,
@@ -167,6 +166,9 @@ class HybridRun(Run):
             radius=robot.radius,
             behind=behind,
             ahead=ahead,
+            heel=0.0 if foot is None else foot.behind,
+            toe=0.0 if foot is None else foot.ahead,
+            height=_height(robot),
             mass=robot.total_mass,
             gravity=robot.gravity,
             legs=len(robot.bodies.limbs),
@@ -187,14 +189,15 @@ class HybridRun(Run):
     def _begin(self) -> Any:
         """Make the initial state, with the left foot at x = 0."""
         plan, controller, terrain, constants = self.plan, self.controller, self.plan.terrain, self.constants
+        angles, joints = _angles(plan.robot), len(plan.robot.joints)
         q, dq = list(map(float, plan.q)), list(map(float, plan.dq))
-        angles, joints = len(q), len(plan.robot.joints)
         memory = [0.0] * controller.memory_size
         controller.start(memory, tuple(q), tuple(dq))
         memory = [0.0] * self._idle + memory
         if self.compiled:
             memory += [0.0] * (_MEMORY * (1 + len(memory) // _MEMORY) - len(memory))
-        y = [*q, *dq, *memory[: self._own], *[0.0] * joints]
+        flat = [0.0] * (angles - len(q))
+        y = [*q, *flat, *dq, *flat, *memory[: self._own], *[0.0] * joints]
         slope, segment = terrain.slope_at(0.0), int(terrain.segment_at(0.0))
         push, impulse = following(plan.disturbances.schedule, 0, 0.0)
         thigh, shank = constants.robot.thigh, constants.robot.shank
@@ -210,6 +213,8 @@ class HybridRun(Run):
             torques=[0.0] * (joints * STAGES_WITH_DENSE),
             asked=[0.0] * STAGES_WITH_DENSE,
             normals=[0.0] * STAGES_WITH_DENSE,
+            moments=[0.0] * STAGES_WITH_DENSE,
+            margins=[math.inf] * STAGES_WITH_DENSE,
             peak_torque=[0.0] * joints,
             pressure=[0.0] * (2 + BINS),
             strike_q=[0.0] * angles,
@@ -219,8 +224,8 @@ class HybridRun(Run):
             sine=math.sin(slope),
             cosine=math.cos(slope),
             segment=segment,
-            foot_x=plan.robot.radius * math.sin(slope),
-            foot_z=terrain.height_at(0.0) + plan.robot.radius * math.cos(slope),
+            foot_x=constants.height * math.sin(slope),
+            foot_z=terrain.height_at(0.0) + constants.height * math.cos(slope),
             foot_segment=segment,
             next_tick=0.0 if isinstance(controller, SampledController) else math.inf,
             next_push=push,
@@ -286,7 +291,7 @@ class HybridRun(Run):
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         row, w = np.empty((1, self.tables.samples.shape[1])), self.state
         estimate = self.controller.slope_estimate(self._memory())
-        torques = (float((w.torques if self.plan.robot.sole is None else w.asked)[0]), w.torques)
+        torques = (float((w.torques if self.constants.behind == math.inf else w.asked)[0]), w.torques)
         write_state(self.plain, row[0], w.time, [float(value) for value in w.y], torques, estimate)
         self.recorder.add(self.tables.rows[:0], self._recorded(row))
 
@@ -296,7 +301,7 @@ class HybridRun(Run):
 
     def _memory(self) -> list[float]:
         """The controller's memory, with its integrated states as last reached."""
-        first = 2 * len(self.plan.q)
+        first = 2 * len(self.state.strike_q)
         memory = [*self.state.y[first : first + self._own], *self.state.memory[self._own :]]
         return [float(value) for value in memory[self._idle : self._idle + self.controller.memory_size]]
 
@@ -356,8 +361,8 @@ class HybridRun(Run):
     def _fault(self) -> str:
         """Name the torque that was no finite number at the walk's end; empty if there was none."""
         w, memory, controller = self.state, self._memory(), self.controller
-        state, angles = [float(value) for value in w.y], len(self.plan.q)
-        q, dq = tuple(state[:angles]), tuple(state[angles : 2 * angles])
+        functions, state = self.plain.laws, [float(value) for value in w.y]
+        q, dq = functions.told(functions.q(state)), functions.told_rates(functions.dq(state))
         t = float(w.time - w.clock)
         if isinstance(controller, SampledController):
             return fault_in(controller.inner, controller.torque(memory, t, q, dq), t, q, dq)
@@ -373,6 +378,32 @@ def idle_states(states: int, robot: Robot) -> int:
     return 0 if robot.equations.inlined or states else 2
 
 
+def _angles(robot: Robot) -> int:
+    """Number of angles of a robot's equations."""
+    return len(robot.angles) + len(robot.untold)
+
+
+def _height(robot: Robot) -> float:
+    """Height over the ground of what moves as a point foot does, m: a round foot's centre, or the ankle of a foot."""
+    foot = robot.bodies.foot
+    return robot.radius if foot is None else foot.height
+
+
+def raised(terrain: Terrain, height: float) -> Ground:
+    """The ground as points meet it that are so far from it, m: each segment is moved along its normal.
+
+    Where two segments meet at an angle, and not at a riser, so do they afterwards.
+    """
+    slant = np.hypot(1.0, terrain.gradients)
+    x, z = np.array(terrain.x), terrain.z + height * slant
+    if height > 0.0:
+        change = np.diff(terrain.gradients)
+        meets = (np.array(terrain.rises[1:]) == 0.0) & (change != 0.0)
+        x[1:][meets] -= height * (np.diff(slant)[meets] / change[meets])
+        z += terrain.gradients * (x - terrain.x)
+    return Ground(x, z, terrain.gradients, terrain.angle)
+
+
 def _stall_time(robot: Robot) -> float:
     """Longest time without touchdown, s."""
     return STALL_TIME * math.sqrt(robot.leg_length / robot.gravity)
@@ -384,7 +415,7 @@ def _functions(robot: Robot, tuples: Tuples, size: int) -> tuple[Any, ...]:
     return (
         *unrolled(size, untested=len(robot.joints), arguments=("s",)),
         *tuples,
-        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs, e.ground_force),
+        *(e.accelerations, e.stop_foot, e.lands, e.exchange, e.lock_knee, e.limbs, e.ground_force, e.turn_foot),
         *(rows.write_sample, rows.write_touchdown),
     )
 

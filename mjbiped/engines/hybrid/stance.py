@@ -7,6 +7,7 @@ from typing import Any
 
 from mjbiped.engines.hybrid.state import Walk
 from mjbiped.robots.bent_leg import LENGTH
+from mjbiped.robots.equations import FLAT, TOE
 from mjbiped.rules.sole import bounded_by_own_force
 
 
@@ -69,6 +70,29 @@ def on_sole(s: Walk, state: Any, q: Any, dq: Any, asked: Any) -> tuple[Any, floa
     without = _normal_force(s, state, q, dq, s.laws.with_ankle(asked, 0.0))
     ankle, force = bounded_by_own_force(asked[0], force, without, s.c.behind, s.c.ahead)
     return s.laws.with_ankle(asked, ankle), force
+
+
+def bear(s: Walk, state: Any, q: Any, torques: Any, ddq: Any) -> None:
+    """Note how the ground bears a stance foot that is a body, in the current stage of a step.
+
+    About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
+    moment is tau + h F_t, of a force at x = -(tau + h F_t) / F_n. A flat foot stays so while x lies on its sole.
+
+    Args:
+        s: The walk.
+        state: State of motion.
+        q: Its angles, rad.
+        torques: Of the joints, N m.
+        ddq: Accelerations, rad/s^2.
+    """
+    w, heel, toe = s.w, s.c.heel, s.c.toe
+    along, normal = stance_force(s, s.laws.pose(q, w.slope), state, ddq, 0)
+    moment, margin = torques[0] + s.c.height * along, math.inf
+    if w.edge != FLAT:
+        moment = -toe * normal if w.edge == TOE else heel * normal
+    elif normal > 0.0:
+        margin = min(toe * normal + moment, heel * normal - moment)
+    w.normals[w.stage], w.moments[w.stage], w.margins[w.stage] = normal, moment, margin
 
 
 def _normal_force(s: Walk, state: Any, q: Any, dq: Any, torques: Any) -> float:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.disturbances.pushes import Pushes
 from mjbiped.robots.bent_leg import LENGTH
-from mjbiped.robots.equations import LOCKED
+from mjbiped.robots.equations import FLAT, LOCKED
 
 
 @dataclass(slots=True)
@@ -31,6 +31,9 @@ class State:
         torques: Torques of all joints at each stage of the current step, N m; the first are those in the state `y`.
         asked: On a sole, torque that the law asks of the ankle at each of these stages, N m.
         normals: On a sole, normal force on the stance foot at each of them, N.
+        moments: On feet that are bodies, moment of the ground's force about the ankle at each of them, N m, as that of
+            the ankle's torque on a massless sole.
+        margins: How much greater it could be without tipping the foot, N m; infinity where the foot has tipped.
         bound_time: Time since the start in which the sole has not transmitted what was asked, s.
         peak_torque: Greatest magnitude of each joint's torque since the start, N m.
         pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
@@ -42,7 +45,8 @@ class State:
         sine: Its sine.
         cosine: Its cosine.
         segment: Terrain segment under the swing foot when last looked at, where the next search begins.
-        foot_x: Position of the stance foot, or of the centre of a round one when it came down, m.
+        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one that is a body the
+            ankle, or the edge about which it turns.
         foot_z: Its height, m.
         foot_angle: Angle of the stance leg from the ground's normal then, rad.
         foot_segment: Terrain segment on which it stands.
@@ -63,6 +67,9 @@ class State:
         stance_flexion: Flexion at which the stance knee is locked, rad.
         flexion: Greatest flexion of the swing knee in this gait step, rad.
         strike_time: Time of its knee strike since the support transfer, s; NaN without one.
+        edge: `FLAT`, `TOE` or `HEEL`: how a stance foot that is a body stands.
+        tipped: Greatest angle by which it has tipped in this gait step, rad.
+        one_sided: Time in it in which the foot stood on an edge, s.
         stubs: How often the swing foot has struck the ground in it without coming to stand.
         toe: Whether the walk ended with a foot that came down and could not become the stance foot.
         face: 1 while the swing foot slides on a vertical face ahead of it, -1 on one behind it, else 0.
@@ -114,6 +121,8 @@ class State:
     torques: Any
     asked: Any
     normals: Any
+    moments: Any
+    margins: Any
     peak_torque: Any
     pressure: Any
     strike_q: Any
@@ -144,6 +153,9 @@ class State:
     stance_flexion: float = 0.0
     flexion: float = 0.0
     strike_time: float = math.nan
+    edge: int = FLAT
+    tipped: float = 0.0
+    one_sided: float = 0.0
     stubs: int = 0
     toe: bool = False
     face: float = 0.0
@@ -227,8 +239,11 @@ class Constants:
         tables: Address of the walk's `Tables` where compiled, from which `Laws.tables` makes them.
         length: Length of a leg, m.
         radius: Of round feet, m; 0: the foot is a point.
-        behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
+        behind: Distance from the ankle to the heel of a massless sole, m; infinity without one.
         ahead: Distance from the ankle to its toe, m.
+        heel: Distance from the ankle to the heel of a foot that is a body, m; 0 without one.
+        toe: Distance from the ankle to its toe, m.
+        height: Height over the ground of the ankle of a foot that is a body, or of a round one's centre, m.
         mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
         gravity: m/s^2.
         legs: Number of legs, which stand in turn.
@@ -251,6 +266,9 @@ class Constants:
     radius: float
     behind: float
     ahead: float
+    heel: float
+    toe: float
+    height: float
     mass: float
     gravity: float
     legs: int
@@ -288,6 +306,9 @@ class Laws(NamedTuple):
         still: As many zeros as there are angles.
         powers: Powers of the joints.
         pose: Sines and cosines of the angles from the vertical.
+        told: Angles that the law is told.
+        told_rates: Their rates.
+        sole_slope: Slope of the stance foot's sole.
         reached: The point with given levers in a pose.
         accelerations: The robot's; see `mjbiped.robots.equations.Equations`.
         stop_foot: Reset map of an impact of the swing foot without support transfer.
@@ -296,6 +317,7 @@ class Laws(NamedTuple):
         lock_knee: Reset map of the knee strike.
         limbs: Angles of the posture in a record.
         ground_force: Force on the feet.
+        turn_foot: Lets the stance foot turn about an edge, or come down.
         write_sample: See `mjbiped.records.rows.Rows`.
         write_touchdown: Writes the row of a touchdown.
     """
@@ -317,6 +339,9 @@ class Laws(NamedTuple):
     still: Any
     powers: Any
     pose: Any
+    told: Any
+    told_rates: Any
+    sole_slope: Any
     reached: Any
     accelerations: Any
     stop_foot: Any
@@ -325,6 +350,7 @@ class Laws(NamedTuple):
     lock_knee: Any
     limbs: Any
     ground_force: Any
+    turn_foot: Any
     write_sample: Any
     write_touchdown: Any
 
@@ -373,8 +399,8 @@ def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
     return pose
 
 
-def stance_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z, m, of the stance foot; of a round one the centre of its arc, which rolls with the leg."""
+def pivot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+    """Place x, z, m, from which the robot's levers count: stance foot, centre of a round one's arc, or a foot's edge."""
     w = s.w
     if s.c.radius == 0.0:
         return w.foot_x, w.foot_z
@@ -382,9 +408,18 @@ def stance_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
     return w.foot_x + rolled * w.cosine, w.foot_z - rolled * w.sine
 
 
+def stance_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+    """Place x, z, m, of the stance foot: of a round one the centre of its arc, of one that is a body the ankle."""
+    x, z = pivot(s, pose)
+    if s.w.edge == FLAT:
+        return x, z
+    along, beside, sine, cosine = s.c.robot.chain.reach[-1], s.c.robot.chain.beside[-1], pose[-3], pose[-2]
+    return x + along * sine + beside * cosine, z + along * cosine - beside * sine
+
+
 def swing_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z of the swing foot, m; of a round one the centre of its arc."""
-    chain, (foot_x, foot_z) = s.c.robot.chain, stance_foot(s, pose)
+    """Place x, z of the swing foot, m; of a round one the centre of its arc, of one that is a body the ankle."""
+    chain, (foot_x, foot_z) = s.c.robot.chain, pivot(s, pose)
     x, z = s.laws.reached(chain.reach, chain.beside, pose)
     return foot_x + x, foot_z + z
 

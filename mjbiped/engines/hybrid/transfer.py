@@ -12,6 +12,7 @@ from typing import Any
 from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
 from mjbiped.engines.hybrid.forces import momentum, note_impulse
 from mjbiped.engines.hybrid.state import Walk, ground_of, hand_over, hip, pose_of, stance_foot, swing_foot, take_back
+from mjbiped.robots.equations import FLAT, HEEL, TOE
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
@@ -40,14 +41,15 @@ def transfer_support(s: Walk) -> None:
     q, dq = laws.exchange(c.robot, w, q_before, dq_before, slope)
     hand_over(s, w.y)
     estimate_before = laws.slope_estimate(s.law, w.memory)
-    laws.touchdown(s.law, w.memory, q_before, q, dq)
+    told_before, told = (laws.told(q_before), laws.told_rates(dq_before)), (laws.told(q), laws.told_rates(dq))
+    laws.touchdown(s.law, w.memory, told_before[0], told[0], told[1])
     stand_on(s, segment, foot_x)
     for i in range(len(q)):
         w.y[i], w.y[len(q) + i] = q[i], dq[i]
     take_back(s)
     for component in range(len(w.y) - len(w.peak_torque), len(w.y)):
         w.y[component] = 0.0
-    _write_row(s, qpos, slope, (q_before, dq_before), (q, dq), estimate_before)
+    _write_row(s, qpos, slope, told_before, told, estimate_before)
     w.rows += 1
     w.count += 1
     begin_gait_step(w, c.contact)
@@ -75,8 +77,8 @@ def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estima
         0,
         time=w.time,
         qpos=qpos,
-        x=w.foot_x - s.c.radius * w.sine,
-        z=w.foot_z - s.c.radius * w.cosine,
+        x=w.foot_x - s.c.height * w.sine,
+        z=w.foot_z - s.c.height * w.cosine,
         stance=w.stance,
         slope=slope,
         q_before=before[0],
@@ -102,6 +104,9 @@ def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estima
         knee_dq=w.struck_dq,
         flexion=w.flexion,
         stubs=w.stubs,
+        tipped=w.tipped,
+        one_sided=w.one_sided,
+        slap=0.0,
     )
 
 
@@ -138,6 +143,7 @@ def begin_gait_step(w: Any, contact: bool) -> None:
     w.face, w.sliding, w.slid_segment = 0.0, False, -1
     w.face_impacts = w.stubs = 0
     w.flexion, w.friction, w.normal_force = 0.0, 0.0, math.inf
+    w.tipped = w.one_sided = 0.0
     w.pressure[0] = w.pressure[1] = -math.inf
     w.strike_time = math.nan
     for i in range(len(w.strike_q)):
@@ -164,9 +170,31 @@ def strike_knee(s: Walk) -> None:
         w.struck_dq[i] = w.y[angles + i]
     w.strike_time = w.elapsed
     hand_over(s, w.y)
-    laws.knee_strike(s.law, w.memory, w.elapsed, laws.q(w.y), laws.dq(w.y))
+    laws.knee_strike(s.law, w.memory, w.elapsed, laws.told(laws.q(w.y)), laws.told_rates(laws.dq(w.y)))
     take_back(s)
     note_impulse(s, before, 0.0)
+
+
+def tip_over(s: Walk) -> None:
+    """The stance foot begins to turn about the edge at which the ground's force has come to act."""
+    _turn_foot(s, TOE if s.w.moments[0] < 0.0 else HEEL)
+
+
+def lay_flat(s: Walk) -> None:
+    """The stance foot comes down on all of its sole, in a plastic impact."""
+    before = momentum(s)
+    _turn_foot(s, FLAT)
+    note_impulse(s, before, 0.0)
+
+
+def _turn_foot(s: Walk, edge: int) -> None:
+    """Let the stance foot stand otherwise; its ankle stays where it is."""
+    w, chain = s.w, s.c.robot.chain
+    x, z = stance_foot(s, pose_of(s, w.y))
+    s.laws.turn_foot(s.c.robot, w, edge)
+    along, beside = (0.0, 0.0) if edge == FLAT else (chain.reach[-1], chain.beside[-1])
+    w.foot_x = x - along * w.sine - beside * w.cosine
+    w.foot_z = z - along * w.cosine + beside * w.sine
 
 
 def hit_face(s: Walk) -> None:

@@ -24,6 +24,9 @@ class Tuples(NamedTuple):
         powers: (torques, dq) -> power of each joint, W: the first moves the first segment, the others turn two segments
             against each other.
         pose: (q, slope) -> sine and cosine of each angle from the vertical, and at last the first angle.
+        told: (q) -> the angles that a law is told: from the normal of the stance foot's sole, where that tips.
+        told_rates: (dq) -> their absolute rates, as gyros tell them.
+        sole_slope: (slope, q) -> slope of the stance foot's sole, rad, on ground of a slope.
         reached: (along, beside, pose) -> place x, z of the point with these levers along the segments, and a right
             angle ahead of them, m.
     """
@@ -35,30 +38,39 @@ class Tuples(NamedTuple):
     still: Callable[..., Any]
     powers: Callable[..., Any]
     pose: Callable[..., Any]
+    told: Callable[..., Any]
+    told_rates: Callable[..., Any]
+    sole_slope: Callable[..., Any]
     reached: Callable[..., Any]
 
 
 @cache
-def tuples_of(angles: int, joints: int, own: int) -> Tuples:
+def tuples_of(angles: int, joints: int, own: int, tips: bool = False) -> Tuples:
     """The functions.
 
     Args:
-        angles: Number of the robot's angles.
+        angles: Number of the angles of the robot's equations.
         joints: Number of its joints.
         own: Number of the controller's integrated states.
+        tips: Whether the last angle is that of a stance foot which can tip, and on which the first joint acts.
     """
+    foot = angles - 1
     every, others = range(angles), range(1, joints + own)
     pose = [f"    sine_{i}, cosine_{i} = sine_cosine(q[{i}] + slope)" for i in every]
+    legs = range(foot) if tips else every
     source = [
         f"def q(state):\n    return {_tuple(f'state[{i}]' for i in every)}",
         f"def dq(state):\n    return {_tuple(f'state[{angles + i}]' for i in every)}",
         f"def own(given):\n    return {_tuple(f'given[{joints + i}]' for i in range(own))}",
         f"def with_ankle(given, ankle):\n    return {_tuple(['ankle', *(f'given[{i}]' for i in others)])}",
         f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
-        f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i)}' for i in range(joints))}",
+        f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i, foot if tips else -1)}' for i in range(joints))}",
         "\n".join(
             ["def pose(q, slope):", *pose, f"    return {_tuple([*(f'sine_{i}, cosine_{i}' for i in every), 'q[0]'])}"]
         ),
+        f"def told(q):\n    return {_tuple(f'q[{i}] - q[{foot}]' for i in legs) if tips else 'q'}",
+        f"def told_rates(dq):\n    return {_tuple(f'dq[{i}]' for i in legs) if tips else 'dq'}",
+        f"def sole_slope(slope, q):\n    return {f'slope + q[{foot}]' if tips else 'slope'}",
         f"def reached(along, beside, pose):\n    return {_sum(every, 0, '+')}, {_sum(every, 1, '-')}",
     ]
     space: dict[str, Any] = {"__name__": __name__, "sine_cosine": sine_cosine}
@@ -70,8 +82,10 @@ def _tuple(items: Iterable[str]) -> str:
     return f"({''.join(f'{item}, ' for item in items)})"
 
 
-def _turning(joint: int) -> str:
-    return f"(dq[{joint}] - dq[{joint - 1}])" if joint else "dq[0]"
+def _turning(joint: int, foot: int) -> str:
+    if joint == 0:
+        return "dq[0]" if foot < 0 else f"(dq[0] - dq[{foot}])"
+    return f"(dq[{joint}] - dq[{joint - 1}])"
 
 
 def _sum(every: range, part: int, sign: str) -> str:

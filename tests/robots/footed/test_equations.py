@@ -1,0 +1,189 @@
+"""Feet that turn about an edge: against SymPy's derivation from the places of foot, legs and hip on a free base."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mjbiped
+from mjbiped.robots import compass
+from mjbiped.robots.chain import Array
+from mjbiped.robots.equations import FLAT, HEEL, TOE
+from mjbiped.robots.footed.equations import EQUATIONS, stand_on_edge
+
+RELATIVE = 1e-12
+"""Rounding of some hundred operations, of the largest term."""
+CONDITION = 30.0
+"""By how much solving for rates multiplies it: the foot's line is short (measured: 5)."""
+
+ROBOT = mjbiped.FootedCompass(
+    leg_mass=4.0, hip_mass=3.0, lower_length=0.55, upper_length=0.4, sole=(0.07, 0.15), foot_mass=0.3, ankle_height=0.06
+)
+EDGES = pytest.mark.parametrize("edge", [TOE, HEEL])
+ANGLES = st.lists(st.floats(-0.8, 0.8), min_size=3, max_size=3).map(np.array)
+RATES = st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=3).map(np.array)
+SLOPES = st.floats(-0.3, 0.3)
+TORQUES = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
+
+
+@cache
+def derived(edge: int) -> dict[str, Callable[..., Any]]:
+    """Mass matrix, forces of gravity and rates, and places, for (x, z of the edge, stance, swing, foot) as coordinates.
+
+    Angles are from the vertical here. Foot and leg are bodies of their own; the swing foot is a point.
+    """
+    x, v = sp.Matrix(sp.symbols("x:5")), sp.Matrix(sp.symbols("v:5"))
+    foot, leg = ROBOT.foot, ROBOT.bodies.leg[0]
+    beside = -foot.ahead if edge == TOE else foot.behind
+
+    def along(angle: sp.Expr, distance: float) -> sp.Matrix:
+        return distance * sp.Matrix([sp.sin(angle), sp.cos(angle)])
+
+    ankle = sp.Matrix([x[0], x[1]]) + along(x[4], foot.height) + beside * sp.Matrix([sp.cos(x[4]), -sp.sin(x[4])])
+    hip = ankle + along(x[2], leg.length)
+    end = hip - along(x[3], leg.length)
+    bodies = [
+        (foot.mass, foot.inertia, 4, ankle),
+        (leg.mass, leg.inertia, 2, hip - along(x[2], leg.centre)),
+        (ROBOT.hip_mass, 0.0, 4, hip),
+        (leg.mass, leg.inertia, 3, hip - along(x[3], leg.centre)),
+        (foot.mass, 0.0, 4, end),
+    ]
+    T, V = sp.Integer(0), sp.Integer(0)
+    for mass, inertia, segment, place in bodies:
+        speed = place.jacobian(x) * v
+        T += mass * speed.dot(speed) / 2 + inertia * v[segment] ** 2 / 2
+        V += mass * ROBOT.gravity * place[1]
+    M = sp.hessian(T, list(v))
+    p = M * v
+    rest = p.jacobian(x) * v - sp.Matrix([T]).jacobian(x).T + sp.Matrix([V]).jacobian(x).T
+    found = {
+        "M": M,
+        "rest": rest,
+        "hip": hip.jacobian(x),
+        "end": end.jacobian(x),
+    }
+    return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
+
+
+def walker(edge: int, slope: float, **more: Any) -> tuple[SimpleNamespace, SimpleNamespace]:
+    c = EQUATIONS.constants(ROBOT)
+    w = SimpleNamespace(
+        edge=edge, slope=slope, sine=math.sin(slope), cosine=math.cos(slope), push=0.0, face=0.0, stance=0
+    )
+    stand_on_edge(c, edge)
+    for name, value in more.items():
+        setattr(w, name, value)
+    return c, w
+
+
+def free(q: Array, dq: Array, slope: float) -> tuple[Array, Array]:
+    """The coordinates of `derived`, with the edge at rest."""
+    return np.array([0.0, 0.0, *(q + slope)]), np.array([0.0, 0.0, *dq])
+
+
+def constrained(edge: int, x: Array, v: Array, rows: Array) -> Array:
+    """Rates after a plastic impact that brings rows . v to zero, by Lagrange's multipliers."""
+    M, k = np.array(derived(edge)["M"](x, v)), len(rows)
+    whole = np.block([[M, rows.T], [rows, np.zeros((k, k))]])
+    return np.linalg.solve(whole, np.concatenate([M @ v, np.zeros(k)]))[:5]
+
+
+def pose(q: Array, slope: float) -> list[float]:
+    return [number for angle in q + slope for number in (math.sin(angle), math.cos(angle))]
+
+
+def agree(found: Any, expected: Any, scale: Any) -> None:
+    """Check for equality but for rounding of numbers as large as the scale."""
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=RELATIVE * float(np.max(np.abs(scale))))
+
+
+@EDGES
+@given(q=ANGLES, dq=RATES, slope=SLOPES, torques=TORQUES, push=st.floats(-9, 9))
+def test_accelerations_and_the_force_of_the_ground_are_lagranges(
+    edge: int, q: Array, dq: Array, slope: float, torques: tuple[float, float], push: float
+) -> None:
+    c, w = walker(edge, slope, push=push)
+    lever = push * ROBOT.leg_length * math.cos(q[0] + slope)
+    ddq = np.array(EQUATIONS.accelerations(c, w, q, dq, torques, lever))
+    x, v = free(q, dq, slope)
+    laws = derived(edge)
+    M, rest = np.array(laws["M"](x, v)), np.array(laws["rest"](x, v))[:, 0]
+    forces = push * np.array(laws["hip"](x, v))[0] + [0.0, 0.0, torques[0] - torques[1], torques[1], -torques[0]]
+    residual = M @ [0.0, 0.0, *ddq] + rest - forces
+    terms = np.abs(M) @ [0.0, 0.0, *np.abs(ddq)] + np.abs(rest)
+    agree(residual[2:], 0.0, terms)  # the equations of motion, with the edge held
+    force = EQUATIONS.ground_force(c, w, ROBOT.weight, pose(q, slope), [*q, *dq], ddq, 0)
+    agree(force, residual[:2] + np.array([push, 0.0]), terms)  # what holds the edge
+
+
+@EDGES
+@given(q=ANGLES, dq=RATES, slope=SLOPES)
+def test_a_foot_comes_down_flat_as_multipliers_say(edge: int, q: Array, dq: Array, slope: float) -> None:
+    q = np.array([q[0], q[1], 0.0])
+    c, w = walker(edge, slope, y=[*q, *dq])
+    EQUATIONS.turn_foot(c, w, FLAT)
+    x, v = free(q, dq, slope)
+    after = constrained(edge, x, v, np.eye(5)[[0, 1, 4]])
+    agree(w.y[3:5], after[2:4], CONDITION * (1.0 + np.abs(dq)))
+    assert (w.y[2], w.y[5], w.edge, c.chain.reach[2], c.chain.beside[2]) == (0.0, 0.0, FLAT, 0.0, 0.0)
+
+
+@EDGES
+@given(q=ANGLES, dq=RATES, slope=SLOPES, new=SLOPES)
+def test_the_other_foot_lands_while_this_one_has_tipped(
+    edge: int, q: Array, dq: Array, slope: float, new: float
+) -> None:
+    c, w = walker(edge, slope)
+    angles, rates = EQUATIONS.exchange(c, w, q, dq, new)
+    x, v = free(q, dq, slope)
+    after = constrained(edge, x, v, np.array(derived(edge)["end"](x, v)))
+    speeds = CONDITION * (1.0 + np.abs(dq))
+    agree([rates[1], rates[0]], after[2:4], speeds)
+    agree(after[4], dq[2], speeds)  # the foot that leaves keeps its own turning
+    agree(np.array(angles) + new, [q[1] + slope, q[0] + slope, new], 1.0)
+    assert w.edge == FLAT
+
+
+@EDGES
+@given(q=ANGLES, dq=RATES, slope=SLOPES)
+def test_a_face_stops_the_swing_foot_along_its_normal(edge: int, q: Array, dq: Array, slope: float) -> None:
+    c, w = walker(edge, slope, y=[*q, *dq], pushed_x=-1.0, pushed_z=0.0)
+    impulse = EQUATIONS.stop_foot(c, w)
+    x, v = free(q, dq, slope)
+    end = np.array(derived(edge)["end"](x, v))
+    after = constrained(edge, x, v, np.vstack([np.eye(5)[:2], end[:1]]))
+    speeds = CONDITION * (1.0 + np.abs(dq))
+    agree(w.y[3:], after[2:], speeds)
+    M = np.array(derived(edge)["M"](x, v))
+    agree((M @ (after - v))[2:], -impulse * end[0, 2:], np.abs(M) * speeds.max())
+
+
+@given(q=ANGLES, dq=RATES, slope=SLOPES, torques=TORQUES)
+def test_a_flat_foot_is_the_compass_biped(q: Array, dq: Array, slope: float, torques: tuple[float, float]) -> None:
+    q, dq = q * [1.0, 1.0, 0.0], dq * [1.0, 1.0, 0.0]
+    c, w = walker(FLAT, slope)
+    one = ROBOT.mechanism
+    expected = one.ground_force(q[:2], dq[:2], torques, slope)
+    ddq = EQUATIONS.accelerations(c, w, q, dq, torques, 0.0)
+    forces = one.input_matrix @ torques - one.coriolis_matrix(q[:2], dq[:2]) @ dq[:2] - one.gravity_vector(q[:2], slope)
+    M = one.mass_matrix(q[:2])
+    agree(M @ ddq[:2], forces, np.abs(M) @ np.abs(ddq[:2]) + np.abs(forces))
+    found = EQUATIONS.ground_force(c, w, ROBOT.weight, pose(q, slope), [*q, *dq], ddq, 0)
+    agree(found, expected, [*expected, 100.0 * ROBOT.weight])
+    assert ddq[2] == 0.0
+    assert EQUATIONS.exchange(c, w, q, dq, slope)[1][:2] == compass.impact_rates(one.constants, *q[:2], *dq[:2])
+
+
+def test_a_posture_has_parallel_feet() -> None:
+    c, w = walker(TOE, 0.1)
+    assert EQUATIONS.limbs(c, w, (-0.2, 0.3, 0.05)) == pytest.approx((-0.1, 0.4, 0.25, -0.25))
