@@ -19,6 +19,7 @@ from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
 from .robots.kneed import KneedBiped
 from .robots.round.biped import RoundCompass
+from .robots.round.kneed import RoundKneed
 from .robots.wheel import RimlessWheel
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
@@ -47,6 +48,7 @@ __all__ = [
     "ReturnMap",
     "RimlessWheel",
     "RoundCompass",
+    "RoundKneed",
     "ScuffingRule",
     "Survival",
     "Terrain",

@@ -9,10 +9,13 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils.domains import SOLE, known_name
 
-KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel, RoundCompass)}
+KINDS: Mapping[str, type[Robot]] = {
+    kind.kind: kind for kind in (Compass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed)
+}
 
 NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}
 """Robots by their names, with the parameters that they have unless others are given."""

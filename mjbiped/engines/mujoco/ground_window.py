@@ -9,8 +9,8 @@ terrain, whatever window it was found in.
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -109,7 +109,7 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
         profile=profile._replace(z=profile.z + robot.radius * np.hypot(1.0, profile.gradient)),
         rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, limb, _lengths(robot)) for limb in bodies.limbs),
+        legs=tuple(_leg_in(model, limb, robot) for limb in bodies.limbs),
         hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
         order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
         slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
@@ -130,9 +130,10 @@ def _lengths(robot: Robot) -> list[float]:
     return [*upper, last - robot.radius]
 
 
-def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
-    """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
-    name = limb.name
+def _leg_in(model: mujoco.MjModel, limb: Limb, robot: Robot) -> Leg:
+    """Where a leg's parts are in a model; of two segments the leg has a knee."""
+    name, lengths, turns = limb.name, _lengths(robot), [segment.turn for segment in robot.bodies.leg]
+    straight = sum(length * cmath.exp(1j * turn) for length, turn in zip(lengths, turns, strict=True))
     leg = Leg(
         hip=int(model.joint(limb.hinge).qposadr[0]),
         offset=limb.offset,
@@ -143,6 +144,8 @@ def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
         foot=int(model.geom(f"{name}_foot").id),
         contacts=int(model.sensor(f"{name}_contact").adr[0]),
         ankle=int(model.actuator(limb.ankle).id),
+        turn=turns[0],
+        reach=abs(straight),
     )
     if len(lengths) == 1:
         return leg
@@ -153,4 +156,5 @@ def _leg_in(model: mujoco.MjModel, limb: Limb, lengths: Sequence[float]) -> Leg:
         motor=int(model.actuator(f"{name}_knee").id),
         stop=int(knee.id),
         lock=int(model.equality(f"{name}_lock").id),
+        bend=turns[1],
     )

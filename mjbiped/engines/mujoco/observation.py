@@ -87,7 +87,7 @@ def begin(
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.running, u.time, u.asked = 1.0, -1.0, -1.0
     u.planned_next, u.plain_next = constants.timestep, 0.0 if constants.lands else 1.0
-    u.slope, u.reach = slope, legs[0].upper + legs[0].lower
+    u.slope, u.reach = slope, legs[0].reach
     radius = constants.radius
     u.foot_x, u.foot_z, u.foot_angle = radius * math.sin(slope), height + radius * math.cos(slope), u.q[legs[0].hip]
     u.next_push, u.push_impulse = following(constants.pushes, 0, 0.0)
@@ -192,7 +192,7 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     """Say which foot leaves the ground in the step to come, and passes through it; see `contacts.refuses`.
 
     That of the stance leg does where the other one lands. A swing knee that is free is then locked as it is: with the
-    touchdown, the leg becomes one body.
+    touchdown, the leg becomes one body. Not so where the stop alone holds knees: no bent leg lands there.
 
     Args:
         constants: The walk's.
@@ -210,7 +210,8 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     straight = leg.knee < 0 or u.locked != 0.0
     if height_over_ground(constants.places.profile, later_x, later_z) > u.clear:
         u.lifted = float(swing)
-    elif x > u.foot_x and (straight or not u.touching):  # a foot that drags along with its knee bent goes on so
+    elif x > u.foot_x and (straight or not (u.touching or constants.knee_opens)):
+        # a foot that drags along with its knee bent goes on so
         u.lifted = u.stance
         if not straight:
             u.bent, u.bend = 1.0, u.q[leg.knee]
@@ -406,7 +407,7 @@ def stand_on(constants: Constants, u: Any, new: int) -> None:
         u.reach, lean = bent_leg(leg.upper, leg.lower, u.bend)
         u.tilt = u.bend - lean
     else:
-        u.reach, u.tilt = leg.upper + leg.lower, 0.0
+        u.reach, u.tilt = leg.reach, 0.0
 
 
 def judge_touchdown(u: Any, limits: Limits) -> None:

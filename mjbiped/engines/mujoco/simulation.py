@@ -172,6 +172,7 @@ class Simulation:
             behind=behind,
             ahead=ahead,
             radius=robot.radius,
+            knee_opens=robot.knee_opens,
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:

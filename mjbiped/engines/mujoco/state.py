@@ -174,6 +174,9 @@ class Leg(NamedTuple):
         motor: Actuator of the knee.
         stop: Joint of the knee, which has a limit.
         lock: Equality constraint of the knee.
+        turn: Angle of its upper segment's line where those of its joints are zero, rad.
+        bend: That of its lower segment's line.
+        reach: From its foot to the hip, while its knee is at its stop, m.
     """
 
     hip: int
@@ -188,6 +191,9 @@ class Leg(NamedTuple):
     motor: int = -1
     stop: int = -1
     lock: int = -1
+    turn: float = 0.0
+    bend: float = 0.0
+    reach: float = 0.0
 
 
 class Places(NamedTuple):
@@ -271,6 +277,7 @@ class Constants(NamedTuple):
         behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
         ahead: Distance from the ankle to its toe, m.
         radius: Of round feet, m; 0: point feet.
+        knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
     """
 
     limits: Limits
@@ -295,6 +302,7 @@ class Constants(NamedTuple):
     behind: float
     ahead: float
     radius: float
+    knee_opens: bool
 
 
 class Userdata(NamedTuple):
@@ -349,10 +357,12 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
     """Place of a leg's foot, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
     angle += leg.offset
-    x, z = x - leg.upper * math.sin(angle), z - leg.upper * math.cos(angle)
+    upper = angle + leg.turn
+    x, z = x - leg.upper * math.sin(upper), z - leg.upper * math.cos(upper)
     if leg.knee < 0:
         return x, z
-    return x - leg.lower * math.sin(angle + flexion), z - leg.lower * math.cos(angle + flexion)
+    lower = angle + flexion + leg.bend
+    return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
 def angles_of(legs: Sequence[Leg], q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
