@@ -20,6 +20,7 @@ from .robots.compass import Compass
 from .robots.footed.biped import FootedCompass
 from .robots.kneed import KneedBiped
 from .robots.round.biped import RoundCompass
+from .robots.round.kneed import RoundKneed
 from .robots.wheel import RimlessWheel
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
@@ -49,6 +50,7 @@ __all__ = [
     "ReturnMap",
     "RimlessWheel",
     "RoundCompass",
+    "RoundKneed",
     "ScuffingRule",
     "Survival",
     "Terrain",

@@ -19,6 +19,8 @@ ROBOTS: dict[str, Robot] = {
     "kneed": mjbiped.KneedBiped(),
     "other knees": mjbiped.KneedBiped(shank_mass=1 / 7, thigh_length=0.41, shank_length=1 / 3, shank_inertia=1e-3),
     "wheel": mjbiped.RimlessWheel(inertia=0.2),
+    "round": mjbiped.RoundCompass(hip_mass=2.0),
+    "round knees": mjbiped.RoundKneed(),
 }
 
 

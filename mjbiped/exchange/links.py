@@ -43,10 +43,10 @@ class Link(NamedTuple):
         joint: Name of the joint: that of the number in postures (`Robot.places`).
         slides: Whether the joint is a slide, m; else it is a hinge, rad.
         axis: Axis of the joint: X, Y or Z.
-        below: Distance of the joint below that of the parent, m.
+        place: Of the joint from that of the parent, x and z in m, while all joints are at zero.
         bends: Whether the joint bends to one side only, as a knee.
         mass: kg.
-        centre: Distance of the centre of mass below the joint, m.
+        centre: Place of the centre of mass from the joint, likewise.
         inertia: About the centre of mass, kg m^2.
         rods: What is seen of the link, and touches the ground.
     """
@@ -56,10 +56,10 @@ class Link(NamedTuple):
     joint: str
     slides: bool
     axis: tuple[int, int, int]
-    below: float = 0.0
+    place: tuple[float, float] = (0.0, 0.0)
     bends: bool = False
     mass: float = 0.0
-    centre: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
     inertia: float = _POINT_INERTIA
     rods: tuple[Rod, ...] = ()
 
@@ -76,29 +76,29 @@ def links_of(robot: Robot) -> list[Link]:
     ]
     for hinge in dict.fromkeys(limb.hinge for limb in bodies.limbs):
         limbs = [limb for limb in bodies.limbs if limb.hinge == hinge]
-        parent, below = HIP, 0.0
+        parent, place = HIP, (0.0, 0.0)
         for number, segment in enumerate(bodies.leg):
             name = f"{limbs[0].name}_{segment.name}" if len(limbs) == 1 else robot.kind
             length, last = robot.leg_length, number == len(bodies.leg) - 1 and bodies.foot is None
-            rods = tuple(Rod(limb.offset, length * limb.across, segment.length, last) for limb in limbs)
+            rods = tuple(Rod(limb.offset + segment.turn, length * limb.across, segment.length, last) for limb in limbs)
             inertia = max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)
-            moved = (segment.mass, segment.centre, inertia)
+            moved = (segment.mass, segment.place(segment.centre, segment.offset), inertia)
             joint = f"{limbs[0].name}_knee" if number else hinge
-            links.append(Link(name, parent, joint, False, Y, below, number > 0, *moved, rods))
-            parent, below = name, segment.length
+            links.append(Link(name, parent, joint, False, Y, place, number > 0, *moved, rods))
+            parent, place = name, segment.place(segment.length)
         if bodies.foot is not None:
-            links.append(_foot_of(bodies.foot, limbs[0], parent, below, robot.leg_length))
+            links.append(_foot_of(bodies.foot, limbs[0], parent, place, robot.leg_length))
     return links
 
 
-def _foot_of(foot: Foot, limb: Limb, parent: str, below: float, length: float) -> Link:
+def _foot_of(foot: Foot, limb: Limb, parent: str, place: tuple[float, float], length: float) -> Link:
     """A foot that turns about an ankle: rods to its heel and to its toe."""
     ends = (foot.behind, -foot.ahead)
     rods = tuple(
         Rod(math.atan2(end, foot.height), length * limb.across, math.hypot(end, foot.height), True) for end in ends
     )
-    name, moved = f"{limb.name}_foot", (foot.mass, 0.0, foot.inertia)
-    return Link(name, parent, name, False, Y, below, False, *moved, rods)
+    name, moved = f"{limb.name}_foot", (foot.mass, (0.0, 0.0), foot.inertia)
+    return Link(name, parent, name, False, Y, place, False, *moved, rods)
 
 
 def end_of(rod: Rod, share: float = 1.0) -> tuple[float, float, float]:

@@ -110,7 +110,7 @@ def _transform(time: int, link: Link, places: Mapping[str, float]) -> Message:
         "header": _header(time, link.parent),
         "child_frame_id": link.name,
         "transform": {
-            "translation": {"x": x, "y": y, "z": z - link.below},
+            "translation": {"x": x + link.place[0], "y": y, "z": z + link.place[1]},
             "rotation": {"x": 0.0, "y": math.sin(half), "z": 0.0, "w": math.cos(half)},
         },
     }

@@ -22,8 +22,8 @@ _EFFORT, _RATE = 1e4, domains.RATE.high  # URDF wants limits; these limit nothin
 def export_urdf(robot: Robot, path: str | Path) -> None:
     """Write a robot as URDF, with the slides `hip_x` and `hip_z` between world and hip, which keep it in its plane.
 
-    The joints are the numbers of postures (`Robot.places`), the feet spheres of 50 micrometres. URDF has no gravity, no
-    motors between two legs and no locks of knees: those are not in the file.
+    The joints are the numbers of postures (`Robot.places`), the feet spheres: those of point feet of 50 micrometres.
+    URDF has no gravity, no motors between two legs and no locks of knees: those are not in the file.
 
     Args:
         robot: The robot.
@@ -42,17 +42,17 @@ def urdf_of(robot: Robot) -> str:
     root.append(ElementTree.Comment(f" Written by mjbiped {__version__}: kg, m, rad, x forward, z up. "))
     SubElement(root, "link", name=WORLD)
     for link in links_of(robot):
-        _add_link(root, link, robot.leg_length)
+        _add_link(root, link, robot.leg_length, robot.radius)
         _add_joint(root, link)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _add_link(root: Element, link: Link, length: float) -> None:
-    """Add a link: its mass, what is seen of it, and its feet."""
+def _add_link(root: Element, link: Link, length: float, radius: float) -> None:
+    """Add a link of a robot with legs of a length and feet of a radius: its mass, what is seen of it, and its feet."""
     element = SubElement(root, "link", name=link.name)
     inertial = SubElement(element, "inertial")
-    SubElement(inertial, "origin", xyz=joined((0.0, 0.0, 0.0 - link.centre)))
+    SubElement(inertial, "origin", xyz=joined((link.centre[0], 0.0, link.centre[1])))
     SubElement(inertial, "mass", value=joined((link.mass,)))
     moment = joined((link.inertia,))
     SubElement(inertial, "inertia", ixx=moment, iyy=moment, izz=moment, ixy="0", ixz="0", iyz="0")
@@ -64,8 +64,8 @@ def _add_link(root: Element, link: Link, length: float) -> None:
         if rod.foot:
             SubElement(_shape(element, "visual", end_of(rod)), "sphere", radius=joined((_TIP * length,)))
             _paint(element, colour)
-            foot = end_of(Rod(rod.angle, 0.0, rod.length, foot=True))
-            SubElement(_shape(element, "collision", foot), "sphere", radius=joined((FOOT_RADIUS,)))
+            foot = end_of(Rod(rod.angle, 0.0, rod.length - radius, foot=True))
+            SubElement(_shape(element, "collision", foot), "sphere", radius=joined((radius + FOOT_RADIUS,)))
 
 
 def _shape(link: Element, use: str, place: tuple[float, float, float], pitch: float = 0.0) -> Element:
@@ -87,7 +87,7 @@ def _add_joint(root: Element, link: Link) -> None:
     joint = SubElement(root, "joint", name=link.joint, type=kind)
     SubElement(joint, "parent", link=link.parent)
     SubElement(joint, "child", link=link.name)
-    SubElement(joint, "origin", xyz=joined((0.0, 0.0, 0.0 - link.below)))
+    SubElement(joint, "origin", xyz=joined((link.place[0], 0.0, link.place[1])))
     SubElement(joint, "axis", xyz=joined(link.axis))
     if kind != "continuous":
         low, high = (-domains.PLACE.high, domains.PLACE.high) if link.slides else (0.0, math.pi)

@@ -18,6 +18,7 @@ from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
@@ -26,6 +27,7 @@ FINDERS: Mapping[str, Callable[[Any, float], Passive]] = {
     KneedBiped.kind: find_kneed_gait,
     RimlessWheel.kind: find_rolling,
     RoundCompass.kind: find_passive_gait,
+    RoundKneed.kind: find_kneed_gait,
 }
 """Finders of passive gaits by the kind of robot."""
 
@@ -53,7 +55,7 @@ def usual_gait(robot: Any, slope: float) -> Periodic:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    return find_reference(robot, clearance=0.08) if "knee" in robot.joints else passive_gait_of(robot, slope)
+    return find_reference(robot, clearance=0.08) if isinstance(robot, KneedBiped) else passive_gait_of(robot, slope)
 
 
 def gait_from(described: Mapping[str, Any]) -> Periodic:

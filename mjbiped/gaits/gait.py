@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.gaits.reference import Table, reference_at
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils import domains
 
@@ -144,7 +144,7 @@ class Branched(Periodic):
         straight: The branch of the straight knee, stance and swing leg: shape (pieces, 10, 2).
     """
 
-    robot: KneedBiped
+    robot: KneedLegs
     slope: float
     start: Array = field(compare=False)
     end: Array = field(compare=False)

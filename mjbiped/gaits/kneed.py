@@ -28,7 +28,9 @@ from mjbiped.gaits.gait import Branched, Passive
 from mjbiped.gaits.passive import checked_slope, differences, eigenvalues, no_gait
 from mjbiped.gaits.pieces import FALLEN, FINE, free_motion, passive_branches
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array
+from mjbiped.robots.round.kneed import RoundKneed
 from mjbiped.utils import domains
 
 LONGEST = 10.0  # longest phase of a step, sqrt(l/g); steps take 2
@@ -36,6 +38,8 @@ COARSE = 1e-6  # tolerance of the integration of the grid's starts
 STARTS = tuple(product((0.10, 0.16, 0.22, 0.28, 0.34), (1.25, 1.45, 1.65, 1.9), (0.0, 0.4, 0.8, 1.2)))
 """Half angle between the legs, rad, and the rates of stance and swing leg over it, in sqrt(g/l). Gaits of light and
 heavy shanks on 1 to 5 degrees lie between them."""
+ROLLING = tuple(product((0.20, 0.25, 0.30, 0.35, 0.40), (0.9, 1.05, 1.25), (-0.5, -0.2, 0.1, 0.4, 0.8)))
+"""More of them for round feet, on which legs roll more slowly through greater angles."""
 TRIED = 8  # number of starts that are refined: those that repeat themselves best
 SAMPLES = 400  # samples of a gait's motion
 
@@ -78,7 +82,7 @@ class KneedGait(Passive, Branched):
         return np.array([self.robot.swing_foot(q) for q in self.states[:, :3]])
 
 
-def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
+def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:
     """A passive gait of period one on a plane, with knee strike and heel strike.
 
     Where the search finds several, it is a stable one, or else the least unstable. Results are kept in the user's
@@ -92,7 +96,8 @@ def find_kneed_gait(robot: KneedBiped, slope: float) -> KneedGait:
         InputError: The slope is no number within a right angle of level, or the robot is no `KneedBiped`.
         GaitError: The search finds no gait on that slope.
     """
-    domains.check_kind("robot", robot, KneedBiped)
+    if not isinstance(robot, RoundKneed):
+        domains.check_kind("robot", robot, KneedBiped)
     return _find(robot, checked_slope(slope))
 
 
@@ -126,14 +131,14 @@ def _no_gait(slope: float, reason: str) -> GaitError:
 
 
 @lru_cache(maxsize=64)
-def _find(robot: KneedBiped, slope: float) -> KneedGait:
+def _find(robot: KneedLegs, slope: float) -> KneedGait:
     return KneedGait(robot, slope, **store.passive(robot, slope, _search))
 
 
-def _search(robot: KneedBiped, slope: float) -> dict[str, Any]:
+def _search(robot: KneedLegs, slope: float) -> dict[str, Any]:
     """The attributes of the most stable gait found from the starts that repeat themselves best."""
     starts = []
-    for half, stance, swing in STARTS:
+    for half, stance, swing in STARTS + ROLLING if robot.radius else STARTS:
         scaled = np.array([-half, half * stance, half * swing])
         try:
             miss = np.abs(_step(robot, slope, scaled, COARSE).after - scaled).max() / half
@@ -175,22 +180,21 @@ class _Step(NamedTuple):
     after: Array
 
 
-def _unit(robot: KneedBiped) -> float:
+def _unit(robot: KneedLegs) -> float:
     return math.sqrt(robot.leg_length / robot.gravity)
 
 
-def _scaled(robot: KneedBiped, start: Array) -> Array:
+def _scaled(robot: KneedLegs, start: Array) -> Array:
     """(q1, dq1, dq2) of a start, rates times sqrt(l/g)."""
     return np.array([start[0], _unit(robot) * start[3], _unit(robot) * start[4]])
 
 
-def _start(robot: KneedBiped, scaled: Array) -> Array:
-    q1, dq1, dq2 = (scaled / [1.0, _unit(robot), _unit(robot)]).tolist()
-    return np.array([q1, -q1, -q1, dq1, dq2, dq2])
+def _start(robot: KneedLegs, scaled: Array) -> Array:
+    return robot.after_touchdown(scaled / [1.0, _unit(robot), _unit(robot)])
 
 
 def _phase(
-    robot: KneedBiped, slope: float, start: Array, end: _Event, others: dict[str, _Event], tolerance: float, dense: bool
+    robot: KneedLegs, slope: float, start: Array, end: _Event, others: dict[str, _Event], tolerance: float, dense: bool
 ) -> _Phase:
     """Integrate the motion from a start until `end` falls through zero.
 
@@ -219,30 +223,30 @@ def _phase(
     return _Phase(float(solution.t_events[0][0]), solution.y_events[0][0], solution.sol)
 
 
-def _step(robot: KneedBiped, slope: float, scaled: Array, tolerance: float = FINE, dense: bool = False) -> _Step:
+def _step(robot: KneedLegs, slope: float, scaled: Array, tolerance: float = FINE, dense: bool = False) -> _Step:
     """The step from a start, by way of the knee strike.
 
     Raises:
         GaitError: There is none.
     """
-    three, two = robot.chains[3].reach, robot.chains[2].reach
+    three, two = robot.chains[3], robot.chains[2]
     falls: dict[str, _Event] = {"the robot falls": lambda _, y: FALLEN - abs(float(y[0]))}
     scuffs: dict[str, _Event] = {
-        "the swing foot touches the ground before the knee is straight": lambda _, y: float(three @ np.cos(y[:3]))
+        "the swing foot touches the ground before the knee is straight": lambda _, y: float(three.end(y[:3])[1])
     }
     start = _start(robot, scaled)
     free = _phase(robot, slope, start, lambda _, y: float(y[2] - y[1]), scuffs | falls, tolerance, dense)
     if free.duration < 1e-3 * _unit(robot):
         raise _no_gait(slope, "the knee does not bend")
     struck = np.concatenate(robot.knee_impact(free.end[:3], free.end[3:]))
-    locked = _phase(robot, slope, struck, lambda _, y: float(two @ np.cos(y[:2])), falls, tolerance, dense)
+    locked = _phase(robot, slope, struck, lambda _, y: float(two.end(y[:2])[1]), falls, tolerance, dense)
     if locked.end[0] <= locked.end[1]:
         raise _no_gait(slope, "the swing foot lands behind the stance foot")
     q, dq = robot.heel_impact(locked.end[:2], locked.end[2:])
-    return _Step(free, locked, np.array([q[0], *(_unit(robot) * dq)]))
+    return _Step(free, locked, np.array([q[0], *(_unit(robot) * dq[:2])]))
 
 
-def _solve(robot: KneedBiped, slope: float, guess: Array) -> KneedGait | None:
+def _solve(robot: KneedLegs, slope: float, guess: Array) -> KneedGait | None:
     """The gait whose scaled start is near `guess`, by SciPy's root finder; None where there is none."""
 
     def mismatch(scaled: Array) -> Array:
@@ -262,7 +266,7 @@ def _solve(robot: KneedBiped, slope: float, guess: Array) -> KneedGait | None:
         return None
 
 
-def _described(robot: KneedBiped, slope: float, scaled: Array) -> KneedGait:
+def _described(robot: KneedLegs, slope: float, scaled: Array) -> KneedGait:
     """The gait with a scaled start that repeats itself."""
     step = _step(robot, slope, scaled, dense=True)
     (strike, struck, free), (locked_time, end, locked) = step.free, step.locked
@@ -276,7 +280,8 @@ def _described(robot: KneedBiped, slope: float, scaled: Array) -> KneedGait:
     feet = np.array([robot.swing_foot(q) for q in states[:, :3]])
     if feet[1:-1, 1].min() <= 0:  # so shallowly that the integration stepped over it
         raise _no_gait(slope, "the swing foot dips into the ground")
-    step_length = float(robot.swing_foot(end[:2])[0])
+    # a round stance foot has rolled
+    step_length = float(robot.swing_foot(end[:2])[0] + robot.radius * (end[0] - start[0]))
     # truncation ~1e-9 for maps as curved as these, noise ~1e-7
     jacobian = differences(lambda shift: _step(robot, slope, scaled + shift).after, 3, 1e-4)
     return KneedGait(

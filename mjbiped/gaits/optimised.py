@@ -176,6 +176,7 @@ class OptimisedKneedGait(Optimised, Branched):
     """
 
     step: ClassVar[type[StepModel]] = KneedStep
+    robot: KneedBiped
     goal: Goal
     knee_state: Array
     clearance_phase: float

@@ -17,9 +17,10 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from mjbiped.robots.chain import Chain, machine_code
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.chain import Chain
+from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array
+from mjbiped.robots.round.linkage import Linkage
 
 DEGREE = 7
 """Degree of a reference's Bézier curves: angle, rate and acceleration are free at both ends, and two points more."""
@@ -160,22 +161,19 @@ def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Arra
     return np.asarray(rate * of_rate + acceleration * of_acceleration)
 
 
-def free_motion(chain: Chain, slope: float) -> Callable[[float, Array], Array]:
+def free_motion(chain: Chain | Linkage, slope: float) -> Callable[[float, Array], Array]:
     """The unpowered motion of a chain on a slope (rad): a function from the state to its rates."""
-    n = len(chain.reach)
-    (even, odd), accelerate = np.empty((2, n, n)), machine_code()
+    move = chain.free_motion
 
     def rates(_: float, state: Array) -> Array:
-        result = np.zeros(2 * n)
-        result[:n] = state[n:]
-        accelerate(chain.weights, chain.moments, slope, state[:n], state[n:], even, odd, result[n:])
-        return result
+        n = len(state) // 2
+        return np.concatenate([state[n:], move(state[:n], state[n:], slope)])
 
     return rates
 
 
 def passive_branches(
-    robot: KneedBiped, slope: float, start: Array, struck: Array, strike: float, period: float
+    robot: KneedLegs, slope: float, start: Array, struck: Array, strike: float, period: float
 ) -> tuple[float, Array, Array]:
     """Pieces per second, and the branches of the bent and of the straight knee of a passive gait.
 

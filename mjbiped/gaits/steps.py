@@ -21,7 +21,7 @@ from mjbiped.gaits.pieces import DEGREE, Numbers, curve
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.kneed_equations import SWING_LOCKED
+from mjbiped.robots.kneed_legs import SWING_LOCKED
 from mjbiped.robots.robot import Array
 
 REACH = 0.2  # of the compass, leg lengths ahead of the stance foot: from there on the swing foot may touch the ground

@@ -175,9 +175,9 @@ def basin_of_attraction(
     near = _nearness(robot)
 
     def row(number: int) -> None:
-        starts, half = np.tile(gait.start, (len(basin.stance_rates), 1)), len(gait.start) // 2
-        starts[:, half], starts[:, half + 1 :] = basin.stance_rates, basin.swing_rates[number]
-        batch = walk_all(plane, starts, basin.limit, goals=goals, near=near)
+        swing = basin.swing_rates[number]
+        places = np.array([(gait.start[0], stance, swing) for stance in basin.stance_rates.tolist()])
+        batch = walk_all(plane, robot.after_touchdown(places), basin.limit, goals=goals, near=near)
         basin.steps[number] = batch.counts
         basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
 

@@ -16,7 +16,7 @@ from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Passive
 from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, walk_all
-from mjbiped.limit_cycles.section import OFF, check_scuffing, places_of, states_at
+from mjbiped.limit_cycles.section import OFF, check_scuffing, places_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.utils import domains
@@ -91,12 +91,12 @@ def map_slices(
     for k, width in enumerate(widths):
         places = np.tile(fixed, (points, 1))
         places[:, k] += width * shares
-        batch = walk_all(step.plane, _states(places, gait.start), 1)
+        batch = walk_all(step.plane, _states(robot, places, gait.start), 1)
         states, landed = batch.states[:, 0], batch.outcomes == TOUCHDOWN
         if len(fixed) > 1:
             landed &= np.abs(states[:, :2].sum(axis=1)) < OFF  # not on a bent knee
         before[k], after[k] = places[:, k], np.where(landed, _places(states)[:, k], np.nan)
-    start = _states((1.0 + PUSH) * fixed[None], gait.start)[0]
+    start = _states(robot, (1.0 + PUSH) * fixed[None], gait.start)[0]
     walked = step.walk(start, max(steps, _SETTLING))
     walk = _places(np.vstack([start, walked.states[:steps]]))
     outcome = walked.outcome if len(walked.states) < steps else "walking"
@@ -110,10 +110,10 @@ def _places(states: Array) -> Array:
     return places_of(states) if states.shape[-1] > 2 else states[..., 1:]
 
 
-def _states(places: Array, start: Array) -> Array:
+def _states(robot: Robot, places: Array, start: Array) -> Array:
     """States with given components; `start` tells the angle that is always the same."""
     if places.shape[-1] > 1:
-        return states_at(places, len(start) // 2)
+        return robot.after_touchdown(places)
     return np.column_stack([np.full(len(places), start[0]), places])
 
 

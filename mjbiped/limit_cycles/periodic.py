@@ -19,7 +19,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.passive import eigenvalues
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
-from mjbiped.limit_cycles.section import OFF, check_biped, guard_of, places_of, states_at, step_lengths
+from mjbiped.limit_cycles.section import OFF, check_biped, guard_of, places_of, step_lengths
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.utils import domains
 
@@ -82,7 +82,7 @@ def differentiate(plane: Plane, places: Array, widths: Array) -> tuple[Array, Ar
     """
     shifts = np.concatenate([np.zeros((1, 3)), *(k * np.diag(widths) for k in (-2.0, -1.0, 1.0, 2.0))])
     around = (places[:, None, :] + shifts).reshape(-1, 3)
-    batch = walk_all(plane, states_at(around, plane.angles), 1)
+    batch = walk_all(plane, plane.robot.after_touchdown(around), 1)
     if (batch.outcomes != TOUCHDOWN).any() or np.abs(batch.states[:, 0, :2].sum(axis=1)).max() > OFF:
         return None
     mapped = places_of(batch.states[:, 0]).reshape(-1, 13, 3)
@@ -139,7 +139,7 @@ def find_periodic_gait(robot: Robot, slope: float, states: ArrayLike) -> Periodi
     whole = np.eye(3)
     for jacobian in jacobians:
         whole = jacobian @ whole
-    found = states_at(places, angles)
+    found = robot.after_touchdown(places)
     return PeriodicGait(robot, slope, found, periods, eigenvalues(whole), float(np.linalg.det(np.eye(3) + whole)))
 
 

@@ -24,6 +24,7 @@ from mjbiped.engines.hybrid.state import Tables
 from mjbiped.engines.plan import Plan, Terms, check_robot, check_rule
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import compiled
+from mjbiped.robots.equations import FREE
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
@@ -72,7 +73,7 @@ class Plane(NamedTuple):
         constants: Robot and rules; to be copied for each batch, as they have room to compute in.
         tables: The plane, and room for one touchdown; likewise.
         state: State of a walk just after an impact.
-        angles: Number of the robot's angles.
+        robot: The robot.
     """
 
     code: EngineCode
@@ -80,7 +81,7 @@ class Plane(NamedTuple):
     constants: Any
     tables: Tables
     state: Any
-    angles: int
+    robot: Robot
 
 
 class Batch(NamedTuple):
@@ -126,7 +127,8 @@ def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> Non
         batch.memory[0] = batch.fresh[0]
         for c in range(numbers):
             w.y[c] = batch.starts[walk, c]
-        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, w.locked
+        opened = w.y[numbers // 2 + constants.robot.shank] > w.y[numbers // 2 + constants.robot.thigh]
+        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, FREE if opened else w.locked
         while True:
             if is_near(w.y, batch.goals, batch.near):
                 outcome = SETTLED
@@ -208,7 +210,7 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     state.next_step, state.pause = step, math.inf
     assert run.code is not None
     tables = run.tables._replace(ground=ground, rows=run.tables.rows[:1].copy())
-    return Plane(EngineCode(run.advance), run.code, constants, tables, state, angles)
+    return Plane(EngineCode(run.advance), run.code, constants, tables, state, robot)
 
 
 @dataclass(frozen=True)
@@ -264,7 +266,8 @@ class ReturnMap:
         """Walk from a state just after an impact, with both feet on the plane.
 
         Args:
-            state: (q1, q2, dq1, dq2), rad and rad/s; with knees (q1, q2, q3, dq1, dq2, dq3), the swing leg straight.
+            state: (q1, q2, dq1, dq2), rad and rad/s; with knees (q1, q2, q3, dq1, dq2, dq3), the swing leg straight;
+                its knee may bend already where `Robot.knee_opens`.
             steps: Number of steps.
 
         Raises:
@@ -272,7 +275,8 @@ class ReturnMap:
         """
         angles = len(self.robot.angles)
         start = domains.check_states("state", state, (2 * angles,))
-        if np.diff(start[1:angles]).any() or np.diff(start[angles + 1 :]).any():
+        bends = np.diff(start[angles + 1 :])
+        if np.diff(start[1:angles]).any() or (bends < 0.0 if self.robot.knee_opens else bends != 0.0).any():
             raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)

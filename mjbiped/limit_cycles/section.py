@@ -1,6 +1,7 @@
 """The section of a biped's states just after an impact on a plane: (q1, dq1, dq2) tell the whole state.
 
-Both feet stand on the plane and both legs are straight, so that q2 = -q1; thigh and shank of the swing leg move as one.
+Both feet stand on the plane and both legs are straight, so that q2 = -q1. Thigh and shank of the swing leg move as one,
+or, where the heel strike can bend the knee, at rates that it links (`Robot.after_touchdown`).
 """
 
 from __future__ import annotations
@@ -53,13 +54,6 @@ def places_of(states: Array) -> Array:
     """(q1, dq1, dq2) of states, shape (..., 3), for states of shape (..., 2 n) with n angles."""
     angles = states.shape[-1] // 2
     return states[..., [0, angles, angles + 1]]
-
-
-def states_at(places: Array, angles: int) -> Array:
-    """States of a robot with some number of angles, shape (..., 2 angles), at places (q1, dq1, dq2) of the section."""
-    leg, stance, swing = (places[..., k, None] for k in range(3))
-    behind = np.ones(angles - 1)
-    return np.concatenate([leg, -leg * behind, stance, swing * behind], axis=-1)
 
 
 def step_lengths(robot: Robot, states: Array) -> Array:

@@ -19,7 +19,7 @@ from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
 from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
-from mjbiped.robots.robot import Array
+from mjbiped.robots.robot import ARC, Array
 from mjbiped.rules.scuffing import ScuffingRule
 
 APART = 0.5  # distance between two postures of a step, leg lengths
@@ -141,7 +141,8 @@ def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
         words = f"{time:.3f} s" + ("\nknee strike" if time in strike else "")
         hip_x, hip_z = stance[0].tolist()
         note_at(axes, words, hip_x, hip_z, (0, 5), xycoords="data", ha="center")
-    x, z = np.outer(down, [-0.62 * leg, places.max() + 0.62 * leg])
+    room = 0.62 * leg + ARC * robot.radius
+    x, z = np.outer(down, [-room, places.max() + room])
     low = float(z.min()) - 0.12 * leg
     axes.fill_between(x, z, low, color=GROUND, linewidth=0)
     axes.plot(x, z, color=SHADE, linewidth=0.8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 
@@ -14,6 +15,8 @@ class Segment(NamedTuple):
         length: From its upper end to its lower end, m.
         centre: From its upper end down to its centre of mass, m.
         inertia: About its centre of mass, kg m^2.
+        turn: Angle of its line, from end to end, when all joints of the leg are at zero, rad.
+        offset: Of its centre of mass ahead of that line, m.
     """
 
     name: str
@@ -21,6 +24,18 @@ class Segment(NamedTuple):
     length: float
     centre: float
     inertia: float
+    turn: float = 0.0
+    offset: float = 0.0
+
+    def place(self, distance: float, ahead: float = 0.0) -> tuple[float, float]:
+        """Place x, z of a point from the segment's upper end while all joints are at zero, m.
+
+        Args:
+            distance: Down the segment's line, m.
+            ahead: Ahead of that line, m.
+        """
+        sine, cosine = math.sin(self.turn), math.cos(self.turn)
+        return 0.0 - distance * sine + ahead * cosine, 0.0 - distance * cosine - ahead * sine
 
 
 class Limb(NamedTuple):

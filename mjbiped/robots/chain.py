@@ -19,7 +19,7 @@ allocate none. docs/knees.md derives the equations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -349,6 +349,18 @@ class Chain(NamedTuple):
         """
         E = np.asarray(groups, dtype=np.float64)
         return Chain(E.T @ self.weights @ E, E.T @ self.moments, E.T @ self.reach, self.mass, self.gravity)
+
+    @property
+    def free_motion(self) -> Callable[[Array, Array, float], Array]:
+        """The motion without torques, compiled: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
+        (even, odd), moved = np.empty((2, *self.weights.shape)), machine_code()
+
+        def motion(q: Array, dq: Array, slope: float) -> Array:
+            ddq = np.zeros(len(q))
+            moved(self.weights, self.moments, slope, q, dq, even, odd, ddq)
+            return ddq
+
+        return motion
 
     def mass_matrix(self, q: Array) -> Array:
         """M(q), shape (n, n), kg m^2."""

@@ -80,8 +80,8 @@ class Equations(NamedTuple):
         limbs: (c, w, q) -> the posture behind the place of the hip: angles of left and right leg from the vertical, ...
         ground_force: (c, w, weight, pose, state, ddq, first) -> force of the ground, forward and upward, N; see
             `chain_force`, which serves all whose first segment turns about a fixed foot.
-        turn_foot: (c, w, edge) -> None. The stance foot turns about an edge from now on, or comes down flat, in `y`. The
-            levers of its ankle from there are the last ones of `chain`.
+        turn_foot: (c, w, edge) -> None. The stance foot turns about an edge from now on, or comes down flat, in `y`.
+            The levers of its ankle from there are the last ones of `chain`.
         inlined: Whether `accelerations` is so short that it shall become part of the integrator's machine code.
     """
 

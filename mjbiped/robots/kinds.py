@@ -10,11 +10,12 @@ from mjbiped.robots.footed.biped import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils.domains import SOLE, known_name
 
 KINDS: Mapping[str, type[Robot]] = {
-    kind.kind: kind for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass)
+    kind.kind: kind for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed)
 }
 
 NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}

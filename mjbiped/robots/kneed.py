@@ -23,21 +23,19 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.errors import InputError
 from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand, straight_leg
 from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Array, Chain, chain_of
 from mjbiped.robots.equations import Equations
-from mjbiped.robots.kneed_equations import EQUATIONS, LEGS, SWING_LOCKED
-from mjbiped.robots.robot import Robot
+from mjbiped.robots.kneed_equations import EQUATIONS, LEGS
+from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
 from mjbiped.utils import domains
 
 STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
 @dataclass(frozen=True)
-class KneedBiped(Robot):
+class KneedBiped(KneedLegs):
     """A planar biped of two equal legs with knees and point feet; by default light shanks and a heavy hip.
 
     The defaults walk passively: as much mass is at the hip as in a leg. `halved_rods` is the other robot with knees of
@@ -51,9 +49,9 @@ class KneedBiped(Robot):
         shank_length: From the knee to the foot, m.
         thigh_centre: From the hip down to the thigh's centre of mass, m. It is at most the thigh's length.
         shank_centre: From the knee down to the shank's centre of mass, m. It is at most the shank's length.
-        thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2; a rod's unless given. None is replaced by
-            that of a uniform rod, m l^2/12 (which `dataclasses.replace` then keeps).
-        shank_inertia: Inertia of a shank about its centre of mass, kg m^2; a rod's unless given.
+        thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2; it follows mass and length unless given.
+            None is replaced by that of a uniform rod, m l^2/12 (which `dataclasses.replace` then keeps).
+        shank_inertia: Inertia of a shank about its centre of mass, kg m^2; it follows mass and length unless given.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances from the ankle to the heel and to the toe of a flat, massless sole, m, or one for both. They
             bound the ankle's torque; without a sole it is not bounded.
@@ -75,24 +73,16 @@ class KneedBiped(Robot):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "kneed"
-    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")
-    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
-    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
-    collides_from_lift_off: ClassVar[bool] = True
     equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
         domains.check_fields(self)
+        self.check_centres()
         for link in ("thigh", "shank"):
-            length, centre = getattr(self, f"{link}_length"), getattr(self, f"{link}_centre")
-            if centre > length:
-                raise InputError(
-                    f"{link}_centre = {centre:g}: must lie on the link, at most {link}_length = {length:g} m from its "
-                    "upper end"
-                )
             if getattr(self, f"{link}_inertia") is None:
-                object.__setattr__(self, f"{link}_inertia", getattr(self, f"{link}_mass") * length**2 / 12)
+                mass, length = getattr(self, f"{link}_mass"), getattr(self, f"{link}_length")
+                object.__setattr__(self, f"{link}_inertia", mass * length**2 / 12)
         domains.LEG.check("thigh_length + shank_length", self.leg_length)
 
     @classmethod
@@ -104,11 +94,6 @@ class KneedBiped(Robot):
     def leg_length(self) -> float:
         """Length of a straight leg, m."""
         return self.thigh_length + self.shank_length
-
-    @property
-    def total_mass(self) -> float:
-        """Mass of the whole robot, kg."""
-        return 2 * (self.thigh_mass + self.shank_mass) + self.hip_mass
 
     @property
     def bodies(self) -> Bodies:
@@ -150,25 +135,6 @@ class KneedBiped(Robot):
         stand(standing, flexion, four, three, two)
         return {3: three, 2: two}, float(standing[ACROSS])
 
-    def knee_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
-        """State (q_plus, dq_plus), each of shape (2,), after the swing knee's plastic impact on its stop: it locks.
-
-        The stance foot stays where it stands, and the stance knee stays locked.
-
-        Args:
-            q: stance leg, swing thigh, swing shank, shape (3,), rad; thigh and shank in line.
-            dq: their rates, shape (3,), rad/s.
-
-        Raises:
-            InputError: the knee is bent, or the shapes are others.
-        """
-        angles = domains.ANGLE.array("q", q, (3,))
-        if abs(angles[2] - angles[1]) > STRAIGHT:
-            bent = math.degrees(angles[2] - angles[1])
-            raise InputError(f"the swing knee is bent by {bent:.4g} degrees: it strikes its stop where it is straight")
-        rates = self.chains[3].joints_lock(SWING_LOCKED, angles, _rates(dq, angles))
-        return np.array([angles[0], (angles[1] + angles[2]) / 2]), rates
-
     def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the straight swing leg's impact, with the legs exchanged.
 
@@ -180,7 +146,7 @@ class KneedBiped(Robot):
             dq: their rates, shape (2,), rad/s.
         """
         angles = domains.ANGLE.array("q", q, (2,))
-        rates = self.chains[2].end_strikes(angles, _rates(dq, angles))
+        rates = self.chains[2].end_strikes(angles, rates_of(dq, angles))
         return angles[::-1].copy(), rates[::-1].copy()
 
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
@@ -197,11 +163,6 @@ class KneedBiped(Robot):
         _, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
         angles = np.array([leg + lean, leg + lean - stance_flexion, thigh, shank])
         return self.chains[4].end_strikes_stiff(LEGS, angles, rates)[[1, 0, 0]]
-
-    def flexion(self, qpos: ArrayLike, leg: ArrayLike) -> Array:
-        """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (..., 6): shape (...,), rad."""
-        places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
-        return np.where(legs == 0, places[..., 4], places[..., 5])
 
     def posture(
         self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
@@ -226,16 +187,10 @@ class KneedBiped(Robot):
         """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
         n = 2 if locked else 3
         angles = domains.ANGLE.array("q", q, (3,))
-        angles, rates = angles[:n], _rates(dq, angles)[:n]
+        angles, rates = angles[:n], rates_of(dq, angles)[:n]
         chains, across = self.chains_on(stance_flexion)
-        forces = (self.input_matrix @ np.asarray(torque, dtype=np.float64))[:n]
+        forces = self._forces(torque, locked)
         forces[0] -= gravity_beside(across, angles[0] + slope, 0.0, 1.0)
-        if locked:  # the knee's motor acts within the leg
-            forces[1] += np.asarray(torque)[2]
         (forward, upward), ddq = chains[n].ground_force(forces, angles, rates, slope)
         beside = force_beside(across, self.gravity, angles[0] + slope, rates[0], ddq[0])
         return forward + beside[0], upward + beside[1]
-
-
-def _rates(dq: ArrayLike, angles: Array) -> Array:
-    return domains.RATE.array("dq", dq, angles.shape)

@@ -16,12 +16,12 @@ from mjbiped.robots import bent_leg
 from mjbiped.robots.bent_leg import ACROSS, FLEXION, LEAN, gravity_beside
 from mjbiped.robots.chain import accelerate, hold_end, stop_end, strike, strike_stiff, with_room
 from mjbiped.robots.equations import FREE, LOCKED, RESTING, Equations
+from mjbiped.robots.kneed_legs import SWING_LOCKED
 
 if TYPE_CHECKING:
     from mjbiped.robots.kneed import KneedBiped
 
 LEGS = np.array([0, 0, 1, 1])  # of four segments
-SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 
 Angles: TypeAlias = tuple[float, float, float]
 """A number for the stance leg, the swing thigh and the swing shank."""

@@ -39,6 +39,7 @@ class Robot(ABC):
             vertical (rad), then any other angles of the robot.
         collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
             decides when it can.
+        knee_opens: Whether a touchdown can bend the knee of the leg that leaves the ground, which is then free at once.
         equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances from the ankle to the heel and to the toe of the flat, massless sole on which the stance leg
@@ -51,6 +52,7 @@ class Robot(ABC):
     joints: ClassVar[tuple[str, ...]]
     places: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
+    knee_opens: ClassVar[bool] = False
     equations: ClassVar[Equations]
     untold: ClassVar[tuple[str, ...]] = ()
     gravity: float
@@ -164,7 +166,8 @@ class Robot(ABC):
         angles, points = np.zeros(2), [np.broadcast_to(places[..., None, :2], (*places.shape[:-1], 2, 2))]
         for k, segment in enumerate(self.bodies.leg):
             angles = angles + places[..., 2 + 2 * k : 4 + 2 * k]
-            points.append(points[-1] - segment.length * np.stack([np.sin(angles), np.cos(angles)], axis=-1))
+            line = angles + segment.turn
+            points.append(points[-1] - segment.length * np.stack([np.sin(line), np.cos(line)], axis=-1))
         return np.stack(points, axis=-2)
 
     def outline(self, qpos: ArrayLike) -> Array:
@@ -189,7 +192,10 @@ class Robot(ABC):
         moment = self.bodies.hip_mass * points[..., 0, 0, :]
         for k, segment in enumerate(self.bodies.leg):
             upper, lower = points[..., k, :], points[..., k + 1, :]
-            moment = moment + segment.mass * (upper + segment.centre / segment.length * (lower - upper)).sum(axis=-2)
+            centre = upper + segment.centre / segment.length * (lower - upper)
+            if segment.offset:
+                centre = centre + segment.offset / segment.length * (upper - lower)[..., ::-1] * [1.0, -1.0]
+            moment = moment + segment.mass * centre.sum(axis=-2)
         if self.bodies.foot is not None:
             moment = moment + self.bodies.foot.mass * points[..., len(self.bodies.leg), :].sum(axis=-2)
         return np.asarray(moment / self.total_mass)
@@ -216,6 +222,19 @@ class Robot(ABC):
         forces = self.input_matrix @ np.asarray(torque, dtype=np.float64)
         force, _ = chain.ground_force(forces, angles, _rates(dq, angles), domains.ANGLE.check("slope", slope))
         return force
+
+    def after_touchdown(self, places: Array) -> Array:
+        """States just after a touchdown on a plane, with both feet on it and both legs straight.
+
+        Args:
+            places: Angle of the stance leg (rad) and rates of stance and swing leg (rad/s), shape (..., 3).
+
+        Returns:
+            Angles and rates, shape (..., 2 len(angles)), rad and rad/s.
+        """
+        leg, stance, swing = (places[..., k, None] for k in range(3))
+        behind = np.ones(len(self.angles) - 1)
+        return np.concatenate([leg, -leg * behind, stance, swing * behind], axis=-1)
 
     @abstractmethod
     def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:

@@ -18,11 +18,13 @@ from mjbiped.numerics import jit
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import Array, add_gravity, solve, weighted
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round.stance_knee import stance_knee_torques
 from mjbiped.utils import domains
 
 
 def stance_knee_torque(
-    robot: KneedBiped,
+    robot: KneedBiped | RoundKneed,
     q: ArrayLike,
     dq: ArrayLike,
     torque: ArrayLike,
@@ -70,20 +72,18 @@ def stance_knee_torque(
     def column(value: ArrayLike) -> Array:
         return np.ascontiguousarray(np.broadcast_to(value, leading), dtype=np.float64).reshape(count)
 
-    found, chain = np.empty(count), robot.chains[4]
-    _machine_code()(
-        chain.weights,
-        chain.moments,
-        robot.thigh_length,
-        robot.shank_length,
+    state = (
         domains.ANGLE.array("q", rows(q), (count, 3)),
         domains.RATE.array("dq", rows(dq), (count, 3)),
         rows(torque),
         domains.ANGLE.array("slope", column(slope), (count,)),
         column(locked),
-        domains.ANGLE.array("stance_flexion", column(stance_flexion), (count,)),
-        found,
     )
+    if isinstance(robot, RoundKneed):
+        return stance_knee_torques(robot, *state).reshape(leading)
+    flexion = domains.ANGLE.array("stance_flexion", column(stance_flexion), (count,))
+    found, chain = np.empty(count), robot.chains[4]
+    _machine_code()(chain.weights, chain.moments, robot.thigh_length, robot.shank_length, *state, flexion, found)
     return found.reshape(leading)
 
 

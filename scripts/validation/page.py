@@ -23,13 +23,25 @@ from scripts.validation import (
     push_off,
     rimless_wheel,
     round_feet,
+    round_knees,
     simplest_walker,
 )
 from scripts.validation.compass_gait import GOSWAMIS
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.kneed_walker import HSU_CHENS
-from scripts.validation.published import BHOUNSULE, DRAKE, GARCIA, GOSWAMI, HSU_CHEN, MCGEER, ROUND_FEET, Published
+from scripts.validation.published import (
+    BHOUNSULE,
+    DRAKE,
+    GARCIA,
+    GOSWAMI,
+    HSU_CHEN,
+    MCGEER,
+    MCGEER_KNEED,
+    ROUND_FEET,
+    Published,
+)
 from scripts.validation.round_feet import MCGEERS, ROUND_FEETS
+from scripts.validation.round_knees import MCGEERS_KNEED
 from scripts.validation.simplest_walker import BHOUNSULES, GARCIAS
 
 MORE = 3
@@ -46,6 +58,7 @@ SOURCES: Mapping[str, tuple[str, Mapping[str, Published], Computations]] = {
     "goswami": ("Goswami et al. 1996", GOSWAMI, GOSWAMIS),
     "hsu chen": ("Hsu Chen 2007", HSU_CHEN, HSU_CHENS),
     "mcgeer": ("McGeer 1990", MCGEER, MCGEERS),
+    "mcgeer kneed": ("McGeer 1990, with knees", MCGEER_KNEED, MCGEERS_KNEED),
     "round feet": ("Bhounsule 2009", ROUND_FEET, ROUND_FEETS),
 }
 """By the names of their places on the page."""
@@ -116,6 +129,10 @@ def _write_mujoco(page: Path | None) -> None:
     names = ("period", "angle", "rate", "hip rate")
     beside = dict(zip(names, round_feet.in_mujoco().tolist(), strict=True))
     _write_beside(page, ("round feet in MuJoCo", "rolling in mujoco"), "round feet", beside, round_feet.MUJOCO_STEPS)
+    both = zip(round_knees.NAMES, round_knees.exact(), round_knees.in_mujoco(), strict=True)
+    rows = [[name, minus(f"{exact:.6f}"), minus(f"{walked:.6f}")] for name, exact, walked in both]
+    headings = ("quantity", "the model", f"MuJoCo, after {round_knees.MUJOCO_STEPS} steps")
+    show_table("knees on round feet in MuJoCo", headings, rows, page, "bending in mujoco")
 
 
 def _write_beside(

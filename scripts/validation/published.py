@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round.kneed import RoundKneed
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,39 @@ MCGEER: Mapping[str, Published] = {
 
 The machine with feet of 0.3 leg lengths, centre of mass 0.63 above the ground, radius of gyration 0.32, and no mass at
 the hip; its numbers are as an independent program gives them to these digits, for the paper has two.
+"""
+
+MCGEER_KNEED_ROBOT = RoundKneed(
+    *(0.1, 0.062, 0.676),
+    *(0.46, 0.54),
+    *(0.20, 0.24),
+    shank_offset=-0.01,
+    stop_angle=0.2,
+    foot_radius=0.2,
+    thigh_inertia=0.1 * 0.135**2,
+    shank_inertia=0.062 * 0.186**2,
+    gravity=1.0,
+)
+MCGEER_KNEED_SLOPE = 0.0456
+
+_KNEED = "Passive walking with knees"
+MCGEER_KNEED: Mapping[str, Published] = {
+    "modulus": Published("modulus of the pair of multipliers", "0.447", _KNEED, 0.037),
+    "angle": Published("its angle, rad", "0.947", _KNEED, 0.15),
+    "real": Published("multiplier", "0.073", _KNEED, 0.010),
+    "least": Published(
+        "least multiplier",
+        "-0.001",
+        _KNEED,
+        0.0005,
+        fault="before a heel strike both legs are straight, and three numbers tell the state: the fourth one is 0",
+    ),
+}
+"""T. McGeer 1990, Passive walking with knees, IEEE International Conference on Robotics and Automation.
+
+Its parameters have one to three digits, and no more is known of the numbers than these allow. The most sensitive is the
+offset 0.01 of the shank's centre of mass: a change by 0.001, a fifth of half a unit of its only digit, moves modulus,
+angle and multiplier by 0.037, 0.15 and 0.010 or more.
 """
 
 ROUND_FEET_ROBOT = RoundCompass(

@@ -51,7 +51,10 @@ def test_gait_with_knees_as_json_is_the_gait() -> None:
     [
         (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass, round; kneed has no such thing."),
         (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
-        (("--robot", "knee"), "'knee'; expected compass, kneed, wheel, round, halved-rods, or a .toml or .xml file."),
+        (
+            ("--robot", "knee"),
+            "'knee'; expected compass, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file.",
+        ),
     ],
 )
 def test_what_a_gait_with_knees_does_not_take(words: tuple[object, ...], reason: str) -> None:

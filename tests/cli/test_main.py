@@ -54,18 +54,19 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
-    assert sections[-15:] == [
+    assert sections[-16:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
         "Robot compass, round",
-        "Robot compass, kneed, round, halved-rods",
+        "Robot compass, kneed, round, round-kneed, halved-rods",
         "Robot compass, kneed, halved-rods",
-        "Robot kneed, halved-rods",
+        "Robot kneed, round-kneed, halved-rods",
         "Robot wheel",
-        "Robot round",
+        "Robot round, round-kneed",
+        "Robot round-kneed",
         "Disturbances",
         "Results",
         "Video",

@@ -18,8 +18,9 @@ from mjbiped.plotting import style as plot_style
 def test_options_agree_with_what_they_set() -> None:
     options = {parameter.name: parameter for parameter in cli.main.commands["walk"].params}
     sections = {name: getattr(parameter, "section", "") for name, parameter in options.items()}
-    for kind in (mjbiped.Compass, mjbiped.KneedBiped, mjbiped.RoundCompass, mjbiped.RimlessWheel):
-        told = {name for name, section in sections.items() if re.search(rf"^Robot$|^Robot .*\b{kind.kind}\b", section)}
+    for kind in (mjbiped.Compass, mjbiped.KneedBiped, mjbiped.RoundCompass, mjbiped.RoundKneed, mjbiped.RimlessWheel):
+        mine = re.compile(rf"Robot( .*(?<!\S){kind.kind}(,.*)?)?")
+        told = {name for name, section in sections.items() if mine.fullmatch(section)}
         assert told - {"robot"} == {field.name for field in dataclasses.fields(kind)}
     for suffix in plot_style.SUFFIXES:
         assert options["plot"].type(f"walk{suffix}", options["plot"], None) == Path(f"walk{suffix}")

@@ -77,14 +77,17 @@ def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--robot", "knee"), "expected compass, kneed, wheel, round, halved-rods, or a .toml or .xml file"),
+        (
+            ("--robot", "knee"),
+            "expected compass, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file",
+        ),
         (("--robot", "none.toml"), "there is no such file"),
         (("--robot", "none.xml"), "--robot 'none.xml': there is no such file"),
         (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass, round; kneed has no such thing"),
-        (("--thigh-mass", 4), "--thigh-mass is for --robot kneed, halved-rods; compass has no such thing"),
+        (("--thigh-mass", 4), "--thigh-mass is for --robot kneed, round-kneed, halved-rods; compass has no such thing"),
         (
             ("--robot", "wheel", "--hip-mass", 4),
-            "--hip-mass is for --robot compass, kneed, round, halved-rods; wheel has no such",
+            "--hip-mass is for --robot compass, kneed, round, round-kneed, halved-rods; wheel has no such",
         ),
         (("--thigh-mass", -1), "Invalid value for '--thigh-mass': '-1'; expected a number from 1e-09 to 1e+06 kg."),
         (

@@ -128,7 +128,7 @@ def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
                 u.force = force
-                observation.weigh(u, limits)
+                observation.weigh(u, limits, u.torque[0])
         assert u.normal_force == pytest.approx(expected, abs=1e-12), gap
 
 

@@ -35,8 +35,10 @@ def test_feet_are_where_the_robot_has_them(name: str) -> None:
     q = np.random.default_rng(1).uniform(0.1, 0.5, len(robot.places))
     data.qpos[addresses(model, robot)] = q
     mujoco.mj_forward(model, data)
-    assert data.geom_xpos[:, [0, 2]] == pytest.approx(robot.limbs(q)[:, -1], abs=1e-12)
-    assert model.geom_size[:, 0].tolist() == [FOOT_RADIUS] * len(robot.bodies.limbs)
+    upper, ends = np.moveaxis(robot.limbs(q)[:, -2:], 1, 0)
+    centres = ends + robot.radius / robot.bodies.leg[-1].length * (upper - ends)
+    assert data.geom_xpos[:, [0, 2]] == pytest.approx(centres, abs=1e-12)
+    assert model.geom_size[:, 0].tolist() == [robot.radius + FOOT_RADIUS] * len(robot.bodies.limbs)
 
 
 def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:

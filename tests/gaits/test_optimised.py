@@ -61,7 +61,7 @@ def test_a_robot_of_four_times_the_size_walks_the_same_gait() -> None:
     """On a sole of four times the length: the optimiser sees no units, and a power of two is not even rounded."""
     small, large = (
         find_reference(
-            mjbiped.Compass(lower_length=0.5 * size, upper_length=0.5 * size, sole=0.005 * size),
+            mjbiped.Compass(lower_length=0.5 * size, upper_length=0.5 * size, sole=(0.005 * size, 0.005 * size)),
             speed=0.494 * math.sqrt(size),
             clearance=0.06 * size,
         )

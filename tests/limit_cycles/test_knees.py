@@ -15,7 +15,6 @@ from mjbiped.limit_cycles.basin import Fate, basin_of_attraction, basin_of_contr
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import differentiate, find_periodic_gait, first_gait, follow
 from mjbiped.limit_cycles.return_map import ReturnMap, plane_of
-from mjbiped.limit_cycles.section import states_at
 from mjbiped.rules.scuffing import ScuffingRule
 
 ROBOT = mjbiped.KneedBiped()
@@ -104,7 +103,7 @@ def test_period_one_is_the_gait_of_scipy(sole: tuple[float, float] | None, gait:
 def test_a_landing_on_a_bent_knee_is_off_the_section(gait: mjbiped.KneedGait) -> None:
     """Where the swing leg rests at first, the foot comes down before the knee is straight."""
     places = np.array([[-0.2, gait.start[3], 0.0]])
-    bent = ReturnMap(ROBOT, SLOPE).walk(states_at(places[0], 3), 1)
+    bent = ReturnMap(ROBOT, SLOPE).walk(ROBOT.after_touchdown(places[0]), 1)
     assert bent.outcome == "walking"
     assert abs(bent.states[0, :2].sum()) > 1e-6
     assert differentiate(plane_of(ROBOT, SLOPE, ScuffingRule()), places, np.full(3, 1e-4)) is None

@@ -7,14 +7,14 @@ import pytest
 
 import mjbiped
 from mjbiped.errors import InputError
-from mjbiped.limit_cycles.section import check_biped, guard_of, places_of, states_at, step_lengths
+from mjbiped.limit_cycles.section import check_biped, guard_of, places_of, step_lengths
 from mjbiped.robots.robot import Robot
 
 
 @pytest.mark.parametrize("robot", [mjbiped.Compass(), mjbiped.KneedBiped()])
 def test_a_state_is_told_by_one_angle_and_two_rates(robot: Robot) -> None:
     places = np.random.default_rng(0).uniform(-0.5, 0.5, (5, 4, 3))
-    states, n = states_at(places, len(robot.angles)), len(robot.angles)
+    states, n = robot.after_touchdown(places), len(robot.angles)
     assert states.shape == (5, 4, 2 * n)
     np.testing.assert_array_equal(places_of(states), places)
     # both feet stand on the plane

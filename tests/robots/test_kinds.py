@@ -96,6 +96,7 @@ def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
         ROBOTS[1],
         mjbiped.RimlessWheel(),
         mjbiped.RoundCompass(),
+        mjbiped.RoundKneed(),
         *ROBOTS[2:],
     ]
     assert robot_named("halved-rods", {"thigh_mass": 3.0}).to_dict()["thigh_inertia"] == 3.0 * 0.5**2 / 12

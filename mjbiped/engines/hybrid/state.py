@@ -45,7 +45,7 @@ class State:
         sine: Its sine.
         cosine: Its cosine.
         segment: Terrain segment under the swing foot when last looked at, where the next search begins.
-        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one that is a body the
+        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one with mass the
             ankle, or the edge about which it turns.
         foot_z: Its height, m.
         foot_angle: Angle of the stance leg from the ground's normal then, rad.
@@ -400,7 +400,7 @@ def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
 
 
 def pivot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z, m, from which the robot's levers count: stance foot, centre of a round one's arc, or a foot's edge."""
+    """Place x, z, m, from which the robot's levers count: stance foot, centre of its arc, or the edge of its turn."""
     w = s.w
     if s.c.radius == 0.0:
         return w.foot_x, w.foot_z

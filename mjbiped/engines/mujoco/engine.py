@@ -66,6 +66,11 @@ class Mujoco(Options, Engine):
         if self.stance_knee == MOTOR:
             if len(plan.robot.bodies.leg) == 1:
                 raise InputError('stance_knee = "motor" needs a robot with knees; leave it out, or take a KneedBiped')
+            if plan.robot.knee_opens:
+                raise InputError(
+                    f'stance_knee = "motor": the stop of a {type(plan.robot).__name__} bears its stance knee without a '
+                    "motor; leave it out, or take a KneedBiped"
+                )
             longest = LONGEST / frequency_of(plan.robot)
             if self.timestep > longest:
                 raise InputError(

@@ -9,6 +9,7 @@ terrain, whatever window it was found in.
 
 from __future__ import annotations
 
+import cmath
 import math
 from functools import partial
 
@@ -109,7 +110,7 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
         profile=profile._replace(z=profile.z + robot.radius * np.hypot(1.0, profile.gradient)),
         rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, robot, limb) for limb in bodies.limbs),
+        legs=tuple(_leg_in(model, limb, robot) for limb in bodies.limbs),
         hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
         order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
         slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
@@ -131,10 +132,11 @@ def _lengths(robot: Robot) -> list[float]:
     return [*upper, last - robot.radius]
 
 
-def _leg_in(model: mujoco.MjModel, robot: Robot, limb: Limb) -> Leg:
-    """Where a leg's parts are in a model; of two lengths of segments the leg has a knee."""
-    name, lengths, foot = limb.name, _lengths(robot), robot.bodies.foot
-    geoms = [int(model.geom(part).id) for part in robot.bodies.feet(limb)]
+def _leg_in(model: mujoco.MjModel, limb: Limb, robot: Robot) -> Leg:
+    """Where a leg's parts are in a model; of two segments the leg has a knee."""
+    name, lengths, turns = limb.name, _lengths(robot), [segment.turn for segment in robot.bodies.leg]
+    foot, geoms = robot.bodies.foot, [int(model.geom(part).id) for part in robot.bodies.feet(limb)]
+    straight = sum(length * cmath.exp(1j * turn) for length, turn in zip(lengths, turns, strict=True))
     leg = Leg(
         hip=int(model.joint(limb.hinge).qposadr[0]),
         offset=limb.offset,
@@ -145,6 +147,8 @@ def _leg_in(model: mujoco.MjModel, robot: Robot, limb: Limb) -> Leg:
         foot=geoms[0],
         contacts=int(model.sensor(f"{name}_contact").adr[0]),
         ankle=int(model.actuator(limb.ankle).id),
+        turn=turns[0],
+        reach=abs(straight),
     )
     if foot is not None:
         ankle = int(model.joint(f"{name}_foot").qposadr[0])
@@ -159,4 +163,5 @@ def _leg_in(model: mujoco.MjModel, robot: Robot, limb: Limb) -> Leg:
         motor=int(model.actuator(f"{name}_knee").id),
         stop=int(knee.id),
         lock=int(model.equality(f"{name}_lock").id),
+        bend=turns[1],
     )

@@ -98,7 +98,7 @@ def begin(
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.running, u.time, u.asked = 1.0, -1.0, -1.0
     u.planned_next, u.plain_next = constants.timestep, 0.0 if constants.lands else 1.0
-    u.slope, u.reach = slope, legs[0].upper + legs[0].lower
+    u.slope, u.reach = slope, legs[0].reach
     radius = constants.radius
     u.foot_x, u.foot_z, u.foot_angle = radius * math.sin(slope), height + radius * math.cos(slope), u.q[legs[0].hip]
     u.next_push, u.push_impulse = following(constants.pushes, 0, 0.0)
@@ -215,7 +215,7 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     """Say which foot leaves the ground in the step to come, and passes through it; see `contacts.refuses`.
 
     That of the stance leg does where the other one lands. A swing knee that is free is then locked as it is: with the
-    touchdown, the leg becomes one body.
+    touchdown, the leg becomes one body. Not so where the stop alone holds knees: no bent leg lands there.
 
     Args:
         constants: The walk's.
@@ -240,7 +240,8 @@ def lift(constants: Constants, u: Any, x: float) -> None:
     straight = leg.knee < 0 or u.locked != 0.0
     if height_over_ground(constants.places.profile, later_x, later_z) > u.clear:
         u.lifted = float(swing)
-    elif x > u.foot_x and (straight or not u.touching):  # a foot that drags along with its knee bent goes on so
+    elif x > u.foot_x and (straight or not (u.touching or constants.knee_opens)):
+        # a foot that drags along with its knee bent goes on so
         u.lifted = u.stance
         if not straight:
             u.bent, u.bend = 1.0, u.q[leg.knee]
@@ -444,7 +445,7 @@ def stand_on(constants: Constants, u: Any, new: int) -> None:
         u.reach, lean = bent_leg(leg.upper, leg.lower, u.bend)
         u.tilt = u.bend - lean
     else:
-        u.reach, u.tilt = leg.upper + leg.lower, 0.0
+        u.reach, u.tilt = leg.reach, 0.0
 
 
 def judge_touchdown(u: Any, limits: Limits) -> None:
@@ -462,8 +463,17 @@ def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
     leg = places.legs[swing_of(u, places.legs)]
     stance = felt(readings, places.legs[stance_of(u)].contacts, places.slots)
     swing = felt(readings, leg.contacts, places.slots)
-    x, _ = foot_of(leg, u.q)
     able = stands(constants, u, readings) if constants.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    note_contacts(constants, u, stance, swing, able)
+    if constants.feet:
+        bear(constants, u, readings)
+    return swing
+
+
+def note_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
+    """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
+    legs = constants.places.legs
+    x, _ = foot_of(legs[swing_of(u, legs)], u.q)
     noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
     u.noted = 1.0 if noted else 0.0
     if u.clear > CLEAR:
@@ -476,9 +486,6 @@ def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
         u.stubs += 1.0
         u.touching = 1.0
     feel_stance(u, constants.limits, stance, noted)
-    if constants.feet:
-        bear(constants, u, readings)
-    return swing
 
 
 def feel_stance(u: Any, limits: Limits, stance: Felt, noted: bool) -> None:

@@ -159,17 +159,17 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         for segment in bodies.leg:
             _set_segment(spec, limb, segment, length)
         for upper, lower in pairwise(bodies.leg):
-            spec.body(f"{side}_{lower.name}").pos = [0.0, 0.0, -upper.length]
+            spec.body(f"{side}_{lower.name}").pos = _down(limb, upper, upper.length, 0.0)
             kneecap = spec.geom(f"{side}_kneecap")
-            kneecap.size, kneecap.pos = length * kneecap.size, [0.0, y, -upper.length]
+            kneecap.size, kneecap.pos = length * kneecap.size, _down(limb, upper, upper.length, y)
             spec.joint(f"{side}_knee").solref_limit[:2] = stop
             spec.equality(f"{side}_lock").solref[:2] = stop
-        last = bodies.leg[-1].length
-        shown = spec.geom(f"{side}_{bodies.leg[-1].name}")
-        shown.fromto = [0.0, y, 0.0, *_down(limb, last - 0.018 * length, y)]
+        last = bodies.leg[-1]
+        shown = spec.geom(f"{side}_{last.name}")
+        shown.fromto = [0.0, y, 0.0, *_down(limb, last, last.length - 0.018 * length, y)]
         feet = [spec.geom(name) for name in bodies.feet(limb)]
         if bodies.foot is not None:
-            _set_foot(spec, limb, bodies.foot, last, length)
+            _set_foot(spec, limb, bodies.foot, last.length, length)
         else:
             _set_end(spec, robot, limb, last)
         for foot in feet:
@@ -177,13 +177,13 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
             foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
 
 
-def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: float) -> None:
-    """Write a leg's end, a point or a round foot, over its geoms; `last` is the length of the segment above it, m."""
-    length, y = robot.leg_length, robot.leg_length * limb.across
+def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: Segment) -> None:
+    """Write the end of a leg's last segment, a point or a round foot, over its geoms."""
+    length, y, end = robot.leg_length, robot.leg_length * limb.across, last.length
     foot, tip = spec.geom(f"{limb.name}_foot"), spec.geom(f"{limb.name}_tip")
-    foot.pos = _down(limb, last - robot.radius, 0.0)
+    foot.pos = _down(limb, last, end - robot.radius, 0.0)
     foot.size = [robot.radius + FOOT_RADIUS, 0.0, 0.0]
-    tip.size, tip.pos = length * tip.size, _down(limb, last - 0.024 * length, y)
+    tip.size, tip.pos = length * tip.size, _down(limb, last, end - 0.024 * length, y)
     if robot.radius:
         _add_arc(spec, limb, last, robot.radius, y)
 
@@ -208,14 +208,14 @@ def _set_foot(spec: mujoco.MjSpec, limb: Limb, foot: Foot, last: float, length: 
         spec.delete(toe)
 
 
-def _add_arc(spec: mujoco.MjSpec, limb: Limb, last: float, radius: float, y: float) -> None:
+def _add_arc(spec: mujoco.MjSpec, limb: Limb, last: Segment, radius: float, y: float) -> None:
     """Add what is seen of a round foot: its arc, of capsules that touch the ground from above."""
     tip = spec.geom(f"{limb.name}_tip")
     thick, body = 0.5 * float(tip.size[0]), tip.parent
-    bends = np.linspace(-ARC, ARC, 13)
+    bends = np.linspace(-ARC, ARC, 13) - last.turn
     points = np.stack([np.sin(bends), np.full_like(bends, y), -np.cos(bends)], axis=-1)
     points[:, [0, 2]] *= radius - thick
-    points[:, 2] -= last - radius
+    points += _down(limb, last, last.length - radius, 0.0)
     for number, (start, end) in enumerate(pairwise(points)):
         arc = body.add_geom(tip.classname, name=f"{limb.name}_arc_{number}", type=mujoco.mjtGeom.mjGEOM_CAPSULE)
         arc.size[0], arc.fromto, arc.material = thick, [*start, *end], tip.material
@@ -232,9 +232,10 @@ def _add_leg(spec: mujoco.MjSpec, first: str, name: str) -> None:
     spec.add_sensor(name=f"{name}_contact", objname=f"{name}_foot", **kinds)
 
 
-def _down(limb: Limb, distance: float, y: float) -> list[float]:
-    """Place on a leg at a distance (m) from its hinge, in the hinge's frame; y is across the walking direction."""
-    return [0.0 - distance * math.sin(limb.offset), y, -distance * math.cos(limb.offset)]
+def _down(limb: Limb, segment: Segment, distance: float, y: float) -> list[float]:
+    """Place on a segment at a distance (m) from its hinge, in the hinge's frame; y is across the walking direction."""
+    turn = limb.offset + segment.turn
+    return [0.0 - distance * math.sin(turn), y, -distance * math.cos(turn)]
 
 
 def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: float) -> None:
@@ -243,8 +244,9 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
     shown, bulge = spec.geom(name), spec.geom(f"{name}_mass")
     body = shown.parent
     body.mass = segment.mass
-    body.ipos = [0.0, 0.0, -segment.centre]
+    x, z = segment.place(segment.centre, segment.offset)
+    body.ipos = [x, 0.0, z]
     body.inertia = [max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)] * 3
     shown.size, bulge.size = length * shown.size, length * bulge.size
-    shown.fromto = [0.0, y, 0.0, *_down(limb, segment.length, y)]
-    bulge.pos = _down(limb, segment.centre, y)
+    shown.fromto = [0.0, y, 0.0, *_down(limb, segment, segment.length, y)]
+    bulge.pos = _down(limb, segment, segment.centre, y)

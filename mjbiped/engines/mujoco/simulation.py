@@ -178,6 +178,7 @@ class Simulation:
             feet=foot is not None,
             box=foot is not None and foot.box,
             foot_servo=NONE if foot is None else foot_servo(foot, robot.leg_length, robot.gravity),
+            knee_opens=robot.knee_opens,
         )
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:

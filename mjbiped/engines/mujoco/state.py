@@ -194,6 +194,9 @@ class Leg(NamedTuple):
         height: Of the ankle over the sole, m.
         behind: From below the ankle to the heel, m.
         ahead: From below the ankle to the toe, m.
+        turn: Angle of its upper segment's line where those of its joints are zero, rad.
+        bend: That of its lower segment's line.
+        reach: From its foot to the hip, while its knee is at its stop, m.
     """
 
     hip: int
@@ -213,6 +216,9 @@ class Leg(NamedTuple):
     height: float = 0.0
     behind: float = 0.0
     ahead: float = 0.0
+    turn: float = 0.0
+    bend: float = 0.0
+    reach: float = 0.0
 
 
 class Places(NamedTuple):
@@ -302,6 +308,7 @@ class Constants(NamedTuple):
         feet: Whether feet turn about ankles.
         box: Whether these stand on all of their soles.
         foot_servo: That holds the swing foot, if they do.
+        knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
     """
 
     limits: Limits
@@ -329,6 +336,7 @@ class Constants(NamedTuple):
     feet: bool
     box: bool
     foot_servo: Servo
+    knee_opens: bool
 
 
 class Userdata(NamedTuple):
@@ -387,10 +395,12 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
     """Place of a leg's end, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
     angle += leg.offset
-    x, z = x - leg.upper * math.sin(angle), z - leg.upper * math.cos(angle)
+    upper = angle + leg.turn
+    x, z = x - leg.upper * math.sin(upper), z - leg.upper * math.cos(upper)
     if leg.knee < 0:
         return x, z
-    return x - leg.lower * math.sin(angle + flexion), z - leg.lower * math.cos(angle + flexion)
+    lower = angle + flexion + leg.bend
+    return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
 def angles_of(legs: Sequence[Leg], q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:

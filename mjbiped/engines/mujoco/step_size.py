@@ -102,7 +102,8 @@ def hold_knees(
         damping: Of constraints that are plastic within the step, as MuJoCo has it.
         locked: Whether the swing knee is.
         bend: Flexion at which it is then, rad.
-        lands: Whether the swing foot lands in the step: a stance knee with a servo is locked in that one alone.
+        lands: Whether the swing foot lands in the step: a stance knee with a servo is locked in that one alone, and
+            one that opens in a touchdown is held by its stop alone.
     """
     legs = constants.places.legs
     for index in range(len(legs)):
@@ -113,6 +114,8 @@ def hold_knees(
         into.eq_solref[leg.lock, 0], into.eq_solref[leg.lock, 1] = -LOCK_STIFFNESS, damping
         if index != stance_of(u):
             active, flexion = locked, bend
+        elif constants.knee_opens and lands:
+            active, flexion = False, 0.0
         elif constants.servo.stiffness > 0.0:
             active, flexion = lands, u.q[leg.knee] if lands else 0.0
         else:

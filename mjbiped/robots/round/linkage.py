@@ -21,7 +21,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics import jit
 from mjbiped.numerics.records import in_one_block
@@ -239,11 +239,26 @@ class Linkage(NamedTuple):
         return (forward, upward + self.gravity * float(self.mass.sum())), ddq
 
     def end_strikes(self, q: Array, dq: Array) -> Array:
-        """Rates after the swing foot's plastic impact, in the new roles, shape (n,), rad/s."""
+        """Rates after the swing foot's plastic impact, in the new roles, shape (n,), rad/s.
+
+        The leg that strikes the ground is one segment, and so is the other one before the impact.
+        """
         s = self.with_room()
-        gather(s, q, dq, q[::-1])
+        gather(s, q, dq, q[[1] + [0] * (len(q) - 1)])
         solve(s.matrix, s.force)
         return np.asarray(s.force)
+
+    def joints_lock(self, groups: ArrayLike, q: Array, dq: Array) -> Array:
+        """Rates after joints have locked at once, shape (k,), rad/s; see `mjbiped.robots.chain.Chain.joints_lock`."""
+        E = np.asarray(groups, dtype=np.float64)
+        momentum = E.T @ self.mass_matrix(q)
+        return np.linalg.solve(momentum @ E, momentum @ dq).astype(np.float64)
+
+    def locked(self, groups: ArrayLike) -> Linkage:
+        """The linkage whose joints are locked; see `mjbiped.robots.chain.Chain.locked`."""
+        E = np.asarray(groups, dtype=np.float64)
+        segment = np.where(self.segment < 0, -1, E.argmax(axis=1)[self.segment])
+        return self._replace(segment=segment, along=self.along @ E, ahead=self.ahead @ E)
 
     def _loaded(self, q: Array, dq: Array, slope: float) -> SimpleNamespace:
         s = self.with_room()

@@ -153,7 +153,7 @@ def test_friction_counts_that_lasts() -> None:
         (1e-5, 0.8, 0.4),
     ):
         u.effective_step, u.ratio = step, ratio
-        observation.weigh(u, lim)
+        observation.weigh(u, lim, u.torque[0])
         assert u.friction == expected
 
 
@@ -165,10 +165,10 @@ def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> No
     forces = [60.0 + 2.0 * k for k in range(count - 1)]
     for force in [*forces, 0.0]:
         u.force = force
-        observation.weigh(u, lim)
+        observation.weigh(u, lim, u.torque[0])
     assert u.normal_force == math.inf  # it ends out of contact: not yet
     u.force = 100.0
-    observation.weigh(u, lim)
+    observation.weigh(u, lim, u.torque[0])
     average = (sum(forces) + 100.0) / (count + 1)
     assert u.normal_force == pytest.approx(average)
     assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
@@ -177,7 +177,7 @@ def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> No
     u.force = 0.0
     for k in range(math.ceil(lim.airborne / 1e-3 - 1e-9)):
         assert u.normal_force > 0.0, k
-        observation.weigh(u, lim)
+        observation.weigh(u, lim, u.torque[0])
     assert u.normal_force == 0.0
 
 
@@ -185,7 +185,7 @@ def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> No
 def test_the_ankle_of_a_foot_that_hardly_presses_asks_for_a_centre_far_away(share: float, near: bool) -> None:
     lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
     u.effective_step, u.torque[0], u.force = lim.averaged, -0.1, share * LIGHT_CONTACT * lim.weight
-    observation.weigh(u, lim)
+    observation.weigh(u, lim, u.torque[0])
     assert (observation.pressure_times(u)[-1] == 0.0) == near
 
 
@@ -292,17 +292,17 @@ def test_what_the_feet_feel(enabled: bool) -> None:
     swinging = standing_at(0.0, 0.1, -0.2)
     u = begun(swinging)
     u.enabled = float(enabled)
-    observation.read_contacts(constants(), u, stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True))
+    observation.note_contacts(constants(), u, stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True), True)
     assert (u.noted, u.face_impacts, u.force) == (float(enabled), float(enabled), 40.0)
     assert u.penetration == (5e-6 if enabled else 2e-6)
     assert u.ratio == (0.0 if enabled else pytest.approx(used))
-    observation.read_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY)
+    observation.note_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY, True)
     assert (u.noted, u.force) == (0.0, light)
     assert u.penetration == (5e-6 if enabled else 2e-6)  # the greatest stays
     u = begun(swinging)
-    observation.read_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY)
+    observation.note_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY, True)
     assert u.ratio == 0.0  # hardly a contact
-    observation.read_contacts(constants(), u, AWAY, AWAY)
+    observation.note_contacts(constants(), u, AWAY, AWAY, True)
     assert u.force == 0.0
 
 

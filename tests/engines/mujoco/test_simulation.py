@@ -57,7 +57,7 @@ def test_example_of_the_docstring_runs() -> None:
 
 def test_the_time_at_the_sole_s_bound_is_that_with_less_torque_than_asked_for() -> None:
     """Of the ankle alone, the hip's differs at all times; samples of every step tell when, but about touchdowns."""
-    robot, timestep = mjbiped.Compass(sole=0.02), 1e-3
+    robot, timestep = mjbiped.Compass(sole=(0.02, 0.02)), 1e-3
     controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
     engine = mjbiped.Mujoco(timestep=timestep, lands=False)
     walk = mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine=engine, steps=4, sample_period=timestep)

@@ -1,0 +1,201 @@
+"""The biped with knees on round feet."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjbiped.errors import InputError
+from mjbiped.robots.bodies import Bodies, Segment
+from mjbiped.robots.chain import Array
+from mjbiped.robots.equations import Equations
+from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
+from mjbiped.robots.model import Model
+from mjbiped.robots.round.kneed_equations import EQUATIONS, strike
+from mjbiped.robots.round.linkage import Linkage, linkage_of
+from mjbiped.utils import domains
+
+STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+MCGEERS = {"thigh": 0.135 / 0.46, "shank": 0.186 / 0.54}  # radii of gyration over lengths
+
+
+@dataclass(frozen=True)
+class RoundKneed(KneedLegs):
+    """A biped with knees on round feet; by default the machine of McGeer's *Passive walking with knees* (1990), at 1 m.
+
+    A shank carries the centre of its foot's arc, which lies ahead of the thigh's line where the knee is at its stop.
+    Angles of thighs and shanks are those that the line from the arc's centre to the hip would have with the knee at its
+    stop: there thigh and shank have one angle, and both legs opposite ones while both feet are on a plane. In the heel
+    strike the stop alone holds the knee of the leg that leaves the ground: it bends at once if the impact opens it.
+
+    It walks on planes alone: on uneven ground an arc would touch it in two places at once.
+
+    Attributes:
+        thigh_mass: Mass of one thigh, kg.
+        shank_mass: Mass of one shank with its foot, kg.
+        hip_mass: Mass at the hip, kg.
+        thigh_length: From the hip to the knee, m.
+        shank_length: From the knee through the centre of the foot's arc to the arc, m.
+        thigh_centre: From the hip down to the thigh's centre of mass, m.
+        shank_centre: From the knee down to the shank's centre of mass, m.
+        shank_offset: Distance of the shank's centre of mass ahead of its line, m; negative behind it.
+        stop_angle: Angle by which the shank's line is ahead of the thigh's where the knee is at its stop, rad.
+        foot_radius: Radius of the feet, m. Their centres lie on the lines of the shanks.
+        thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2; it follows mass and length unless given,
+            with McGeer's ratio of the radius of gyration to the length.
+        shank_inertia: Inertia of a shank about its centre of mass, kg m^2; likewise.
+        gravity: Acceleration of gravity, m/s^2.
+
+    Raises:
+        InputError: A value is not a finite number of its domain, a centre of mass lies beyond the end of its link, or
+            the feet are as large as the shanks are long.
+    """
+
+    thigh_mass: Annotated[float, domains.LEG_MASS] = 1.0
+    shank_mass: Annotated[float, domains.LEG_MASS] = 0.62
+    hip_mass: Annotated[float, domains.HIP_MASS] = 6.76
+    thigh_length: Annotated[float, domains.LENGTH] = 0.46
+    shank_length: Annotated[float, domains.LENGTH] = 0.54
+    thigh_centre: Annotated[float, domains.LENGTH] = 0.20
+    shank_centre: Annotated[float, domains.LENGTH] = 0.24
+    shank_offset: Annotated[float, domains.OFFSET] = -0.01
+    stop_angle: Annotated[float, domains.STOP_ANGLE] = 0.2
+    foot_radius: Annotated[float, domains.FOOT_RADIUS] = 0.2
+    thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
+
+    kind: ClassVar[str] = "round-kneed"
+    knee_opens: ClassVar[bool] = True
+    equations: ClassVar[Equations] = EQUATIONS
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        domains.check_fields(self)
+        self.check_centres()
+        for link, ratio in MCGEERS.items():
+            if getattr(self, f"{link}_inertia") is None:
+                mass, length = getattr(self, f"{link}_mass"), getattr(self, f"{link}_length")
+                object.__setattr__(self, f"{link}_inertia", mass * (ratio * length) ** 2)
+        if not self.foot_radius < self.shank_length:
+            raise InputError(
+                f"foot_radius = {self.foot_radius:g}: must be less than shank_length = {self.shank_length:g} m: the "
+                "centre of the arc is on the shank"
+            )
+        domains.LEG.check("from the foot at the stop to the hip", self.leg_length)
+
+    @property
+    def radius(self) -> float:
+        """Radius of the feet, m."""
+        return self.foot_radius
+
+    @cached_property
+    def _line(self) -> tuple[float, float]:
+        """From the arc's centre to the hip while the knee is at its stop, m, and the turn of the thigh from it, rad."""
+        shank = (self.shank_length - self.foot_radius) * cmath.exp(-1j * self.stop_angle)
+        length, turn = cmath.polar(self.thigh_length + shank)
+        return length, -turn
+
+    @property
+    def leg_length(self) -> float:
+        """Length of a leg whose knee is at its stop, from the hip through the arc's centre to the arc, m."""
+        return self._line[0] + self.foot_radius
+
+    @property
+    def bodies(self) -> Bodies:
+        """Thigh and shank on either side of the hip."""
+        turn = self._line[1]
+        thigh = Segment("thigh", self.thigh_mass, self.thigh_length, self.thigh_centre, self.thigh_inertia, turn)
+        shank = Segment(
+            *("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia),
+            turn=turn - self.stop_angle,
+            offset=self.shank_offset,
+        )
+        return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
+
+    @cached_property
+    def chains(self) -> Mapping[int, Linkage]:  # type: ignore[override]  # a linkage has a chain's methods
+        """The robot as a linkage of two, three or four segments, by their number; see `mjbiped.robots.kneed`."""
+        (_, turn), arc = self._line, self.shank_length - self.foot_radius
+        up, down = cmath.exp(1j * turn), cmath.exp(1j * (turn - self.stop_angle))  # unit levers of thigh and shank
+        lower, upper = arc * down, self.thigh_length * up
+        thigh, shank = (self.thigh_mass, self.thigh_inertia), (self.shank_mass, self.shank_inertia)
+        heavy = (self.shank_centre - 1j * self.shank_offset) * down  # from the shank's centre of mass up to the knee
+        four = linkage_of(
+            [
+                (*shank, 0, (lower - heavy, 0.0, 0.0, 0.0)),
+                (*thigh, 1, (lower, upper - self.thigh_centre * up, 0.0, 0.0)),
+                (self.hip_mass, 0.0, -1, (lower, upper, 0.0, 0.0)),
+                (*thigh, 2, (lower, upper, -self.thigh_centre * up, 0.0)),
+                (*shank, 3, (lower, upper, -upper, -heavy)),
+            ],
+            end=(lower, upper, -upper, -lower),
+            radius=self.foot_radius,
+            gravity=self.gravity,
+        )
+        three = four.locked(STANCE_LOCKED)
+        return {2: three.locked(SWING_LOCKED), 3: three, 4: four}
+
+    @property
+    def linkage(self) -> Linkage:
+        """Stance leg, hip, swing thigh and swing shank; the stance knee is at its stop."""
+        return self.chains[3]
+
+    @property
+    def model(self) -> Model:
+        """Refuse: people's compiled laws have the equations of robots that stand on a point.
+
+        Raises:
+            InputError: Always.
+        """
+        raise InputError("robot.model is for robots that stand on a point or a sole; a RoundKneed rolls")
+
+    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """State of stance leg, swing thigh and swing shank after the heel strike; see `KneedLegs.heel_impact`."""
+        angles = domains.ANGLE.array("q", q, (2,))
+        rates = rates_of(dq, angles)
+        return angles[[1, 0, 0]], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """Rates after the heel strike, in the new roles; see `Robot.rates_after_touchdown`."""
+        room, angles = self.linkage.with_room(), np.asarray(q, dtype=np.float64)
+        strike(room, angles, np.asarray(dq, dtype=np.float64), angles[[1, 0, 0]])
+        return np.array(room.force)
+
+    def after_touchdown(self, places: Array) -> Array:
+        """States just after a touchdown on a plane, the swing knee bending as the heel strike has left it.
+
+        The rates of both legs tell those before the heel strike, and these the rate of the shank.
+        """
+        states = super().after_touchdown(places)
+        for leg in np.unique(places[..., 0]):
+            before = np.array([-leg, leg, leg])
+            after = [self.linkage.end_strikes(before, moved) for moved in np.array(SWING_LOCKED.T)]
+            stance, swing, shank = np.transpose(after)
+            there = places[..., 0] == leg
+            earlier = np.linalg.solve([stance, swing], places[there][..., 1:].T)
+            states[there, 5] = np.maximum(states[there, 4], shank @ earlier)
+        return states
+
+    def posture(
+        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
+        """Posture `qpos` of stance leg, swing thigh and swing shank on a foot; see `Robot.posture`."""
+        leg, swing, shank = angles
+        legs = super().posture(foot, stance, (leg, swing))
+        return (*legs, *((shank - swing, 0.0) if stance else (0.0, shank - swing)))
+
+    def ground_force(
+        self, q: Any, dq: Any, torque: Any, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
+        n, angles = 2 if locked else 3, domains.ANGLE.array("q", q, (3,))
+        rates = rates_of(dq, angles)
+        force, _ = self.chains[n].ground_force(self._forces(torque, locked), angles[:n], rates[:n], slope)
+        return force

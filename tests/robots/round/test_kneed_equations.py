@@ -1,0 +1,237 @@
+"""The equations of the biped with knees on round feet: against SymPy's derivation from the places of its masses."""
+
+import math
+from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from mjbiped.robots.chain import Array
+from mjbiped.robots.equations import FREE, LOCKED, RESTING
+from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round.kneed_equations import EQUATIONS
+from mjbiped.robots.stance_knee import stance_knee_torque
+
+ROBOT = RoundKneed(hip_mass=3.0, stop_angle=0.3, shank_offset=0.03, foot_radius=0.17, thigh_length=0.5)
+RELATIVE, ABSOLUTE = 1e-12, 1e-12
+"""Rounding of some hundred operations on terms of the order of 10."""
+
+FOUR = st.lists(st.floats(-1.2, 1.2), min_size=4, max_size=4).map(np.array)
+RATES = st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4).map(np.array)
+SLOPES = st.floats(-0.3, 0.3)
+
+
+@cache
+def derived() -> dict[str, Callable[..., object]]:
+    """What follows by Lagrange's equations, as functions of angles, rates and slope.
+
+    The angles are those of the parts themselves from the vertical: stance shank and thigh, swing thigh and shank. The
+    robot's own differ from them by constants. The stance foot's lowest point rolls; a shank's centre of mass is ahead
+    of its line, which is the way from the knee to the arc's centre.
+    """
+    q, dq, slope = sp.Matrix(sp.symbols("q:4")), sp.Matrix(sp.symbols("dq:4")), sp.Symbol("slope")
+    r, arc = ROBOT.foot_radius, ROBOT.shank_length - ROBOT.foot_radius
+
+    def up(angle: sp.Expr) -> sp.Matrix:
+        return sp.Matrix([sp.sin(angle), sp.cos(angle)])
+
+    def ahead(angle: sp.Expr) -> sp.Matrix:
+        return sp.Matrix([sp.cos(angle), -sp.sin(angle)])
+
+    centre = r * q[0] * sp.Matrix([sp.cos(slope), -sp.sin(slope)])
+    knee = centre + arc * up(q[0])
+    hip = knee + ROBOT.thigh_length * up(q[1])
+    other = hip - ROBOT.thigh_length * up(q[2])
+    end = other - arc * up(q[3])
+    parts = [
+        (
+            ROBOT.shank_mass,
+            ROBOT.shank_inertia,
+            0,
+            knee - ROBOT.shank_centre * up(q[0]) + ROBOT.shank_offset * ahead(q[0]),
+        ),
+        (ROBOT.thigh_mass, ROBOT.thigh_inertia, 1, hip - ROBOT.thigh_centre * up(q[1])),
+        (ROBOT.hip_mass, 0.0, 1, hip),
+        (ROBOT.thigh_mass, ROBOT.thigh_inertia, 2, hip - ROBOT.thigh_centre * up(q[2])),
+        (
+            ROBOT.shank_mass,
+            ROBOT.shank_inertia,
+            3,
+            other - ROBOT.shank_centre * up(q[3]) + ROBOT.shank_offset * ahead(q[3]),
+        ),
+    ]
+    T = sum(m * (x.jacobian(q) * dq).dot(x.jacobian(q) * dq) / 2 + own * dq[j] ** 2 / 2 for m, own, j, x in parts)
+    V = sum(m * ROBOT.gravity * x[1] for m, _, _, x in parts)
+    expressions = {
+        "M": sp.hessian(T, list(dq)),
+        "h": sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T,
+        "g": sp.Matrix([V]).jacobian(q).T,
+        "V": V,
+        "end": end - centre,
+        "joints": sp.Matrix.hstack(hip, other),
+        "places": sp.Matrix.hstack(*(x for *_, x in parts)),
+        "speeds": sp.Matrix.hstack(*(x.jacobian(q) * dq for *_, x in parts)),
+    }
+    return {name: sp.lambdify((q, dq, slope), expression) for name, expression in expressions.items()}
+
+
+def parts_at(q: Array, slope: float) -> Array:
+    """Angles of the parts themselves, by cosines' law in the triangle of hip, knee and arc's centre."""
+    arc, thigh = ROBOT.shank_length - ROBOT.foot_radius, ROBOT.thigh_length
+    line = math.sqrt(arc**2 + thigh**2 + 2.0 * arc * thigh * math.cos(ROBOT.stop_angle))
+    lean = math.acos((thigh**2 + line**2 - arc**2) / (2.0 * thigh * line))  # of the thigh, forward
+    shank = lean - ROBOT.stop_angle
+    parts: Array = q + np.array([shank, lean, lean, shank]) + slope
+    return parts
+
+
+def expected(name: str, q: Array, dq: Array, slope: float) -> Array:
+    return np.asarray(derived()[name](parts_at(q, slope), dq, slope), dtype=np.float64).squeeze()
+
+
+@given(FOUR, RATES, SLOPES)
+def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: float) -> None:
+    chain = ROBOT.chains[4]
+    for name, made in (
+        ("M", chain.mass_matrix(q)),
+        ("h", chain.coriolis_matrix(q, dq) @ dq),
+        ("g", chain.gravity_vector(q, slope)),
+    ):
+        np.testing.assert_allclose(made, expected(name, q, dq, slope), rtol=RELATIVE, atol=10 * ABSOLUTE)
+    # the zero of the potential energy stands where the rolling angle does
+    rolled = ROBOT.foot_radius * (parts_at(q, slope)[0] - q[0]) * math.sin(slope) * ROBOT.weight
+    potential = chain.potential_energy(q, slope) - rolled
+    assert potential == pytest.approx(float(expected("V", q, dq, slope)), rel=RELATIVE, abs=100 * ABSOLUTE)
+    np.testing.assert_allclose(chain.end(q), expected("end", q, dq, 0.0), rtol=RELATIVE, atol=ABSOLUTE)
+
+
+APART, AS_ONE = np.repeat(np.eye(3), [2, 1, 1], axis=0), np.repeat(np.eye(2), [2, 2], axis=0)
+
+
+def state_of(locked: int, slope: float, y: Array | None = None, *, sliding: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(
+        locked=locked, slope=slope, sliding=sliding, press=math.nan, stop_press=math.nan, y=y, stance=0
+    )
+
+
+@given(FOUR, RATES, FOUR, SLOPES)
+def test_a_locked_knee_makes_the_leg_one(q: Array, dq: Array, torques: Array, slope: float) -> None:
+    """Free, locked, and resting on the stop, which only pushes: by the projection of the four segments' equations."""
+    ankle, hip, knee, push = torques.tolist()
+    moved = np.array([ankle + push, -hip, hip - knee, knee])
+    for locked, J in ((FREE, APART), (LOCKED, AS_ONE), (RESTING, AS_ONE)):
+        angles = q[:3] if locked == FREE else q[[0, 1, 1]]
+        rates = dq[:3] if locked == FREE else dq[[0, 1, 1]]
+        four, turning = angles[[0, 0, 1, 2]], rates[[0, 0, 1, 2]]
+        M = expected("M", four, turning, slope)
+        pull = moved - expected("h", four, turning, slope) - expected("g", four, turning, slope)
+        wanted = J @ np.linalg.solve(J.T @ M @ J, J.T @ pull)
+        w = state_of(locked, slope)
+        found = EQUATIONS.accelerations(EQUATIONS.constants(ROBOT), w, angles, rates, (ankle, hip, knee), push)
+        # conditioned like M, some 1e2, as light shanks hang on a heavy robot
+        np.testing.assert_allclose(found, wanted[[0, 2, 3]], rtol=1e-10, atol=1e-9)
+        if locked == RESTING:
+            free = np.linalg.solve(APART.T @ M @ APART, APART.T @ pull)
+            assert w.stop_press == pytest.approx(free[1] - free[2], rel=1e-9, abs=1e-8)
+
+
+@given(FOUR, RATES, SLOPES, st.booleans())
+def test_the_stop_bears_what_the_stance_shank_lacks(q: Array, dq: Array, slope: float, locked: bool) -> None:
+    """The torque of a motor at the stance knee with which four segments would move as the locked leg does."""
+    angles, rates = (q[[0, 1, 1]], dq[[0, 1, 1]]) if locked else (q[:3], dq[:3])
+    four, turning, J = angles[[0, 0, 1, 2]], rates[[0, 0, 1, 2]], AS_ONE if locked else APART
+    M, torque = expected("M", four, turning, slope), np.array([1.0, -2.0, 0.5])
+    pull = np.array([1.0, 2.0, -2.5, 0.5]) - expected("h", four, turning, slope) - expected("g", four, turning, slope)
+    left = pull - M @ J @ np.linalg.solve(J.T @ M @ J, J.T @ pull)
+    found = stance_knee_torque(ROBOT, angles, rates, torque, slope, locked=locked)
+    assert float(found) == pytest.approx(left[0], rel=1e-9, abs=1e-8)
+
+
+def spins(q: Array, dq: Array, about: Array) -> Array:
+    """Angular momentum of each part about a point, kg m^2/s: shank, thigh, hip, thigh, shank from the stance foot."""
+    places, speeds = expected("places", q, dq, 0.0).T - about, expected("speeds", q, dq, 0.0).T
+    masses = np.array([ROBOT.shank_mass, ROBOT.thigh_mass, ROBOT.hip_mass, ROBOT.thigh_mass, ROBOT.shank_mass])
+    own = np.array([ROBOT.shank_inertia, ROBOT.thigh_inertia, 0.0, ROBOT.thigh_inertia, ROBOT.shank_inertia])
+    turning = own * dq[[0, 1, 1, 2, 3]]
+    return masses * (places[:, 1] * speeds[:, 0] - places[:, 0] * speeds[:, 1]) + turning
+
+
+def lowest(q: Array) -> Array:
+    """The stance foot's contact: the arc's centre has rolled by the parts' own angle."""
+    return np.array([ROBOT.foot_radius * parts_at(q, 0.0)[0], -ROBOT.foot_radius])
+
+
+@given(st.floats(0.05, 0.5), RATES)
+def test_a_heel_strike_conserves_what_no_impulse_acts_on(half: float, dq: Array) -> None:
+    """The robot's momentum about its new contact, the departing leg's about the hip, its shank's about the knee.
+
+    The last one where the knee opens; else the stop pushes the shank back, and both move as one.
+    """
+    before, rates = np.array([half, half, -half, -half]), dq[[0, 0, 1, 1]]
+    after, w = -before, state_of(LOCKED, 0.0)
+    q, new = EQUATIONS.exchange(EQUATIONS.constants(ROBOT), w, (half, -half, -half), (dq[0], dq[1], dq[1]), 0.0)
+    assert q == (-half, half, half)
+    np.testing.assert_array_equal(new, ROBOT.rates_after_touchdown(np.array([half, -half, -half]), dq[[0, 1, 1]]))
+    turning = np.array([new[0], new[0], new[1], new[2]])
+    hip, knee = expected("joints", after, turning, 0.0).T
+    # the same places, counted from the old stance foot's arc
+    shift = expected("places", before, rates, 0.0).T[0] - expected("places", after, turning, 0.0).T[4]
+    contact = lowest(after)
+    assert np.allclose(shift[1], 0.0, atol=1e-12)
+    total = spins(before, rates, contact + shift).sum()
+    assert total == pytest.approx(spins(after, turning, contact).sum(), rel=1e-9, abs=1e-9)
+    leg = spins(before, rates, hip + shift)[:2].sum()
+    assert leg == pytest.approx(spins(after, turning, hip)[3:].sum(), rel=1e-9, abs=1e-9)
+    was, now = spins(before, rates, knee + shift)[0], spins(after, turning, knee)[4]
+    if w.locked == FREE:
+        assert new[2] > new[1]
+        assert now == pytest.approx(was, rel=1e-9, abs=1e-9)
+    else:
+        assert w.locked == RESTING
+        assert new[2] == new[1]
+        assert now - was > -1e-9  # the stop turns the shank back, as flexion does
+
+
+@given(FOUR, RATES)
+def test_a_knee_strike_conserves_what_no_impulse_acts_on(q: Array, dq: Array) -> None:
+    """The robot's momentum about its contact, and the swing leg's about the hip."""
+    four, before = q[[0, 0, 1, 1]], dq[[0, 0, 1, 2]]
+    w = state_of(FREE, 0.0, np.array([q[0], q[1], q[1], *dq[:3]]))
+    EQUATIONS.lock_knee(EQUATIONS.constants(ROBOT), w)
+    assert w.locked == LOCKED
+    assert w.y[4] == w.y[5]
+    after = w.y[[3, 3, 4, 4]]
+    np.testing.assert_allclose(ROBOT.knee_impact(w.y[:3], dq[:3])[1], w.y[3:5], rtol=1e-10, atol=1e-10)
+    hip, _ = expected("joints", four, before, 0.0).T
+    for about, parts in ((lowest(four), slice(None)), (hip, slice(3, None))):
+        left = spins(four, before, about)[parts].sum()
+        assert left == pytest.approx(spins(four, after, about)[parts].sum(), rel=1e-9, abs=1e-9)
+
+
+@given(FOUR, RATES, SLOPES, st.sampled_from([FREE, LOCKED]))
+def test_a_foot_that_slides_stays_on_the_ground(q: Array, dq: Array, slope: float, locked: int) -> None:
+    """An impact stops it along the ground's normal, and then its acceleration along it is zero."""
+    angles = q[:3] if locked == FREE else q[[0, 1, 1]]
+    rates = dq[:3] if locked == FREE else dq[[0, 1, 1]]
+    assume(np.abs(np.sin(angles)).max() > 0.2)  # above its hip, a foot cannot be moved along the normal
+    c, w = EQUATIONS.constants(ROBOT), state_of(locked, slope, np.concatenate([angles, rates]), sliding=True)
+    EQUATIONS.stop_foot(c, w)
+    speed, h = w.y[3:], 1e-6
+    assert speed[1] == speed[2] or locked == FREE
+
+    def height(t: float, ddq: Array) -> float:
+        return float(ROBOT.swing_foot(angles + t * speed + 0.5 * t * t * ddq)[1])
+
+    still = np.zeros(3)
+    # central differences: truncation 1e-12, rounding 1e-10
+    assert (height(h, still) - height(-h, still)) / (2 * h) == pytest.approx(0.0, abs=1e-8)
+    ddq = np.array(EQUATIONS.accelerations(c, w, angles, speed, (1.0, 2.0, 0.0), 0.0))
+    h = 1e-4
+    curvature = (height(h, ddq) - 2 * height(0.0, ddq) + height(-h, ddq)) / (h * h)
+    # truncated by h^2 times the fourth power of rates, and the square of accelerations; rounding 1e-8
+    assert curvature == pytest.approx(0.0, abs=1e-7 + 10 * h * h * (np.abs(speed).max() ** 4 + np.abs(ddq).max() ** 2))
