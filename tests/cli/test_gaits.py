@@ -49,11 +49,14 @@ def test_gait_with_knees_as_json_is_the_gait() -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass, round; kneed has no such thing."),
+        (
+            ("--robot", "kneed", "--leg-mass", 4),
+            "--leg-mass is for --robot compass, footed, round; kneed has no such thing.",
+        ),
         (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
         (
             ("--robot", "knee"),
-            "'knee'; expected compass, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file.",
+            "'knee'; expected compass, footed, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file.",
         ),
     ],
 )

@@ -79,22 +79,28 @@ def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
     [
         (
             ("--robot", "knee"),
-            "expected compass, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file",
+            "expected compass, footed, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file",
         ),
         (("--robot", "none.toml"), "there is no such file"),
         (("--robot", "none.xml"), "--robot 'none.xml': there is no such file"),
-        (("--robot", "kneed", "--leg-mass", 4), "--leg-mass is for --robot compass, round; kneed has no such thing"),
+        (
+            ("--robot", "kneed", "--leg-mass", 4),
+            "--leg-mass is for --robot compass, footed, round; kneed has no such thing",
+        ),
         (("--thigh-mass", 4), "--thigh-mass is for --robot kneed, round-kneed, halved-rods; compass has no such thing"),
         (
             ("--robot", "wheel", "--hip-mass", 4),
-            "--hip-mass is for --robot compass, kneed, round, round-kneed, halved-rods; wheel has no such",
+            "--hip-mass is for --robot compass, footed, kneed, round, round-kneed, halved-rods; wheel has no such",
         ),
         (("--thigh-mass", -1), "Invalid value for '--thigh-mass': '-1'; expected a number from 1e-09 to 1e+06 kg."),
         (
             ("--sole", "0.1,0.1,0.1"),
             "'--sole': '0.1,0.1,0.1'; expected one distance from 0 to 1000 m, or two, behind",
         ),
-        (("--robot", "wheel", "--sole", 0.1), "--sole is for --robot compass, kneed, halved-rods; wheel has no such"),
+        (
+            ("--robot", "wheel", "--sole", 0.1),
+            "--sole is for --robot compass, footed, kneed, halved-rods; wheel has no such",
+        ),
         (("--model-error", "sole=2"), "expected NAME=FACTOR"),
         (("--robot", "wheel", "--spokes", 4), "'--spokes': '4'; expected a whole number from 5 to 100."),
         (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
