@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from mjbiped.engines.hybrid.dynamics import attempt, component_at, ensure_dense
 from mjbiped.engines.hybrid.state import Walk, ground_of, hip, pose_of, stance_foot, swing_foot
 from mjbiped.numerics.dormand_prince import IN_ORDER, STAGES
-from mjbiped.robots.equations import FLAT, FREE, RESTING
+from mjbiped.robots.equations import FREE, RESTING
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
@@ -76,7 +76,7 @@ def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tupl
 
 
 def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
-    """Look whether a foot that slides, a knee that rests on its stop, or a heel or toe loses its contact before all else.
+    """Look whether a sliding foot, a knee that rests on its stop, a heel or a toe loses its contact before all else.
 
     What a foot in contact would have met later in the step, it then does not.
     """
@@ -95,10 +95,10 @@ def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
 
 def _tips(w: Any) -> bool:
     """Whether the stance foot would have to tip somewhere in the step."""
+    least = w.margins[STAGES]
     for i in range(len(IN_ORDER)):
-        if w.margins[IN_ORDER[i]] < 0.0:
-            return True
-    return False
+        least = min(least, w.margins[IN_ORDER[i]])
+    return bool(least < 0.0)
 
 
 def _flexion(s: Walk, state: Any) -> float:

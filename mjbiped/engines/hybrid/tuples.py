@@ -57,14 +57,14 @@ def tuples_of(angles: int, joints: int, own: int, tips: bool = False) -> Tuples:
     foot = angles - 1
     every, others = range(angles), range(1, joints + own)
     pose = [f"    sine_{i}, cosine_{i} = sine_cosine(q[{i}] + slope)" for i in every]
-    legs = range(foot) if tips else every
+    legs, root = range(foot), foot if tips else -1
     source = [
         f"def q(state):\n    return {_tuple(f'state[{i}]' for i in every)}",
         f"def dq(state):\n    return {_tuple(f'state[{angles + i}]' for i in every)}",
         f"def own(given):\n    return {_tuple(f'given[{joints + i}]' for i in range(own))}",
         f"def with_ankle(given, ankle):\n    return {_tuple(['ankle', *(f'given[{i}]' for i in others)])}",
         f"def still(state):\n    return {_tuple('0.0' for _ in every)}",
-        f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i, foot if tips else -1)}' for i in range(joints))}",
+        f"def powers(torque, dq):\n    return {_tuple(f'torque[{i}] * {_turning(i, root)}' for i in range(joints))}",
         "\n".join(
             ["def pose(q, slope):", *pose, f"    return {_tuple([*(f'sine_{i}, cosine_{i}' for i in every), 'q[0]'])}"]
         ),

@@ -29,6 +29,9 @@ class FootedCompass(Compass):
     ankle. So the equations of a robot that stands flat, with its other foot held parallel to the ground, are those of a
     compass biped with a sole, but for the ankle's height: laws, gaits and references are found for that.
 
+    In the hybrid engine the stance foot lies flat, or turns about its toe or heel where the ankle's torque is more than
+    the sole bears, and comes down again. A foot lands flat at once, also on ground that is steeper than it is.
+
     In MuJoCo the feet stand, tip and slide on the ground as their contacts make them. The swing foot is held parallel
     to the median of the last three footholds, as the joints' angles tell it.
 
@@ -75,8 +78,8 @@ class FootedCompass(Compass):
             )
 
     @property
-    def mechanism(self) -> Compass:
-        """The compass biped of the same legs without soles, whose passive gaits and equations of motion are this one's."""
+    def mechanism(self) -> Compass:  # type: ignore[override]  # it has no feet
+        """The compass biped of the same legs on points, whose passive gaits and equations of motion are this one's."""
         names = set(Compass.parameters()) - {"sole"}
         return Compass(**{name: getattr(self, name) for name in names})
 
