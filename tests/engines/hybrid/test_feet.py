@@ -29,6 +29,7 @@ EXACT = 1e-8  # of states after some steps: the tolerance of an integration step
 GROUNDS = {
     "down": mjbiped.Terrain.incline(2.0),
     "level": mjbiped.Terrain.level(),
+    "less steep": mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 0.5, 0.0)]),
     "stairs": mjbiped.Terrain.stairs(tread=1.8, rise=-0.03),
 }
 
@@ -75,8 +76,8 @@ def test_a_foot_that_stays_flat_walks_as_a_sole_does(ground: str) -> None:
 
 
 @pytest.mark.parametrize("edge", [TOE, HEEL])
-def test_no_energy_is_lost_while_a_foot_turns_about_its_edge(edge: int) -> None:
-    s = run_of(Unpowered(), tolerance=1e-10).plain
+def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(edge: int) -> None:
+    s = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10).plain
     w, c = s.w, s.c.robot
     w.moments[0] = -float(edge)
     tip_over(s)
@@ -86,7 +87,9 @@ def test_no_energy_is_lost_while_a_foot_turns_about_its_edge(edge: int) -> None:
     gait_step(s)
     assert w.edge == edge
     assert w.elapsed > 0.02
-    assert energy(s) == pytest.approx(first, rel=1e-9)  # J; tolerance times the steps
+    work = sum(w.y[-2:])
+    assert abs(work) > 0.005
+    assert energy(s) == pytest.approx(first + work, rel=1e-9)  # J; tolerance times the steps
     assert stance_foot(s, pose_of(s, w.y))[1] > w.foot_z
     assert c.chain.beside[2] == (-FOOTED.foot.ahead if edge == TOE else FOOTED.foot.behind)
 
@@ -136,6 +139,17 @@ def test_more_than_the_sole_bears_is_walked() -> None:
     assert touchdowns["one_sided"].max() > 0.1
     assert touchdowns["sole_bound_time"][-1] == 0.0
     assert run.state.edge == FLAT
+
+
+def test_a_foot_lands_flat_on_ground_of_another_slope() -> None:
+    _, _, touchdowns = walked(BoundedAnkleController(FOOTED, GAIT), "less steep", steps=1)
+    places, (slope,) = touchdowns["qpos"][0], touchdowns["slope"]
+    assert slope == pytest.approx(np.deg2rad(0.5))
+    assert places[3] + places[5] == pytest.approx(slope, abs=1e-12)
+    assert places[2] + places[4] == pytest.approx(np.deg2rad(2.0), abs=1e-12)
+    below = FOOTED.limbs(places)[1, -1]
+    assert below == pytest.approx([touchdowns["x"][0], touchdowns["z"][0]], abs=1e-9)
+    assert below[1] == pytest.approx(GROUNDS["less steep"].height_at(below[0]), abs=1e-9)
 
 
 def test_segments_are_raised_along_their_normals() -> None:
