@@ -12,6 +12,7 @@ Of the engine's state `w` they read and write these fields:
     locked                      the swing knee: FREE, LOCKED, or RESTING on its stop
     stop_press                  written: acceleration with which a resting knee would bend forwards, rad/s^2
     stance_flexion              flexion at which the stance knee is locked, rad
+    swing_sole                  angle of the swing foot's sole from that of the stance foot as it lands, rad, else 0
     edge                        how a stance foot that is a body stands: `FLAT`, or turning about its TOE or HEEL
     y                           angles and rates, one after the other
 """
@@ -81,7 +82,7 @@ class Equations(NamedTuple):
         ground_force: (c, w, weight, pose, state, ddq, first) -> force of the ground, forward and upward, N; see
             `chain_force`, which serves all whose first segment turns about a fixed foot.
         turn_foot: (c, w, edge) -> None. The stance foot turns about an edge from now on, or comes down flat, in `y`.
-            The levers of its ankle from there are the last ones of `chain`.
+            The last levers of `chain` are then those of its ankle from there.
         inlined: Whether `accelerations` is so short that it shall become part of the integrator's machine code.
     """
 

@@ -76,7 +76,7 @@ def first_event(s: Walk, h: float, here: Place, there: Place, pose: Any) -> tupl
 
 
 def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
-    """Look whether a sliding foot, a knee that rests on its stop, or a heel or toe loses its contact before all else.
+    """Look whether a sliding foot, a knee that rests on its stop, a heel or a toe loses its contact before all else.
 
     What a foot in contact would have met later in the step, it then does not.
     """
@@ -95,10 +95,10 @@ def _end_of_contact(s: Walk, h: float, event: int) -> tuple[int, float]:
 
 def _tips(w: Any) -> bool:
     """Whether the stance foot would have to tip somewhere in the step."""
-    for i in range(len(IN_ORDER)):  # noqa: SIM110 - Numba compiles no generators
-        if w.margins[IN_ORDER[i]] < 0.0:
-            return True
-    return False
+    least = w.margins[STAGES]
+    for i in range(len(IN_ORDER)):
+        least = min(least, w.margins[IN_ORDER[i]])
+    return bool(least < 0.0)
 
 
 def _flexion(s: Walk, state: Any) -> float:

@@ -45,8 +45,8 @@ class State:
         sine: Its sine.
         cosine: Its cosine.
         segment: Terrain segment under the swing foot when last looked at, where the next search begins.
-        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one with mass the
-            ankle, or the edge about which it turns.
+        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one that is a body
+            the ankle, or the edge about which it turns.
         foot_z: Its height, m.
         foot_angle: Angle of the stance leg from the ground's normal then, rad.
         foot_segment: Terrain segment on which it stands.
@@ -68,6 +68,7 @@ class State:
         flexion: Greatest flexion of the swing knee in this gait step, rad.
         strike_time: Time of its knee strike since the support transfer, s; NaN without one.
         edge: `FLAT`, `TOE` or `HEEL`: how a stance foot that is a body stands.
+        swing_sole: Angle of the swing foot's sole from the stance foot's, rad: not zero in the posture of a touchdown.
         tipped: Greatest angle by which it has tipped in this gait step, rad.
         one_sided: Time in it in which the foot stood on an edge, s.
         stubs: How often the swing foot has struck the ground in it without coming to stand.
@@ -154,6 +155,7 @@ class State:
     flexion: float = 0.0
     strike_time: float = math.nan
     edge: int = FLAT
+    swing_sole: float = 0.0
     tipped: float = 0.0
     one_sided: float = 0.0
     stubs: int = 0
@@ -400,7 +402,7 @@ def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
 
 
 def pivot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z, m, from which the robot's levers count: stance foot, centre of its arc, or the edge of its turn."""
+    """Place x, z, m, from which levers count: stance foot, centre of a round one's arc, or edge of a foot."""
     w = s.w
     if s.c.radius == 0.0:
         return w.foot_x, w.foot_z

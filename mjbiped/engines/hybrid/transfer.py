@@ -37,6 +37,7 @@ def transfer_support(s: Walk) -> None:
         return
     before, slope = momentum(s), ground.angle[segment]
     q_before, dq_before = laws.q(w.y), laws.dq(w.y)
+    w.swing_sole = slope - laws.sole_slope(w.slope, q_before)
     qpos = hip(s, pose) + laws.limbs(c.robot, w, q_before)
     q, dq = laws.exchange(c.robot, w, q_before, dq_before, slope)
     hand_over(s, w.y)
@@ -143,7 +144,7 @@ def begin_gait_step(w: Any, contact: bool) -> None:
     w.face, w.sliding, w.slid_segment = 0.0, False, -1
     w.face_impacts = w.stubs = 0
     w.flexion, w.friction, w.normal_force = 0.0, 0.0, math.inf
-    w.tipped = w.one_sided = 0.0
+    w.swing_sole = w.tipped = w.one_sided = 0.0
     w.pressure[0] = w.pressure[1] = -math.inf
     w.strike_time = math.nan
     for i in range(len(w.strike_q)):

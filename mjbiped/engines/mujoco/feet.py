@@ -117,7 +117,6 @@ def bear(constants: Constants, u: Any, readings: Any) -> None:
     leg = constants.places.legs[stance_of(u)]
     felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
     u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
-    u.patch_behind, u.patch_ahead = max(u.patch_behind, felt.behind), max(u.patch_ahead, felt.ahead)
     u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
 
 

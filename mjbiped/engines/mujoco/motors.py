@@ -133,8 +133,7 @@ def control(
     if due or (u.transferred and u.outcome):  # the last touchdown is told at once: its row is whole
         _tick(setting, userdata)
     # the force of the step before; that of an impact tells nothing of the step to come
-    behind, ahead = (u.patch_behind, u.patch_ahead) if constants.feet else (constants.behind, constants.ahead)
-    u.torque[0] = bounded(u.ankle, u.force if u.turns else 0.0, behind, ahead)
+    u.torque[0] = bounded(u.ankle, u.force if u.turns else 0.0, constants.behind, constants.ahead)
     if not u.outcome:
         _note_peaks(u, len(constants.joints))
     drive(constants, u, ctrl)

@@ -120,7 +120,6 @@ def begin_step(u: Any) -> None:
     u.touching, u.strike_time = 1.0, math.nan
     u.flat, u.tipped, u.one_sided, u.touched = 1.0, 0.0, 0.0, math.nan
     u.down = -math.inf
-    u.patch_behind = u.patch_ahead = 0.0
     for three in (u.strike_q, u.strike_rates, u.struck_rates):
         put(three, (math.nan, math.nan, math.nan))
 

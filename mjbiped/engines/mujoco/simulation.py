@@ -150,7 +150,9 @@ class Simulation:
         plan, options, controller = self.plan, self.options, self.controller
         robot, columns = plan.robot, tables_of(type(plan.robot)).touchdowns
         scuffs, shortest = not robot.collides_from_lift_off, self._shortest
-        foot, (behind, ahead) = robot.bodies.foot, robot.sole or (math.inf, math.inf)
+        foot = robot.bodies.foot
+        # a foot with mass bounds no torque: it tips
+        behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
         return Constants(
             limits=self.limits._replace(start=scene.start, end=scene.end),
             places=places,

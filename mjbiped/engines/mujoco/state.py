@@ -124,8 +124,6 @@ class State(ctypes.Structure):
     one_sided: float  # time in this gait step in which the stance foot was borne on one side alone, or not at all, s
     touched: float  # when the swing foot touched the ground first, s; NaN: it is in the air
     down: float  # when it touched it last, s
-    patch_behind: float  # farthest contact of the stance foot behind its ankle in this gait step, m
-    patch_ahead: float  # farthest one ahead of it, m
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
     shear: float  # friction force of the stance foot in the step last resolved, N
     shear_impulse: float  # of it since the last stretch ended over which forces are averaged, N s

@@ -166,10 +166,10 @@ def ground_force(c: Any, w: Any, weight: float, pose: Any, state: Any, ddq: Any,
 
 
 def limbs(_: Any, w: Any, q: Angles) -> tuple[float, float, float, float]:
-    """Left and right leg from the vertical, then left and right ankle's angle, rad; both soles are parallel."""
-    stance, swing = q[0] + w.slope, q[1] + w.slope
-    left, right = (stance, swing) if w.stance == 0 else (swing, stance)
-    return left, right, q[2] + w.slope - left, q[2] + w.slope - right
+    """Left and right leg from the vertical, then left and right ankle's angle, rad."""
+    stance, swing, sole = q[0] + w.slope, q[1] + w.slope, q[2] + w.slope
+    ankle, other = sole - stance, sole + w.swing_sole - swing
+    return (stance, swing, ankle, other) if w.stance == 0 else (swing, stance, other, ankle)
 
 
 EQUATIONS = Equations(

@@ -77,9 +77,8 @@ def derived(edge: int) -> dict[str, Callable[..., Any]]:
 
 def walker(edge: int, slope: float, **more: Any) -> tuple[SimpleNamespace, SimpleNamespace]:
     c = EQUATIONS.constants(ROBOT)
-    w = SimpleNamespace(
-        edge=edge, slope=slope, sine=math.sin(slope), cosine=math.cos(slope), push=0.0, face=0.0, stance=0
-    )
+    w = SimpleNamespace(edge=edge, slope=slope, push=0.0, face=0.0, stance=0, swing_sole=0.0)
+    w.sine, w.cosine = math.sin(slope), math.cos(slope)
     stand_on_edge(c, edge)
     for name, value in more.items():
         setattr(w, name, value)
@@ -187,3 +186,5 @@ def test_a_flat_foot_is_the_compass_biped(q: Array, dq: Array, slope: float, tor
 def test_a_posture_has_parallel_feet() -> None:
     c, w = walker(TOE, 0.1)
     assert EQUATIONS.limbs(c, w, (-0.2, 0.3, 0.05)) == pytest.approx((-0.1, 0.4, 0.25, -0.25))
+    w.swing_sole, w.stance = 0.02, 1  # as it lands on steeper ground
+    assert EQUATIONS.limbs(c, w, (-0.2, 0.3, 0.05)) == pytest.approx((0.4, -0.1, -0.23, 0.25))

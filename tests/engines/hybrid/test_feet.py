@@ -1,0 +1,164 @@
+"""Feet that are bodies in the hybrid engine: flat they walk as soles do; they tip, turn, and come down."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from simulations import hybrid_run
+
+import mjbiped
+from controllers import AdaptiveController, BoundedAnkleController
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.engines.hybrid.gait_step import gait_step
+from mjbiped.engines.hybrid.run import HybridRun, raised
+from mjbiped.engines.hybrid.state import pose_of, stance_foot
+from mjbiped.engines.hybrid.transfer import tip_over
+from mjbiped.robots.chain import Chain
+from mjbiped.robots.equations import FLAT, HEEL, TOE
+from mjbiped.robots.footed.equations import LINE
+from mjbiped.robots.robot import Robot
+
+FOOTED = mjbiped.FootedCompass()
+SOLED = mjbiped.Compass(sole=FOOTED.sole)
+GAIT = mjbiped.find_passive_gait(SOLED.mechanism, slope=np.deg2rad(2))
+START: dict[str, Any] = {"q": tuple(GAIT.start[:2]), "dq": tuple(GAIT.start[2:])}
+EXACT = 1e-8  # of states after some steps: the tolerance of an integration step
+GROUNDS = {
+    "down": mjbiped.Terrain.incline(2.0),
+    "level": mjbiped.Terrain.level(),
+    "less steep": mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 0.5, 0.0)]),
+    "stairs": mjbiped.Terrain.stairs(tread=1.8, rise=-0.03),
+}
+
+
+class Pulse(Unpowered):
+    """A pulse of the ankle's torque: half a sine wave."""
+
+    def __init__(self, size: float, begin: float, end: float) -> None:
+        self.size, self.begin, self.end = size, begin, end
+
+    def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float]:
+        share = (t - self.begin) / (self.end - self.begin)
+        return (self.size * math.sin(math.pi * share) if 0.0 < share < 1.0 else 0.0), 0.0
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+
+TOE_PULSE, HEEL_PULSE = Pulse(-14.0, 0.2, 0.3), Pulse(12.5, 0.02, 0.08)
+
+
+def run_of(controller: Any, ground: str = "down", robot: Robot = FOOTED, **terms: Any) -> HybridRun:
+    return hybrid_run(controller, GROUNDS[ground], robot=robot, compile=False, **{**START, "steps": 2, **terms})
+
+
+def walked(controller: Any, ground: str = "down", **terms: Any) -> tuple[HybridRun, dict[str, Any], dict[str, Any]]:
+    """A walk, its samples and its touchdowns."""
+    run = run_of(controller, ground, **terms)
+    run.walk(lambda *_: None)
+    return run, run.recorder.samples(), run.recorder.touchdowns()
+
+
+@pytest.mark.parametrize("ground", ["down", "level", "stairs"])
+def test_a_foot_that_stays_flat_walks_as_a_sole_does(ground: str) -> None:
+    times, states = [], []
+    for robot in (FOOTED, SOLED):
+        run = run_of(BoundedAnkleController(robot, GAIT), ground, robot)
+        run.walk(lambda *_: None)
+        angles = len(run.state.strike_q)
+        states.append([*run.state.y[:2], *run.state.y[angles : angles + 2]])
+        times.append(run.state.time)
+    np.testing.assert_allclose(states[0], states[1], atol=10 * EXACT)
+    assert times[0] == pytest.approx(times[1], abs=EXACT)
+
+
+@pytest.mark.parametrize("edge", [TOE, HEEL])
+def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(edge: int) -> None:
+    s = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10).plain
+    w, c = s.w, s.c.robot
+    w.moments[0] = -float(edge)
+    tip_over(s)
+    w.y[2], w.y[5] = 0.02 * edge, 2.0 * edge
+    first = energy(s)
+    w.pause = 30
+    gait_step(s)
+    assert w.edge == edge
+    assert w.elapsed > 0.02
+    work = sum(w.y[-2:])
+    assert abs(work) > 0.005
+    assert energy(s) == pytest.approx(first + work, rel=1e-9)  # J; tolerance times the steps
+    assert stance_foot(s, pose_of(s, w.y))[1] > w.foot_z
+    assert c.chain.beside[2] == (-FOOTED.foot.ahead if edge == TOE else FOOTED.foot.behind)
+
+
+def energy(s: Any) -> float:
+    chain, mass = s.c.robot.turning, s.c.robot.mass
+    q = np.array([*s.w.y[:2], s.w.y[2] + s.c.robot.foot[LINE]])
+    whole = Chain(chain.weights, chain.moments, chain.reach, mass, chain.gravity)
+    return whole.kinetic_energy(q, np.array(s.w.y[3:6])) + whole.potential_energy(q, s.w.slope)
+
+
+@pytest.mark.parametrize(("pulse", "sign"), [(TOE_PULSE, 1.0), (HEEL_PULSE, -1.0)])
+def test_a_foot_tips_and_comes_down(pulse: Pulse, sign: float) -> None:
+    _, samples, touchdowns = walked(pulse, steps=1, sample_period=0.002)
+    slope = GROUNDS["down"].slope_at(0.0)
+    out = samples["time"] < touchdowns["time"][0]
+    tip, places = sign * (samples["slope"] - slope)[out], samples["qpos"][out]
+    assert tip.min() >= 0.0
+    assert 1e-3 < tip.max() <= touchdowns["tipped"][0] < 0.1
+    assert tip.max() == pytest.approx(touchdowns["tipped"][0], rel=0.02)  # between samples
+    assert touchdowns["one_sided"][0] == pytest.approx(0.002 * np.count_nonzero(tip > 0.0), abs=0.004)
+    np.testing.assert_allclose(places[:, 2] + places[:, 4], samples["slope"][out], atol=1e-12)  # the left foot's sole
+    np.testing.assert_allclose(places[:, 2] - samples["slope"][out], samples["q"][out, 0], atol=1e-12)
+    end = touchdowns["pressure_ahead" if sign > 0 else "pressure_behind"][0]
+    assert end == pytest.approx(0.12, abs=1e-7)  # the moment of tipping is known to 1e-9 s
+    edge = FOOTED.outline(places)[:, 0, -1 if sign > 0 else -2]
+    np.testing.assert_allclose(edge - edge[0], 0.0, atol=1e-9)  # it stays where it is
+
+
+@pytest.mark.parametrize("pulse", [TOE_PULSE, HEEL_PULSE])
+def test_mujoco_tips_a_foot_alike(pulse: Pulse) -> None:
+    _, ours, _ = walked(pulse, steps=1, sample_period=0.01)
+    engine, start = mjbiped.Mujoco(timestep=1e-4), tuple(GAIT.start)
+    walk = mjbiped.walk(pulse, GROUNDS["down"], engine=engine, robot=FOOTED, initial=start, steps=1, sample_period=0.01)
+    n = min(len(ours["time"]), len(walk.samples["time"]), 40)
+    tip = np.max(np.abs(ours["slope"][:n] - ours["slope"][0]))
+    assert tip > 1e-3
+    np.testing.assert_allclose(walk.samples["slope"][:n], ours["slope"][:n], atol=0.1 * tip)
+    np.testing.assert_allclose(walk.samples["q"][:n], ours["q"][:n], atol=1e-3)  # rad
+
+
+def test_more_than_the_sole_bears_is_walked() -> None:
+    """The paper's law, whose torque on stairs is beyond a sole of 12 cm, rolls over the toe."""
+    run, _, touchdowns = walked(AdaptiveController(FOOTED, GAIT), "stairs", steps=5, sample_period=None)
+    assert run.state.count == 5
+    assert touchdowns["tipped"].max() > 0.02
+    assert touchdowns["one_sided"].max() > 0.1
+    assert touchdowns["sole_bound_time"][-1] == 0.0
+    assert run.state.edge == FLAT
+
+
+def test_a_foot_lands_flat_on_ground_of_another_slope() -> None:
+    _, _, touchdowns = walked(BoundedAnkleController(FOOTED, GAIT), "less steep", steps=1)
+    places, (slope,) = touchdowns["qpos"][0], touchdowns["slope"]
+    assert slope == pytest.approx(np.deg2rad(0.5))
+    assert places[3] + places[5] == pytest.approx(slope, abs=1e-12)
+    assert places[2] + places[4] == pytest.approx(np.deg2rad(2.0), abs=1e-12)
+    below = FOOTED.limbs(places)[1, -1]
+    assert below == pytest.approx([touchdowns["x"][0], touchdowns["z"][0]], abs=1e-9)
+    assert below[1] == pytest.approx(GROUNDS["less steep"].height_at(below[0]), abs=1e-9)
+
+
+def test_segments_are_raised_along_their_normals() -> None:
+    terrain = mjbiped.Terrain.from_segments([(1.0, 2.0, 0.0), (1.3, -4.0, 0.0), (1.0, 3.0, 0.05), (2.0, 3.0, 0.0)])
+    ground, height = raised(terrain, 0.02), 0.02
+    for i, angle in enumerate(terrain.angle):
+        x = terrain.x[i] + 0.5
+        over = ground.z[i] + ground.gradient[i] * (x + height * math.sin(angle) - ground.x[i])
+        assert over == pytest.approx(terrain.z[i] - 0.5 * math.tan(angle) + height * math.cos(angle), abs=1e-15)
+    before = ground.z[0] + ground.gradient[0] * (ground.x[1] - ground.x[0])
+    assert ground.z[1] == pytest.approx(before, abs=1e-15)  # no riser where there was none
+    assert ground.x[2] == terrain.x[2]  # a riser stays
