@@ -1,12 +1,12 @@
 """Feet that are bodies, in MuJoCo, beside an ideal sole of the same length in the hybrid engine.
 
 Forty steps on thirteen kinds of ground from three phases, with the law that supervises itself: on pads under heel and
-toe, and on a box. Told of each: how many walks make all steps, how many of these
-come through without a pull of the ground or friction of 0.8, and how far a standing foot tipped and slid, how
-long heel and toe of a landing foot were apart, how long it stood on one of them alone, and how well rates after a
-touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/tables/footed.md.
+toe, and on a box. Told of each: how many walks make all steps, how many of these come through without a pull of the ground
+or friction of 0.8, and how far a standing foot tipped and slid, how long heel and toe of a landing foot were apart, how
+long it stood on one of them alone, and how well rates after a touchdown are those of the impact map. Half an hour on
+two cores. The results stand in docs/footed.md and docs/tables/footed.md.
 
-    python -m scripts.studies.footed_study --page docs/tables/footed.md
+    python -m scripts.studies.footed_study --page docs/tables/footed.md --summary docs/footed.md
 """
 
 from __future__ import annotations
@@ -109,7 +109,8 @@ def rows_of(engine: str, law: SupervisedController, bar: Any) -> list[list[str]]
 
 @click.command()
 @click.option("--page", type=Path, help="Page of docs/ that gets the tables.")
-def main(page: Path | None) -> None:
+@click.option("--summary", type=Path, help="Page that gets the sums over all grounds.")
+def main(page: Path | None, summary: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     cases = [(sole, half, *case) for sole, half in SOLES.items() for case in robots(half)]
     rows: list[list[str]] = []
@@ -118,6 +119,13 @@ def main(page: Path | None) -> None:
             gait = mjbiped.find_reference(mjbiped.Compass(sole=(half, half)), clearance=CLEARANCE, retraction=False)
             rows += [[sole, name, *row] for row in rows_of(engine, SupervisedController(robot, gait), bar)]
     show_table("feet with mass", HEADINGS, rows, page, "feet with mass")
+    write_sums(rows, summary)
+
+
+def write_sums(rows: Sequence[Sequence[str]], page: Path | None) -> None:
+    """Show the sums over all grounds, and write them to a page."""
+    sums = [[sole, foot, *counts[:2]] for sole, foot, ground, *counts in rows if ground == "all"]
+    show_table("feet with mass, all grounds", ("sole", "foot", "make all steps", "through"), sums, page, "survives")
 
 
 if __name__ == "__main__":
