@@ -1,10 +1,10 @@
 """Feet that are bodies, in MuJoCo, beside an ideal sole of the same length in the hybrid engine.
 
 Forty steps on thirteen kinds of ground from three phases, with the law that supervises itself: on pads under heel and
-toe, and on a box. Told of each: how many walks make all steps, how many of these come through without a pull of the ground
-or friction of 0.8, and how far a standing foot tipped and slid, how long heel and toe of a landing foot were apart, how
-long it stood on one of them alone, and how well rates after a touchdown are those of the impact map. Half an hour on
-two cores. The results stand in docs/footed.md and docs/tables/footed.md.
+toe, and on a box. Told of each: how many walks make all steps, how many of these come through without a pull of the
+ground or friction of 0.8, how far a standing foot tipped and slid, how long heel and toe of a landing foot were apart,
+how long it stood on one of them alone, and how well rates after a touchdown are those of the impact map. Half an hour
+on two cores. The results stand in docs/footed.md and docs/tables/footed.md.
 
     python -m scripts.studies.footed_study --page docs/tables/footed.md --summary docs/footed.md
 """
