@@ -54,15 +54,16 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 def test_help_groups_options_and_shows_defaults() -> None:
     text = run("walk", "--help").stdout
     sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
-    assert sections[-16:] == [
+    assert sections[-17:] == [
         "Walk",
         "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
-        "Robot compass, round",
-        "Robot compass, kneed, round, round-kneed, halved-rods",
-        "Robot compass, kneed, halved-rods",
+        "Robot compass, footed, round",
+        "Robot compass, footed, kneed, round, round-kneed, halved-rods",
+        "Robot compass, footed, kneed, halved-rods",
+        "Robot footed",
         "Robot kneed, round-kneed, halved-rods",
         "Robot wheel",
         "Robot round, round-kneed",
