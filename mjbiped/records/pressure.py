@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.records import stance_knee
+from mjbiped.rules.sole import moment_about_ankle
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def pressure_place(robot: Robot, torque: float, force: tuple[float, float], slop
         return math.nan
     foot = robot.bodies.foot
     along = forward * math.cos(slope) - upward * math.sin(slope)
-    return -(torque + (0.0 if foot is None else foot.height * along)) / normal
+    return -moment_about_ankle(torque, 0.0 if foot is None else foot.height, along) / normal
 
 
 def centre_of_pressure(walk: Walk) -> Floats:

@@ -10,6 +10,17 @@ from __future__ import annotations
 import math
 
 
+def moment_about_ankle(torque: float, height: float, along: float) -> float:
+    """Moment of the ground's force about an ankle over a flat sole, N m: -x F_n for a force at x ahead of the ankle.
+
+    Args:
+        torque: Of the ankle, N m.
+        height: Of the ankle over the sole, m.
+        along: Force of the ground along the sole, forward, N.
+    """
+    return torque + height * along
+
+
 def bounded(torque: float, force: float, behind: float, ahead: float) -> float:
     """The ankle torque that a sole transmits of one that is asked for, N m, by the normal force that acts.
 

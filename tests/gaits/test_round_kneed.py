@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from mjbiped.gaits.kneed import KneedGait, _step, find_kneed_gait, follow_kneed_gaits
 from mjbiped.robots.chain import Array
@@ -18,9 +19,10 @@ PLAIN = KneedBiped()
 class Latched(RoundKneed):
     """A latch keeps the departing knee straight through the heel strike, as that of `KneedBiped`."""
 
-    def heel_impact(self, q: Array, dq: Array) -> tuple[Array, Array]:  # type: ignore[override]
+    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """Legs of one piece."""
-        return q[::-1], self.chains[2].end_strikes(q, dq)
+        angles, rates = np.asarray(q), np.asarray(dq)
+        return angles[::-1], self.chains[2].end_strikes(angles, rates)
 
     def after_touchdown(self, places: Array) -> Array:
         """The knee is straight."""

@@ -8,7 +8,7 @@ from typing import Any
 from mjbiped.engines.hybrid.state import Walk
 from mjbiped.robots.bent_leg import LENGTH
 from mjbiped.robots.equations import FLAT, TOE
-from mjbiped.rules.sole import bounded_by_own_force
+from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
 
 
 def ground_force(s: Walk, pose: Any, state: Any, ddq: Any, first: int) -> tuple[float, float]:
@@ -87,7 +87,7 @@ def bear(s: Walk, state: Any, q: Any, torques: Any, ddq: Any) -> None:
     """
     w, heel, toe = s.w, s.c.heel, s.c.toe
     along, normal = stance_force(s, s.laws.pose(q, w.slope), state, ddq, 0)
-    moment, margin = torques[0] + s.c.height * along, math.inf
+    moment, margin = moment_about_ankle(torques[0], s.c.height, along), math.inf
     if w.edge != FLAT:
         moment = -toe * normal if w.edge == TOE else heel * normal
     elif normal > 0.0:

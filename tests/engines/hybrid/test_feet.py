@@ -44,7 +44,7 @@ class Pulse(Unpowered):
         share = (t - self.begin) / (self.end - self.begin)
         return (self.size * math.sin(math.pi * share) if 0.0 < share < 1.0 else 0.0), 0.0
 
-    def law(self) -> None:  # type: ignore[override]
+    def law(self) -> None:  # type: ignore[override]  # its methods are called
         return None
 
 
