@@ -225,13 +225,7 @@ def _note_flexion(s: Walk, h: float) -> None:
     if w.y[shank] - w.y[thigh] <= 0.0 or w.out[shank] - w.out[thigh] >= 0.0:
         return
     ensure_dense(s, h)
-    x, end = 0.0, 1.0
-    for _ in range(30):
-        middle = 0.5 * (x + end)
-        if component_at(w, shank, middle) > component_at(w, thigh, middle):
-            x = middle
-        else:
-            end = middle
+    x = _last_before_turn(w, shank, thigh)
     w.flexion = max(w.flexion, flexion_within(s, x))
 
 
@@ -243,14 +237,22 @@ def _note_tip(s: Walk, h: float) -> None:
     w.tipped = max(w.tipped, abs(w.out[foot]))
     if w.y[rate] * w.out[rate] < 0.0:
         ensure_dense(s, h)
-        x, end = 0.0, 1.0
-        for _ in range(30):
-            middle = 0.5 * (x + end)
-            if component_at(w, rate, middle) * w.y[rate] > 0.0:
-                x = middle
-            else:
-                end = middle
+        x = _last_before_turn(w, rate, -1)
         w.tipped = max(w.tipped, abs(component_at(w, foot, x)))
+
+
+def _last_before_turn(w: Any, rate: int, other: int) -> float:
+    """Share of the step up to which a rate, relative to another one if there is one, keeps its sign."""
+    x, end = 0.0, 1.0
+    sign = w.y[rate] - (w.y[other] if other >= 0 else 0.0)
+    for _ in range(30):
+        middle = 0.5 * (x + end)
+        here = component_at(w, rate, middle) - (component_at(w, other, middle) if other >= 0 else 0.0)
+        if here * sign > 0.0:
+            x = middle
+        else:
+            end = middle
+    return x
 
 
 def _take_samples(s: Walk, h: float) -> bool:
