@@ -47,7 +47,9 @@ ROOMS = {
         "engines/hybrid/test_events.py",
         "engines/hybrid/test_accounting.py",
     ),
+    _MUJOCO + "bearing.py": ("engines/mujoco/test_bearing.py", "engines/mujoco/test_kneed.py"),
     _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_simulation.py"),
+    _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py",),
     _MUJOCO + "motors.py": (
         "engines/mujoco/test_kneed_motors.py",
         "engines/mujoco/test_observation.py",

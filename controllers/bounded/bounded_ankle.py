@@ -12,8 +12,8 @@ from mjbiped.control.controller import Law, Memory
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import adaptive
 from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates, update_slope
-from mjbiped.controllers.bounded.stance import Driven, Model, driven, model_of
-from mjbiped.controllers.replanning import POINTS, legs_at
+from mjbiped.controllers.bounded.stance import SUPPORT, Driven, Model, driven, model_of, standing
+from mjbiped.controllers.replanning import legs_at
 from mjbiped.controllers.settings import PaperSettings, check_imitation
 from mjbiped.controllers.tracking import commanded, computed_torque, feedback_gains, tracking_errors
 from mjbiped.gaits.gait import Gait
@@ -41,7 +41,8 @@ class BoundedAnkleController(PaperSettings, Tracking):
     Where the tracking law (14) asks the ankle for more than the sole bears, the swing leg still follows its reference,
     and the stance leg moves as it must. The slope comes from what the angular momentum about the foot does
     (`controllers.bounded.identifier`), since tracking errors are no longer the slope's alone. Without a sole it differs
-    from `AdaptiveController` in the identifier only.
+    from `AdaptiveController` in the identifier only. On feet with mass the sole is what the ground bears of it in
+    this step (`Controller.support`), and the ankle's height over it counts.
 
     Attributes:
         robot: Robot model of the law, with the sole on which it leans; it may differ from the robot that walks.
@@ -58,7 +59,8 @@ class BoundedAnkleController(PaperSettings, Tracking):
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
     with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.kneed:BoundedKneedController"
-    memory_size: ClassVar[int] = adaptive.CURVES + 2 * POINTS
+    memory_size: ClassVar[int] = SUPPORT + 2
+    support: ClassVar[int] = SUPPORT
 
     def check_imitated(self) -> None:
         """Refuse robots other than a compass biped, and gaits of other robots."""
@@ -107,7 +109,7 @@ def motion(parameters: Parameters, memory: Memory, t: float, q1: float, q2: floa
     on_position, on_rate = feedback_gains(gains.position, gains.velocity)
     asked, _ = computed_torque(constants, on_position, on_rate, reference, errors, legs, dq1, dq2, sine, cosine)
     swing = commanded(reference[5], on_position, errors[1], on_rate, errors[3])
-    return driven(parameters.model, legs, dq1, dq2, (sine, cosine), asked, swing, 0.0)
+    return driven(standing(parameters.model, memory), legs, dq1, dq2, (sine, cosine), asked, swing, 0.0)
 
 
 def torque_law(

@@ -9,7 +9,7 @@ from mjbiped.control.controller import Memory
 from mjbiped.controllers import adaptive
 from mjbiped.controllers.bounded import bounded_ankle, recovery
 from mjbiped.controllers.bounded.recovery import RECOVERING, Ankle
-from mjbiped.controllers.bounded.stance import Driven
+from mjbiped.controllers.bounded.stance import Driven, set_support
 from mjbiped.robots import compass
 from mjbiped.rules.scuffing import swing_foot_collides
 
@@ -113,7 +113,7 @@ def step_ahead(parameters: Parameters, memory: Memory, state: State, rise: float
 
 
 def nominal_steps(parameters: Parameters, memory: Memory, state: State, count: int) -> tuple[int, float]:
-    """Simulate steps of the tracking law; the memory's plan is lost.
+    """Simulate steps of the tracking law, all but the first on all of the sole; the memory's plan and support are lost.
 
     Returns:
         The number of steps until one fails, `count` at most, and their work, J.
@@ -124,6 +124,7 @@ def nominal_steps(parameters: Parameters, memory: Memory, state: State, count: i
         work, state = step_ahead(parameters, memory, state, 0.0)
         if work == math.inf:
             return steps, total
+        set_support(memory, 0.0, 0.0)
         total += work
     return count, total
 

@@ -17,12 +17,12 @@ from typing import NamedTuple
 from mjbiped.control.controller import Memory
 from mjbiped.controllers.adaptive import CURVES
 from mjbiped.controllers.bounded.identifier import SLOPE
-from mjbiped.controllers.bounded.stance import Driven, Model, driven
+from mjbiped.controllers.bounded.stance import SUPPORT, Driven, Model, driven, standing
 from mjbiped.controllers.replanning import POINTS, lay, transition, transition_at
 from mjbiped.controllers.settings import REPLANNED
 from mjbiped.robots import compass
 
-RECOVERING = CURVES + 2 * POINTS
+RECOVERING = SUPPORT + 2
 """Index in the memory of whether this is a recovery step; behind it stand its `Step`'s numbers."""
 
 SIZE = RECOVERING + 4
@@ -95,4 +95,4 @@ def motion(
     lean = ankle.stiffness * (q1 + memory[SLOPE])
     asked = ankle.gain * (math.sqrt(ankle.rate * ankle.rate + lean * lean) - dq1)
     slope = math.sin(memory[SLOPE]), math.cos(memory[SLOPE])
-    return driven(model, compass.legs_of(q1, q2), dq1, dq2, slope, asked, offset, share)
+    return driven(standing(model, memory), compass.legs_of(q1, q2), dq1, dq2, slope, asked, offset, share)

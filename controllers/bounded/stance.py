@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from mjbiped.control.controller import Memory
+from mjbiped.controllers.adaptive import CURVES
+from mjbiped.controllers.replanning import POINTS
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.sole import bounded_by_own_force
+from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
+
+SUPPORT = CURVES + 2 * POINTS
+"""Index in the memory of how far behind and ahead of the ankle the ground bears the foot; see `Controller.support`."""
 
 
 class Footing(NamedTuple):
@@ -19,12 +25,16 @@ class Footing(NamedTuple):
         gravity: m/s².
         behind: Distance behind the ankle on which the law leans, m; infinite without a sole.
         ahead: Distance ahead of the ankle on which the law leans, m; infinite without a sole.
+        share: Share of the sole that these are.
+        height: Of the ankle over the sole, m.
     """
 
     mass: float
     gravity: float
     behind: float
     ahead: float
+    share: float
+    height: float
 
 
 class Model(NamedTuple):
@@ -67,12 +77,27 @@ def model_of(robot: Compass, share: float) -> Model:
 def footing_of(robot: Robot, share: float) -> Footing:
     """What presses on the sole of a robot that leans on a share of it."""
     behind, ahead = robot.sole or (math.inf, math.inf)
-    return Footing(robot.total_mass, robot.gravity, share * behind, share * ahead)
+    foot = robot.bodies.foot
+    height = 0.0 if foot is None else foot.height
+    return Footing(robot.total_mass, robot.gravity, share * behind, share * ahead, share, height)
 
 
-def holds(footing: Footing, torque: float, normal: float) -> bool:
-    """Whether the sole transmits an ankle torque, N m, under a normal force, N."""
-    return footing.behind == math.inf or -footing.ahead * normal <= torque <= footing.behind * normal
+def set_support(memory: Memory, behind: float, ahead: float) -> None:
+    """Let the ground bear the stance foot so far behind and ahead of its ankle, m; both zero: on all of its sole."""
+    memory[SUPPORT], memory[SUPPORT + 1] = behind, ahead
+
+
+def standing(model: Model, memory: Memory) -> Model:
+    """What the law knows of the robot in the step under way, whose sole is what the ground bears of it."""
+    mass, gravity, behind, ahead, share, height = model.footing
+    if memory[SUPPORT] + memory[SUPPORT + 1] > 0.0:  # else nothing was told
+        behind, ahead = min(behind, share * memory[SUPPORT]), min(ahead, share * memory[SUPPORT + 1])
+    return Model(model.constants, Footing(mass, gravity, behind, ahead, share, height))
+
+
+def holds(footing: Footing, moment: float, normal: float) -> bool:
+    """Whether the sole transmits a moment about the ankle, N m, under a normal force, N."""
+    return footing.behind == math.inf or -footing.ahead * normal <= moment <= footing.behind * normal
 
 
 def turned(footing: Footing, along: float, normal: float, slope: tuple[float, float]) -> tuple[float, float]:
@@ -122,10 +147,16 @@ def driven(
     ddq2 = offset + share * ddq1
     along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
     ankle = asked
-    if asked != 0.0 and not holds(footing, asked, normal):
+    moment = moment_about_ankle(asked, footing.height, along)
+    if asked != 0.0 and moment != 0.0 and not holds(footing, moment, normal):
         free = -rest / inertia
-        _, without = ground_force(model, legs, dq1, dq2, free, offset + share * free, slope)
-        ankle, _ = bounded_by_own_force(asked, normal, without, footing.behind, footing.ahead)
+        free_along, free_normal = ground_force(model, legs, dq1, dq2, free, offset + share * free, slope)
+        # forces are linear in the torque, and in the moment
+        lever = 1.0 + footing.height * (along - free_along) / asked
+        sheared = footing.height * free_along
+        without = free_normal - sheared / lever * ((normal - free_normal) / asked)
+        borne, _ = bounded_by_own_force(moment, normal, without, footing.behind, footing.ahead)
+        ankle = (borne - sheared) / lever
         ddq1 = (ankle - rest) / inertia
         ddq2 = offset + share * ddq1
         along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)

@@ -14,7 +14,7 @@ from mjbiped.controllers.bounded import bounded_ankle, prediction, recovery
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, feel, slope_law
 from mjbiped.controllers.bounded.prediction import Limits, State, motion, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import RECOVERING, Ankle, Step
-from mjbiped.controllers.bounded.stance import model_of
+from mjbiped.controllers.bounded.stance import SUPPORT, model_of, set_support
 from mjbiped.controllers.gait_library import GaitLibrary, Switch, count_steps
 from mjbiped.rules.scuffing import ScuffingRule
 
@@ -204,7 +204,9 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
 
 def choose(foresight: Foresight, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
+    behind, ahead = memory[SUPPORT], memory[SUPPORT + 1]
     steps, _ = nominal_steps(foresight.prediction, memory, state, AHEAD)
+    set_support(memory, behind, ahead)
     if steps == AHEAD or not recovers(foresight, memory, state):
         plan_nominal(foresight.prediction, memory, state)
 
@@ -250,13 +252,16 @@ def cost(foresight: Foresight, memory: Memory, state: State, step: Step, best: f
     fails.
     """
     found = 0.0
+    behind, ahead = memory[SUPPORT], memory[SUPPORT + 1]
     for side in range(3):
         recovery.begin(memory, step, state.q1, state.q2, state.dq1, state.dq2)
         rise = foresight.unevenness * (0.0, 1.0, -1.0)[side]
         work, after = step_ahead(foresight.prediction, memory, state, rise)
         steps = 0
         if work < math.inf:
+            set_support(memory, 0.0, 0.0)
             steps, more = nominal_steps(foresight.prediction, memory, after, AFTER)
+            set_support(memory, behind, ahead)
             work += more
         if side == 0:
             found = work + foresight.weight * (AFTER - steps)

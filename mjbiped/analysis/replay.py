@@ -97,11 +97,16 @@ def replayed(walk: Walk, controller: Controller) -> Iterator[tuple[StepStart, li
     walked.start(memory, started.q, started.dq)
     yield started, memory
     rows = walk.touchdowns
-    for time, slope, before, q, dq, strike in zip(
+    asks = walked.support >= 0 and "support_behind" in rows
+    steps = zip(
         *(rows[name].tolist() for name in ("time", "slope", "q_before", "q", "dq")), knee_strikes(walk), strict=True
-    ):
+    )
+    for k, (time, slope, before, q, dq, strike) in enumerate(steps):
         if strike < math.inf:
             walked.on_knee_strike(memory, strike, before, before)  # whatever the state, the knee is locked from then on
+        if asks:
+            memory[walked.support] = float(rows["support_behind"][k])
+            memory[walked.support + 1] = float(rows["support_ahead"][k])
         walked.on_touchdown(memory, before, q, dq)
         yield StepStart(time, slope, q, dq), memory
 

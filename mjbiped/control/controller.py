@@ -86,6 +86,9 @@ class Controller(ABC):
         with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
         follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
             passive gaits alone.
+        support: Index in the memory of two numbers that an engine in which feet can tip writes just before
+            `on_touchdown`: how far behind and ahead of its ankle the ground bears the new stance foot, m; -1: the law
+            does without. In the first step they are what `start` has made of them.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
     """
@@ -95,6 +98,7 @@ class Controller(ABC):
     joints: ClassVar[tuple[str, ...]] = Compass.joints
     with_knees: ClassVar[str | None] = None
     follows: ClassVar[bool] = True
+    support: ClassVar[int] = -1
     robot: Robot | None = None
     gait: Periodic | None = None
 

@@ -45,6 +45,7 @@ class SampledController(Controller):
         self.inner = inner
         self.states = inner.states  # type: ignore[misc]  # of this object's class there is one for each controller
         self.joints = inner.joints  # type: ignore[misc]
+        self.support = inner.support  # type: ignore[misc]
         self.robot, self.gait = inner.robot, inner.gait
         room = LONGEST_DELAY + 1 if delay else 0
         held = laws.BEGUN + joints

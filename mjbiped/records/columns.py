@@ -154,6 +154,8 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
                 1, "s", "time in the step that ends in which the ground bore the old stance foot on one side alone"
             ),
             "slap": Column(1, "s", "time from the new stance foot's first contact until heel and toe were down"),
+            "support_behind": Column(1, "m", "distance behind its ankle at which the ground bears the new stance foot"),
+            "support_ahead": Column(1, "m", "distance ahead of its ankle at which it does"),
         }
     return touchdowns
 

@@ -11,7 +11,7 @@ from simulations import make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.engines.mujoco import observation
+from mjbiped.engines.mujoco import bearing
 from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.state import State
 from mjbiped.records import measures
@@ -128,7 +128,7 @@ def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
                 u.force = force
-                observation.weigh(u, limits, u.torque[0])
+                bearing.weigh(u, limits, u.torque[0])
         assert u.normal_force == pytest.approx(expected, abs=1e-12), gap
 
 

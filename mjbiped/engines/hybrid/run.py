@@ -157,7 +157,7 @@ class HybridRun(Run):
     def _begin_constants(self, control_period: float) -> Any:
         """Collect robot, rules and limits as plain numbers."""
         robot, terms = self.plan.robot, self.plan.terms
-        foot, tested = robot.bodies.foot, 2 * _angles(robot) + self._own
+        foot, asks, tested = robot.bodies.foot, self.controller.support, 2 * _angles(robot) + self._own
         behind, ahead = (robot.sole if foot is None else None) or (math.inf, math.inf)
         return Constants(
             robot=robot.equations.constants(robot),
@@ -168,6 +168,7 @@ class HybridRun(Run):
             ahead=ahead,
             heel=0.0 if foot is None else foot.behind,
             toe=0.0 if foot is None else foot.ahead,
+            support=-1 if foot is None or asks < 0 else self._idle + asks,
             height=_height(robot),
             mass=robot.total_mass,
             gravity=robot.gravity,

@@ -245,6 +245,8 @@ class Constants:
         ahead: Distance from the ankle to its toe, m.
         heel: Distance from the ankle to the heel of a foot that is a body, m; 0 without one.
         toe: Distance from the ankle to its toe, m.
+        support: Index in the memory of how far behind and ahead of its ankle the ground bears a new stance foot, for
+            laws that ask (`Controller.support`); -1: not told.
         height: Height over the ground of the ankle of a foot that is a body, or of a round one's centre, m.
         mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
         gravity: m/s^2.
@@ -270,6 +272,7 @@ class Constants:
     ahead: float
     heel: float
     toe: float
+    support: int
     height: float
     mass: float
     gravity: float

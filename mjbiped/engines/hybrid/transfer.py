@@ -43,6 +43,8 @@ def transfer_support(s: Walk) -> None:
     hand_over(s, w.y)
     estimate_before = laws.slope_estimate(s.law, w.memory)
     told_before, told = (laws.told(q_before), laws.told_rates(dq_before)), (laws.told(q), laws.told_rates(dq))
+    if c.support >= 0:
+        w.memory[c.support], w.memory[c.support + 1] = c.heel, c.toe  # all of the sole stands
     laws.touchdown(s.law, w.memory, told_before[0], told[0], told[1])
     stand_on(s, segment, foot_x)
     for i in range(len(q)):
@@ -108,6 +110,8 @@ def _write_row(s: Walk, qpos: Any, slope: float, before: Any, after: Any, estima
         tipped=w.tipped,
         one_sided=w.one_sided,
         slap=0.0,
+        support_behind=s.c.heel,
+        support_ahead=s.c.toe,
     )
 
 

@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from mjbiped.engines.mujoco.contacts import borne
+from mjbiped.engines.mujoco.contacts import Borne, borne
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import Constants, Leg, Servo, foot_of, stance_of, swing_of
 from mjbiped.robots.bodies import Foot
@@ -88,6 +88,11 @@ def stand_flat(u: Any, new: float) -> None:
     u.stood = new
 
 
+def felt_by(constants: Constants, u: Any, readings: Any, leg: Leg) -> Borne:
+    """How the ground bears a leg's foot, by its contact sensors."""
+    return borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
+
+
 def lands_flat(constants: Constants, u: Any, x: float) -> bool:
     """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
     if not (u.collides and x > u.foot_x):
@@ -100,9 +105,7 @@ def lands_flat(constants: Constants, u: Any, x: float) -> bool:
 def stands(constants: Constants, u: Any, readings: Any) -> bool:
     """Whether the ground bears the swing foot on both sides of its ankle, by its sensors; notes its first contact."""
     legs = constants.places.legs
-    leg = legs[swing_of(u, legs)]
-    below = foot_of(leg, u.q)
-    felt = borne(readings, leg.contacts, constants.places.slots, below, sole_angle(leg, u.q))
+    felt = felt_by(constants, u, readings, legs[swing_of(u, legs)])
     if max(felt.behind, felt.ahead) > 0.0:
         u.down = u.time
         if math.isnan(u.touched):
@@ -113,9 +116,12 @@ def stands(constants: Constants, u: Any, readings: Any) -> bool:
 
 
 def bear(constants: Constants, u: Any, readings: Any) -> None:
-    """Note how the ground bears the stance foot in the step just resolved."""
-    leg = constants.places.legs[stance_of(u)]
-    felt = borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
+    """Note how the ground bears the stance foot in the step just resolved, and a foot that comes to stand in it."""
+    legs = constants.places.legs
+    if u.noted:
+        new = felt_by(constants, u, readings, legs[swing_of(u, legs)])
+        u.support_behind, u.support_ahead = new.behind, new.ahead
+    felt = felt_by(constants, u, readings, legs[stance_of(u)])
     u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
     u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
 
@@ -132,6 +138,6 @@ def swing_foot_torque(constants: Constants, u: Any) -> float:
     legs = constants.places.legs
     stance, swing = legs[stance_of(u)], legs[swing_of(u, legs)]
     # joints tell angles from the foot that stands, which may tip
-    error = sole_angle(swing, u.q) - u.slope
+    error = min(max(sole_angle(swing, u.q) - u.slope, -PLAUSIBLE), PLAUSIBLE)
     rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
     return float(constants.foot_servo.stiffness * error + constants.foot_servo.damping * rate)

@@ -50,7 +50,7 @@ def note_lag(constants: Constants, u: Any, length: float, coordinates: int) -> N
 
     Args:
         constants: The walk's.
-        u: State, after `observation.read_contacts` of this time.
+        u: State, after `bearing.read_contacts` of this time.
         length: Of the step, s.
         coordinates: Number of the robot's.
     """

@@ -192,6 +192,8 @@ def _tick(setting: Setting, userdata: Userdata) -> None:
             parts.told(u.told_q, zeros),
             parts.told(u.told_dq, zeros),
         )
+        if constants.support >= 0:
+            memory[constants.support], memory[constants.support + 1] = u.support_behind, u.support_ahead
         parts.touchdown(parameters, memory, q_before, q, dq)
         row[after] = parts.slope_estimate(parameters, memory)
         _write_row(setting, u, row)

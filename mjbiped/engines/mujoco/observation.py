@@ -8,7 +8,7 @@ One physics step from t to t + h:
 2. MuJoCo makes contacts and constraints;
 3. the controller ticks (`motors.control`);
 4. MuJoCo finds the forces;
-5. `read_contacts` notes touchdown, friction and penetration as the contact sensors show them;
+5. `bearing.read_contacts` notes touchdown, friction and penetration as the contact sensors show them;
 6. `step_size.step_length` says how long this step is: it ends where the swing foot meets the ground, or the knee its
    stop.
 
@@ -22,21 +22,15 @@ import math
 from collections.abc import Mapping, MutableSequence, Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mjbiped.disturbances.pushes import following
-from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco.bearing import least_normal_force, weigh
 from mjbiped.engines.mujoco.feet import (
-    bear,
     begin_flat,
     gaps,
     lands_flat,
     see_stance_foot,
     sole_angle,
     stand_flat,
-    stands,
-    weigh_shear,
 )
 from mjbiped.engines.mujoco.servo import lean_on
 from mjbiped.engines.mujoco.state import (
@@ -51,22 +45,16 @@ from mjbiped.engines.mujoco.state import (
     stance_of,
     swing_of,
 )
-from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
-from mjbiped.rules.termination import LIGHT_CONTACT, SLIPPED_FOOT, Limits, Outcome
+from mjbiped.rules.termination import SLIPPED_FOOT, Limits, Outcome
 from mjbiped.terrain.profile import Profile, height_of, height_over, height_over_ground, segment_stood_on
 
 MISSED = 0.02
 """A foot that is farther than this from the ground at its touchdown has been lost, in leg lengths: contacts let it come
 0.01 deep at most."""
 SLID = 1e-3  # a stance foot that slides farther in a gait step counts as sliding, in leg lengths
-FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
-AIRBORNE = 0.06
-"""A foot is airborne once it has had no contact for this time, in units of sqrt(leg length / gravity). The hops of a
-sliding foot last half as long."""
 OPENED = 1e-4  # a knee that is bent less rests against its stop and cannot strike it, rad
-CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
 NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
 SHORTEST = 1e-9  # no step is shorter, s
 
@@ -286,53 +274,10 @@ def judge(
             u.outcome = _LEFT_TERRAIN
 
 
-def weigh(u: Any, limits: Limits, moment: float) -> None:
-    """Take the stance foot's force in the physics step before into its averages, and its friction.
-
-    A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
-    step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
-    that stays off the ground for longer bears nothing. Of the friction the least counts that some time has: in a step
-    of 10 µs, while an impact is being resolved, the foot slides by less than a micrometre at the limit of friction.
-    """
-    effective_step, force = u.effective_step, u.force
-    u.impulse += effective_step * force
-    u.shear_impulse += effective_step * u.shear
-    u.ankle_impulse += effective_step * moment
-    u.stretch += effective_step
-    u.least_ratio = min(u.least_ratio, u.ratio)
-    u.ratio_time += effective_step
-    if u.ratio_time >= limits.sustained:
-        u.friction = max(u.friction, u.least_ratio)
-        u.least_ratio, u.ratio_time = math.inf, 0.0
-    u.without_contact = 0.0 if force > 0.0 else u.without_contact + effective_step
-    if u.without_contact >= limits.airborne:
-        u.normal_force = 0.0
-    elif force > 0.0 and u.stretch >= limits.averaged:
-        average = u.impulse / u.stretch
-        if average < u.normal_force:
-            u.normal_force = average
-        torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * limits.weight
-        note_pressure(u.pressure, 0, 2, torque, average, light, limits.leg_length, u.stretch)
-        weigh_shear(u)
-        u.impulse = u.ankle_impulse = u.stretch = 0.0
-
-
-def pressure_times(u: Any) -> NDArray[np.float64]:
-    """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
-    return np.array(u.pressure[2 : 2 + BINS], dtype=np.float64)
-
-
 def warned(warnings: Mapping[str, int], u: Any) -> dict[str, int]:
     """Warnings of a walk, with that of steps in which the stance foot slid, if there were any."""
     slides = int(u.slides)
     return {**warnings, **({SLIDING_WORDS: slides} if slides else {})}
-
-
-def least_normal_force(u: Any) -> float:
-    """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
-    if u.normal_force < math.inf:
-        return float(u.normal_force)
-    return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
 
 
 def note_strike(constants: Constants, u: Any) -> None:
@@ -425,6 +370,8 @@ def write_row(parts: Any, constants: Constants, u: Any, row: MutableSequence[flo
         tipped=u.tipped,
         one_sided=u.one_sided,
         slap=u.time - u.touched,
+        support_behind=u.support_behind,
+        support_ahead=u.support_ahead,
     )
 
 
@@ -454,42 +401,3 @@ def judge_touchdown(u: Any, limits: Limits) -> None:
             u.outcome = _FINISHED
         elif u.foot_x >= limits.end:
             u.outcome = _LEFT_TERRAIN
-
-
-def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
-    """Note what the feet feel in the step just resolved; returns what the swing foot does."""
-    places = constants.places
-    leg = places.legs[swing_of(u, places.legs)]
-    stance = felt(readings, places.legs[stance_of(u)].contacts, places.slots)
-    swing = felt(readings, leg.contacts, places.slots)
-    able = stands(constants, u, readings) if constants.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
-    note_contacts(constants, u, stance, swing, able)
-    if constants.feet:
-        bear(constants, u, readings)
-    return swing
-
-
-def note_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
-    """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
-    legs = constants.places.legs
-    x, _ = foot_of(legs[swing_of(u, legs)], u.q)
-    noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
-    u.noted = 1.0 if noted else 0.0
-    if u.clear > CLEAR:
-        u.touching = 0.0
-    if u.enabled and swing.face:
-        u.face_impacts = 1.0
-    if noted:
-        u.penetration = max(u.penetration, swing.depth)
-    elif swing.ground and not u.touching:
-        u.stubs += 1.0
-        u.touching = 1.0
-    feel_stance(u, constants.limits, stance, noted)
-
-
-def feel_stance(u: Any, limits: Limits, stance: Felt, noted: bool) -> None:
-    """Note the stance foot's force, friction and depth in the step just resolved, or in that of the touchdown noted."""
-    u.force, u.ratio = stance.pressure, 0.0
-    if stance.ground and not noted:
-        u.penetration = max(u.penetration, stance.depth)
-        u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * limits.weight)

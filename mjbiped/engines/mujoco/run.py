@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
+from mjbiped.engines.mujoco.bearing import pressure_times
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.motors import told
-from mjbiped.engines.mujoco.observation import pressure_times, warned
+from mjbiped.engines.mujoco.observation import warned
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan

@@ -179,6 +179,7 @@ class Simulation:
             radius=robot.radius,
             feet=foot is not None,
             box=foot is not None and foot.box,
+            support=-1 if foot is None else controller.support,
             foot_servo=NONE if foot is None else foot_servo(foot, robot.leg_length, robot.gravity),
             knee_opens=robot.knee_opens,
         )

@@ -124,6 +124,8 @@ class State(ctypes.Structure):
     one_sided: float  # time in this gait step in which the stance foot was borne on one side alone, or not at all, s
     touched: float  # when the swing foot touched the ground first, s; NaN: it is in the air
     down: float  # when it touched it last, s
+    support_behind: float  # how far behind its ankle the ground bore the stance foot when it came to stand, m
+    support_ahead: float  # how far ahead of it
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
     shear: float  # friction force of the stance foot in the step last resolved, N
     shear_impulse: float  # of it since the last stretch ended over which forces are averaged, N s
@@ -305,6 +307,7 @@ class Constants(NamedTuple):
         radius: Of round feet, m; 0: point feet.
         feet: Whether feet turn about ankles.
         box: Whether these stand on all of their soles.
+        support: See `Controller.support`.
         foot_servo: That holds the swing foot, if they do.
         knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
     """
@@ -333,6 +336,7 @@ class Constants(NamedTuple):
     radius: float
     feet: bool
     box: bool
+    support: int
     foot_servo: Servo
     knee_opens: bool
 

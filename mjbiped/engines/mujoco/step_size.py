@@ -26,9 +26,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from mjbiped.engines.mujoco.bearing import read_contacts
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
-from mjbiped.engines.mujoco.observation import SHORTEST, read_contacts
+from mjbiped.engines.mujoco.observation import SHORTEST
 from mjbiped.engines.mujoco.state import Constants, Places, Softness, X, Z, end_of_leg, stance_of, swing_of
 from mjbiped.terrain.profile import height_over_ground, segment_under
 

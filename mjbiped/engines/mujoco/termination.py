@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.engines.mujoco import observation
+from mjbiped.engines.mujoco import bearing
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
@@ -35,8 +35,8 @@ def limits_of(
         reach=rule.reach * length,
         delay=rule.delay,
         stall_time=STALL_TIME * pendulum,
-        averaged=max(AVERAGED * pendulum, observation.FEWEST_AVERAGED * timestep),
-        airborne=observation.AIRBORNE * pendulum,
+        averaged=max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * timestep),
+        airborne=bearing.AIRBORNE * pendulum,
         sustained=SUSTAINED * pendulum,
         start=ground[0],
         end=ground[1],

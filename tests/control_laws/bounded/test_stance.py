@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import mjbiped
-from mjbiped.controllers.bounded.stance import Driven, driven, model_of
+from mjbiped.controllers.bounded.stance import SUPPORT, Driven, driven, model_of, set_support, standing
 from mjbiped.robots import compass
+from mjbiped.robots.footed.biped import FootedCompass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 SLOPES = st.floats(-0.3, 0.3)
@@ -62,6 +63,30 @@ def test_the_centre_of_pressure_lies_on_the_sole(case: Case) -> None:
     assert whole.ankle == asked
     if -ahead * whole.normal < asked < behind * whole.normal:
         assert found == whole
+
+
+@given(case=CASES, height=st.floats(0.0, 0.05))
+def test_over_an_ankle_the_force_along_the_sole_moves_the_centre_of_pressure(case: Case, height: float) -> None:
+    """x = -(torque + height F_t) / F_n, by the force that acts under the torque given."""
+    sole, state, slope, asked, offset, share = case
+    robot = FootedCompass(sole=sole, ankle_height=max(height, 1e-3))
+    found = made(robot, state, slope, asked, offset, share)
+    moment = found.ankle + robot.ankle_height * found.along
+    slack = 1e-10 * max(1.0, abs(found.normal), abs(asked), abs(moment))  # rounding, of differences of forces
+    if found.normal > 0.0 and found.ankle != asked and moment != 0.0:
+        ends = (sole[0] * found.normal, -sole[1] * found.normal)
+        assert min(abs(moment - end) for end in ends) <= slack  # what is not given is what an end does not bear
+
+
+@given(behind=st.floats(1e-3, 0.3), ahead=st.floats(0.0, 0.3), share=st.floats(0.1, 1.0))
+def test_a_foot_across_an_edge_stands_on_what_the_ground_bears(behind: float, ahead: float, share: float) -> None:
+    memory = [0.0] * (SUPPORT + 2)
+    model = model_of(mjbiped.Compass(sole=(0.1, 0.15)), share)
+    assert standing(model, memory) == model
+    set_support(memory, behind, ahead)
+    footing = standing(model, memory).footing
+    assert footing.behind == min(share * 0.1, share * behind)
+    assert footing.ahead == min(share * 0.15, share * ahead)
 
 
 @given(state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS)

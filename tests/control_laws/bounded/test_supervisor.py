@@ -14,6 +14,7 @@ from mjbiped.control.controller import Law
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.prediction import State
 from mjbiped.controllers.bounded.recovery import RECOVERING
+from mjbiped.controllers.bounded.stance import SUPPORT, set_support
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 
@@ -63,6 +64,21 @@ def test_it_leans_on_its_share_of_the_sole_only(robot: mjbiped.Compass, gait: Op
     assert error < 1e-7
     assert walk.touchdowns["pressure_ahead"].max() <= bound + error
     assert bound - error < walk.touchdowns["pressure_behind"].max() <= bound + error  # the bound was reached
+
+
+@pytest.mark.parametrize(("support", "recovers"), [((0.0, 0.0), False), ((0.08, 0.08), False), ((0.005, 0.08), True)])
+def test_it_foresees_with_what_bears_the_foot(
+    robot: mjbiped.Compass, gait: OptimisedGait, support: tuple[float, float], recovers: bool
+) -> None:
+    """A slow step is tracked on the whole sole, not where the ground ends half a centimetre behind the ankle."""
+    law = SupervisedController(robot, gait)
+    start = gait.start - [0.0, 0.0, 0.1, 0.0]
+    memory = [0.0] * law.memory_size
+    law.start(memory, start[:2].tolist(), start[2:].tolist())
+    set_support(memory, *support)
+    supervisor.choose(law.foresight, memory, State(*start.tolist()))
+    assert bool(memory[RECOVERING]) == recovers
+    assert (memory[SUPPORT], memory[SUPPORT + 1]) == support  # it lasts for all of the step
 
 
 def test_the_best_of_the_grid_is_chosen(robot: mjbiped.Compass, gait: OptimisedGait) -> None:

@@ -147,6 +147,52 @@ def test_a_box_stands_on_level_ground_as_pads_do(level: mjbiped.Walk) -> None:
     np.testing.assert_allclose(walk.touchdowns["dq"], level.touchdowns["dq"], atol=1e-3)
 
 
+def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
+    """A foot that landed on an edge turns to it; what holds it parallel to the ground so far must give."""
+    simulation = make_simulation(LAW, mjbiped.Terrain.level(), robot=ROBOT, q=(-0.2, 0.2), dq=(1.1, 0.8))
+    constants, u = simulation.constants, simulation.state
+    leg, torques = constants.places.legs[1], []
+    for error in (0.0, 0.5, 1.0, 3.0, -3.0):
+        u.q[leg.sole] += error * feet.PLAUSIBLE - feet.sole_angle(leg, u.q)
+        torques.append(feet.swing_foot_torque(constants, u))
+    half, full, far, other = (torque - torques[0] for torque in torques[1:])
+    assert full == far == pytest.approx(2.0 * half, rel=1e-12)
+    assert other == pytest.approx(-full, rel=1e-12)
+
+
+def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
+    """From the ankle to the edge, within contacts' softness: 0.1 mm; the walk's phase lets a foot land across it."""
+    robot, edge = FootedCompass(underside="box"), 1.1
+    walk = on(mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (5.0, 0.0, 0.01)]), robot=robot, steps=3)
+    x, behind, ahead = (walk.touchdowns[name] for name in ("x", "support_behind", "support_ahead"))
+    across = int(np.argmin(abs(x - edge - 0.05)))
+    assert edge + 1e-3 < x[across] < edge + 0.11
+    assert behind[across] == pytest.approx(x[across] - edge, abs=1e-4)
+    np.testing.assert_allclose(ahead, 0.12, atol=1e-4)
+    np.testing.assert_allclose(np.delete(behind, across), 0.12, atol=1e-4)
+
+
+class Asking(BoundedAnkleController):
+    """Shows in its estimate how far behind the ankle the ground bore the last foothold."""
+
+    def law(self) -> None:  # type: ignore[override]  # so that engines call the methods
+        return None
+
+    def slope_estimate(self, memory: Any) -> float:
+        return float(memory[self.support])
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.parametrize("disturbances", [mjbiped.Disturbances(), mjbiped.Disturbances(delay=0.001)])
+def test_a_law_is_told_what_the_record_tells(engine: str, disturbances: mjbiped.Disturbances) -> None:
+    robot = FootedCompass(sole=(0.11, 0.12))
+    law, ground = Asking(robot, GAIT), mjbiped.Terrain.level()
+    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=disturbances)
+    assert walk.touchdowns["slope_estimate_before"].tolist() == [0.0]
+    np.testing.assert_array_equal(walk.touchdowns["slope_estimate"], walk.touchdowns["support_behind"])
+    np.testing.assert_allclose(walk.touchdowns["support_behind"], 0.11, atol=1e-4)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ground", ["mixed", "stairs"])
 def test_it_walks_where_an_ideal_sole_does(ground: str) -> None:

@@ -7,57 +7,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulations import make_simulation
+from standing import CONSTANTS, GROUND, LENGTH, SLOPE, Posture, begun, constants, limits, standing_at
 
-from controllers import PassiveController
 from mjbiped.engines.mujoco import motors, observation
-from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.simulation import _parts
-from mjbiped.engines.mujoco.state import Constants, State, put
-from mjbiped.engines.mujoco.termination import limits_of
+from mjbiped.engines.mujoco.state import State, put
 from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.records.rows import rows_of
 from mjbiped.robots.compass import Compass
-from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.rules.termination import LIGHT_CONTACT, Limits, Outcome
-from mjbiped.terrain.terrain import Terrain
+from mjbiped.rules.termination import Outcome
 
-ROBOT = Compass(lower_length=0.4, upper_length=0.5)
-LENGTH, SLOPE = ROBOT.leg_length, 0.05
-GROUND = Terrain((-5.0, 0.2), (0.3, 0.3 - 5.2 * math.tan(SLOPE)), (SLOPE, -0.03))
-"""Down to x = 0.2 m, and up from there."""
-AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
-CONSTANTS = make_simulation(PassiveController(), GROUND, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0)).constants
 PARTS = _parts(rows_of(Compass))
-Posture = tuple[list[float], list[float]]
-"""qpos and qvel."""
 
 angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 torques = st.tuples(*[st.floats(-30.0, 30.0)] * 2)
-
-
-def limits(lands: bool = True, steps: int = 9, distance: float | None = None) -> Limits:
-    return limits_of(ROBOT, ScuffingRule(reach=0.2, delay=0.1), 1e-3, (-3.0, 3.0), steps, distance, lands)
-
-
-def constants(lands: bool = True, sampled: bool = False) -> Constants:
-    return CONSTANTS._replace(limits=limits(lands), sampled=sampled)
-
-
-def standing_at(
-    x: float, stance: float, swing: float, dq: tuple[float, float] = (0.0, 0.0), left: bool = True
-) -> Posture:
-    """The robot with its stance foot on the ground at x, its legs at angles from the vertical, rad."""
-    hip = (x + LENGTH * math.sin(stance), GROUND.height_at(x) + LENGTH * math.cos(stance))
-    turning = (LENGTH * math.cos(stance) * dq[0], -LENGTH * math.sin(stance) * dq[0])
-    legs, turns = ((stance, swing), dq) if left else ((swing, stance), dq[::-1])
-    return [*hip, *legs], [*turning, *turns]
-
-
-def begun(state: Posture) -> State:
-    u = State()
-    observation.begin(constants(), u, *state, GROUND.slope_at(0.0), GROUND.height_at(0.0))
-    return u
 
 
 def observe(u: State, time: float, state: Posture) -> list[float]:
@@ -140,62 +103,6 @@ def test_work_is_torque_times_what_was_turned(
         assert u.work_net == pytest.approx(works.sum(), abs=1e-12)
         assert u.work_absolute == pytest.approx(np.abs(works).sum(), abs=1e-12)
         assert u.work_positive == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
-
-
-def test_friction_counts_that_lasts() -> None:
-    """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    for step, ratio, expected in (
-        (1e-5, 0.8, 0.0),
-        (1e-3, 0.3, 0.3),
-        (1e-3, 0.4, 0.4),
-        (1e-3, 0.2, 0.4),
-        (1e-5, 0.8, 0.4),
-    ):
-        u.effective_step, u.ratio = step, ratio
-        observation.weigh(u, lim, u.torque[0])
-        assert u.friction == expected
-
-
-def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
-    """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    u.effective_step, u.torque[0] = 1e-3, 4.0
-    count = math.ceil(lim.averaged / 1e-3 - 1e-9)
-    forces = [60.0 + 2.0 * k for k in range(count - 1)]
-    for force in [*forces, 0.0]:
-        u.force = force
-        observation.weigh(u, lim, u.torque[0])
-    assert u.normal_force == math.inf  # it ends out of contact: not yet
-    u.force = 100.0
-    observation.weigh(u, lim, u.torque[0])
-    average = (sum(forces) + 100.0) / (count + 1)
-    assert u.normal_force == pytest.approx(average)
-    assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
-    assert observation.pressure_times(u).sum() == pytest.approx((count + 1) * 1e-3)
-    assert u.stretch == u.impulse == u.ankle_impulse == 0.0
-    u.force = 0.0
-    for k in range(math.ceil(lim.airborne / 1e-3 - 1e-9)):
-        assert u.normal_force > 0.0, k
-        observation.weigh(u, lim, u.torque[0])
-    assert u.normal_force == 0.0
-
-
-@pytest.mark.parametrize(("share", "near"), [(0.8, False), (1.2, True)])
-def test_the_ankle_of_a_foot_that_hardly_presses_asks_for_a_centre_far_away(share: float, near: bool) -> None:
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    u.effective_step, u.torque[0], u.force = lim.averaged, -0.1, share * LIGHT_CONTACT * lim.weight
-    observation.weigh(u, lim, u.torque[0])
-    assert (observation.pressure_times(u)[-1] == 0.0) == near
-
-
-def test_a_step_too_short_for_an_average_tells_the_mean_of_what_there_was() -> None:
-    u = begun(standing_at(0.0, 0.1, -0.2))
-    assert math.isnan(observation.least_normal_force(u))
-    u.impulse, u.stretch = 0.12, 2e-3
-    assert observation.least_normal_force(u) == pytest.approx(60.0)
-    u.normal_force = 7.0
-    assert observation.least_normal_force(u) == 7.0
 
 
 @given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
@@ -281,29 +188,6 @@ def test_the_scuffing_rule_lets_the_swing_foot_collide(enabled: int, reach: floa
     u.enabled = float(enabled)
     observe(u, time, ahead(reach))
     assert u.enabled == expected
-
-
-@pytest.mark.parametrize("enabled", [False, True])
-def test_what_the_feet_feel(enabled: bool) -> None:
-    """A swing foot that may collide and meets the ground makes a touchdown: that step's load is of the impact."""
-    light = 0.005 * ROBOT.weight
-    stance = Felt(40.0, 12.0, 40.0, 2e-6, True, False)
-    used = abs(12.0 * math.cos(SLOPE) + 40.0 * math.sin(SLOPE)) / (40.0 * math.cos(SLOPE) - 12.0 * math.sin(SLOPE))
-    swinging = standing_at(0.0, 0.1, -0.2)
-    u = begun(swinging)
-    u.enabled = float(enabled)
-    observation.note_contacts(constants(), u, stance, Felt(9.0, 1.0, 9.0, 5e-6, True, True), True)
-    assert (u.noted, u.face_impacts, u.force) == (float(enabled), float(enabled), 40.0)
-    assert u.penetration == (5e-6 if enabled else 2e-6)
-    assert u.ratio == (0.0 if enabled else pytest.approx(used))
-    observation.note_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY, True)
-    assert (u.noted, u.force) == (0.0, light)
-    assert u.penetration == (5e-6 if enabled else 2e-6)  # the greatest stays
-    u = begun(swinging)
-    observation.note_contacts(constants(), u, Felt(light, light, light, 1e-6, True, False), AWAY, True)
-    assert u.ratio == 0.0  # hardly a contact
-    observation.note_contacts(constants(), u, AWAY, AWAY, True)
-    assert u.force == 0.0
 
 
 def test_a_foot_that_slid_is_told_in_words() -> None:

@@ -1,0 +1,103 @@
+"""What the ground does to the feet: a touchdown, the stance foot's load, its friction, and where it presses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco.feet import bear, stands, weigh_shear
+from mjbiped.engines.mujoco.state import Constants, foot_of, stance_of, swing_of
+from mjbiped.records.pressure import BINS, note_pressure
+from mjbiped.rules.termination import LIGHT_CONTACT, Limits
+
+FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
+AIRBORNE = 0.06
+"""A foot is airborne once it has had no contact for this time, in units of sqrt(leg length / gravity). The hops of a
+sliding foot last half as long."""
+CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
+
+
+def weigh(u: Any, limits: Limits, moment: float) -> None:
+    """Take the stance foot's force in the physics step before into its averages, and its friction.
+
+    A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
+    step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
+    that stays off the ground for longer bears nothing. Of the friction the least counts that some time has: in a step
+    of 10 µs, while an impact is being resolved, the foot slides by less than a micrometre at the limit of friction.
+    """
+    effective_step, force = u.effective_step, u.force
+    u.impulse += effective_step * force
+    u.shear_impulse += effective_step * u.shear
+    u.ankle_impulse += effective_step * moment
+    u.stretch += effective_step
+    u.least_ratio = min(u.least_ratio, u.ratio)
+    u.ratio_time += effective_step
+    if u.ratio_time >= limits.sustained:
+        u.friction = max(u.friction, u.least_ratio)
+        u.least_ratio, u.ratio_time = math.inf, 0.0
+    u.without_contact = 0.0 if force > 0.0 else u.without_contact + effective_step
+    if u.without_contact >= limits.airborne:
+        u.normal_force = 0.0
+    elif force > 0.0 and u.stretch >= limits.averaged:
+        average = u.impulse / u.stretch
+        if average < u.normal_force:
+            u.normal_force = average
+        torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * limits.weight
+        note_pressure(u.pressure, 0, 2, torque, average, light, limits.leg_length, u.stretch)
+        weigh_shear(u)
+        u.impulse = u.ankle_impulse = u.stretch = 0.0
+
+
+def pressure_times(u: Any) -> NDArray[np.float64]:
+    """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
+    return np.array(u.pressure[2 : 2 + BINS], dtype=np.float64)
+
+
+def least_normal_force(u: Any) -> float:
+    """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
+    if u.normal_force < math.inf:
+        return float(u.normal_force)
+    return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
+
+
+def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
+    """Note what the feet feel in the step just resolved; returns what the swing foot does."""
+    places = constants.places
+    leg = places.legs[swing_of(u, places.legs)]
+    stance = felt(readings, places.legs[stance_of(u)].contacts, places.slots)
+    swing = felt(readings, leg.contacts, places.slots)
+    able = stands(constants, u, readings) if constants.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    note_contacts(constants, u, stance, swing, able)
+    if constants.feet:
+        bear(constants, u, readings)
+    return swing
+
+
+def note_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
+    """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
+    legs = constants.places.legs
+    x, _ = foot_of(legs[swing_of(u, legs)], u.q)
+    noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
+    u.noted = 1.0 if noted else 0.0
+    if u.clear > CLEAR:
+        u.touching = 0.0
+    if u.enabled and swing.face:
+        u.face_impacts = 1.0
+    if noted:
+        u.penetration = max(u.penetration, swing.depth)
+    elif swing.ground and not u.touching:
+        u.stubs += 1.0
+        u.touching = 1.0
+    feel_stance(u, constants.limits, stance, noted)
+
+
+def feel_stance(u: Any, limits: Limits, stance: Felt, noted: bool) -> None:
+    """Note the stance foot's force, friction and depth in the step just resolved, or in that of the touchdown noted."""
+    u.force, u.ratio = stance.pressure, 0.0
+    if stance.ground and not noted:
+        u.penetration = max(u.penetration, stance.depth)
+        u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * limits.weight)
