@@ -15,7 +15,7 @@ from controllers import AdaptiveController, KineticEnergyController, LimitCycleC
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, passive, store
 from mjbiped.gaits.described import gait_from, parse_reference, words_of
-from mjbiped.gaits.optimisation import Goal, _grid, _lower, motion_of, tell
+from mjbiped.gaits.optimisation import Goal, _grid, _hindrance, _lower, motion_of, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep
 
@@ -141,6 +141,12 @@ def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
         find_reference(robot, speed=2.0, clearance=0.05)
     with pytest.raises(GaitError, match=r"a speed of 9 m/s without clearance: the best one breaks the constraint '.*'"):
         find_reference(robot, speed=9.0, clearance=0.0)
+
+
+def test_the_constraint_that_is_broken_most_is_named(robot: mjbiped.Compass) -> None:
+    goal = Goal(speed=9.0, clearance=0.0, retraction=True, torque_limit=None, friction=0.6)
+    words = _hindrance(CompassStep(robot), goal, {"friction": 0.1, "speed": 0.4, "force": 0.2})
+    assert "the constraint 'speed'" in words
 
 
 def test_what_is_tried_where_a_clearance_cannot_be() -> None:

@@ -106,6 +106,11 @@ def test_the_centre_of_pressure_is_that_of_the_step_alone(controller: AdaptiveCo
         assert walk.touchdowns["pressure_behind"][step] == pytest.approx(-place.min(), abs=1e-3)
 
 
+def test_a_foot_on_its_pivot_neither_slips_nor_sinks(hasty: mjbiped.Walk) -> None:
+    for name in ("slip", "penetration"):
+        assert set(hasty.touchdowns[name].tolist()) == {0.0}
+
+
 def test_peaks_are_those_of_the_samples(hasty: mjbiped.Walk) -> None:
     assert hasty.peak_torque == pytest.approx(np.abs(hasty.samples["torque"]).max(axis=0), rel=1e-4)
     assert (hasty.peak_torque >= np.abs(hasty.samples["torque"]).max(axis=0)).all()
