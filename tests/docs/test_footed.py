@@ -24,7 +24,9 @@ def test_what_survives_is_the_sum_over_the_grounds() -> None:
     for (sole, foot), row in sums.items():
         grounds = rows(sole, foot)
         assert (row["make all steps"], row["through"]) == (grounds["all"]["all steps"], grounds["all"]["through"])
-        counts = [int(each["all steps"].partition(" ")[0]) for ground, each in grounds.items() if ground != "all"]
+        unseen = grounds["all, unseen phases"]
+        assert (row["unseen: all steps"], row["unseen: through"]) == (unseen["all steps"], unseen["through"])
+        counts = [int(each["all steps"].partition(" ")[0]) for each in grounds.values() if each["c_mt"]]
         assert f"{sum(counts)} of {3 * len(counts)}" == row["make all steps"]
 
 
@@ -38,5 +40,7 @@ def test_what_is_said_of_pads_and_boxes() -> None:
     assert rows("±8 cm", "pads")["stairs +4 cm"]["all steps"] == "0 of 3"
     box = rows("±12 cm", "box")
     assert {box[ground]["all steps"] for ground in ("level", "3° up", "5° up", "3° down", "5° down")} == {"3 of 3"}
+    sums = {(row["sole"], row["foot"]): row for row in table(text("docs/footed.md"), "survives")}
+    assert f"±12 cm, {sums['±12 cm', 'box, MuJoCo']['unseen: all steps']}" in PROSE
     assert all(float(row["impact map, %"]) < 0.1 for row in ROWS if row["impact map, %"] not in ("", "–"))
     assert f"more than {math.degrees(PLAUSIBLE):.1f}°" in PROSE
