@@ -87,17 +87,22 @@ def _messages(walk: Walk) -> Iterator[tuple[int, str, str, Message]]:
 def joint_rates(robot: Robot, samples: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
     """Return the rates of the postures `qpos` in a walk's samples, shape (n, len(places)), m/s and rad/s.
 
-    The robot turns about its stance foot, which stands.
+    The robot turns about its stance foot, which stands, or about the point on which a round one rolls.
     """
-    rows = zip(samples["dq"].tolist(), samples["stance"].tolist(), samples["qpos"], strict=True)
-    return np.array([_rates(robot, dq, stance, qpos) for dq, stance, qpos in rows])
+    rows = zip(*(samples[name].tolist() for name in ("dq", "stance", "slope")), samples["qpos"], strict=True)
+    return np.array([_rates(robot, *row) for row in rows])
 
 
-def _rates(robot: Robot, dq: Sequence[float], stance: int, qpos: NDArray[np.float64]) -> list[float]:
+def _rates(robot: Robot, dq: Sequence[float], stance: int, slope: float, qpos: NDArray[np.float64]) -> list[float]:
     """Rates of a posture."""
     # `posture` is linear in the angles behind the hip's place, but for the turns that a wheel has made
     turning, still = (robot.posture((0.0, 0.0), stance, angles)[2:] for angles in (dq, [0.0] * len(dq)))
-    x, z = (qpos[:2] - robot.limbs(qpos)[stance, len(robot.bodies.leg)]).tolist()  # about the leg's end
+    *_, joint, foot = robot.limbs(qpos)[stance, : len(robot.bodies.leg) + 1]
+    about = foot
+    if robot.radius:  # from the foot back to the arc's centre, and down to the ground
+        centre = foot - robot.radius * (foot - joint) / np.linalg.norm(foot - joint)
+        about = centre - robot.radius * np.array([math.sin(slope), math.cos(slope)])
+    x, z = (qpos[:2] - about).tolist()
     return [dq[0] * z, -dq[0] * x, *(after - before for after, before in zip(turning, still, strict=True))]
 
 

@@ -28,8 +28,10 @@ ROBOTS = {
     "compass": (mjbiped.Compass(), 2.0),
     "kneed": (mjbiped.KneedBiped(), 2.5),
     "wheel": (mjbiped.RimlessWheel(), 4.0),
+    "round": (mjbiped.RoundCompass(), 1.6),
 }
-NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own
+NAMES = ["compass", "kneed", *(pytest.param(name, marks=pytest.mark.slow) for name in ("wheel", "round"))]
+"""The slow ones compile engines of their own."""
 
 
 @pytest.fixture(scope="module", params=NAMES)
