@@ -262,6 +262,12 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
         raise InputError(f"{name}.states = {shown(states)}: must be a tuple of names")
     if MEMORY_SIZE.check(f"{name}.memory_size", controller.memory_size) < len(states):
         raise InputError(f"{name}.memory_size = {controller.memory_size}: must be at least its {len(states)} states")
+    places, last = controller.support, controller.memory_size - 2
+    if places != -1 and not (isinstance(places, int) and len(states) <= places <= last):
+        raise InputError(
+            f"{name}.support = {shown(places)}: must be -1, or the index of the first of two numbers in the memory "
+            f"behind its {len(states)} states, {last} at most; memory_size is {controller.memory_size}"
+        )
     if controller.robot is not None:
         check_robot(f"{name}.robot", controller.robot)
     if not isinstance(controller.gait, Gait | Branched | None):

@@ -154,6 +154,8 @@ UNTELLABLE: tuple[Any, ...] = (
     [
         ({"states": "work"}, "tuple of names"),
         ({"states": ("a", "b"), "memory_size": 1}, "memory_size"),
+        *[({"memory_size": 4, "support": place}, "index of the first of two") for place in (3, -2, 1.0, "x")],
+        ({"states": ("a", "b"), "memory_size": 4, "support": 1}, "behind its 2 states, 2 at most"),
         ({"describe": lambda self: {"self": self}}, "JSON"),
         *[({"describe": lambda *_, told=told: told}, "what a record can hold") for told in UNTELLABLE],
         ({"describe": lambda *_: 1 / 0}, "does not tell what it is: ZeroDivisionError"),

@@ -134,7 +134,10 @@ def weigh_shear(u: Any) -> None:
 
 
 def swing_foot_torque(constants: Constants, u: Any) -> float:
-    """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle."""
+    """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle.
+
+    It is that of an error of `PLAUSIBLE` at most: a foot that lands across an edge must be able to turn to lie on it.
+    """
     legs = constants.places.legs
     stance, swing = legs[stance_of(u)], legs[swing_of(u, legs)]
     # joints tell angles from the foot that stands, which may tip
