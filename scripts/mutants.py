@@ -38,7 +38,11 @@ _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 ROOMS = {
     "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
-    _HYBRID + "events.py": ("engines/hybrid/test_events.py", "engines/hybrid/test_simulation.py"),
+    _HYBRID + "events.py": (
+        "engines/hybrid/test_events.py",
+        "engines/hybrid/test_simulation.py",
+        "engines/hybrid/test_feet.py",
+    ),
     _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", "engines/hybrid/test_accounting.py"),
     _HYBRID + "transfer.py": (
         "engines/hybrid/test_sliding.py",
@@ -46,9 +50,14 @@ ROOMS = {
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
         "engines/hybrid/test_accounting.py",
+        "engines/hybrid/test_feet.py",
     ),
     _MUJOCO + "bearing.py": ("engines/mujoco/test_bearing.py", "engines/mujoco/test_kneed.py"),
-    _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_simulation.py"),
+    _MUJOCO + "contacts.py": (
+        "engines/mujoco/test_contacts.py",
+        "engines/mujoco/test_simulation.py",
+        "engines/mujoco/test_feet.py",
+    ),
     _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py",),
     _MUJOCO + "motors.py": (
         "engines/mujoco/test_kneed_motors.py",
@@ -92,6 +101,11 @@ EQUIVALENT = {
         "further, _ = foot_after(constants, u, t + 2.0 * constants.timestep)",
         "further, _ = foot_after(constants, u, (t - 2.0 * constants.timestep))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
+    (
+        "mjbiped/envs/walkers.py",
+        "self._taken_every = max(1, BLOCK // samples - 1)",
+        "self._taken_every = max((0), BLOCK // samples - 1)",
+    ): "what waits is taken after every advance with 0 as with 1",
     (
         "mjbiped/gaits/optimisation.py",
         "return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf",

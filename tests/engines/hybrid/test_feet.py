@@ -75,6 +75,19 @@ def test_a_foot_that_stays_flat_walks_as_a_sole_does(ground: str) -> None:
     assert times[0] == pytest.approx(times[1], abs=EXACT)
 
 
+def test_soles_stand_on_the_ground_and_a_fall_is_one_of_the_hip_over_it() -> None:
+    """Both are told of the ground itself, not of the ankles' height over it."""
+    _, _, touchdowns = walked(BoundedAnkleController(FOOTED, GAIT), "stairs", steps=3)
+    stairs = GROUNDS["stairs"]
+    for x, z in zip(touchdowns["x"], touchdowns["z"], strict=True):
+        assert z == pytest.approx(stairs.height_at(x), abs=1e-12)
+    fallen = mjbiped.walk(
+        Unpowered(), mjbiped.Terrain.level(), robot=FOOTED, engine="hybrid", initial=(0.5, 0.6, 1.0, 1.0), steps=3
+    )
+    assert fallen.outcome == "fell"
+    assert fallen.samples["qpos"][-1, 1] == pytest.approx(0.5 * FOOTED.leg_length, abs=1e-6)
+
+
 @pytest.mark.parametrize("edge", [TOE, HEEL])
 def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(edge: int) -> None:
     s = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10).plain

@@ -95,7 +95,8 @@ def readings(*rows: tuple[float, float, float]) -> list[float]:
 
 
 def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
-    data = readings((-0.1, 30.0, 5.0), (0.12, 70.0, -9.0))
+    data = readings((-0.1, 30.0, 5.0), (0.12, 70.0, -9.0), (0.5, 11.0, 13.0))
+    data[2 * contacts.READING] = 0.0  # what was found before
     borne = contacts.borne(data, 0, len(data), (0.3, 0.1), 0.0)
     assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
     assert borne.behind == pytest.approx(0.1)

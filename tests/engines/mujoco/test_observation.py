@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from standing import CONSTANTS, GROUND, LENGTH, SLOPE, Posture, begun, constants, limits, standing_at
 
+from mjbiped.disturbances.pushes import Pushes
 from mjbiped.engines.mujoco import motors, observation
 from mjbiped.engines.mujoco.simulation import _parts
 from mjbiped.engines.mujoco.state import State, put
@@ -195,3 +196,14 @@ def test_a_foot_that_slid_is_told_in_words() -> None:
     assert observation.warned({"other": 2}, u) == {"other": 2}
     u.slides = 3.0
     assert observation.warned({"other": 2}, u) == {"other": 2, observation.SLIDING_WORDS: 3}
+
+
+@pytest.mark.parametrize("late", [-1e-12, 0.0, 1e-12])
+def test_a_push_begins_in_the_physics_step_at_its_time(late: float) -> None:
+    """Half of it acts after that time, by the middle of the step; times are the same within rounding."""
+    pushes, u = Pushes(np.array([0.3]), np.array([2.0]), 0.1, 0.0, 0.0, (0, 0)), State()
+    u.next_push, u.push_impulse, u.time = 0.3, 2.0, 0.3 + late
+    u.planned = u.last_step = 1e-3
+    motors.push(pushes, u)
+    assert u.pushing == 1.0
+    assert u.push == pytest.approx(0.5 * 2.0 / 0.1, rel=1e-8)
