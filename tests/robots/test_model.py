@@ -142,6 +142,7 @@ WALKS = {
 }
 
 
+@pytest.mark.slow  # each compiles its engine for a law of its own
 @pytest.mark.parametrize("name", WALKS)
 def test_compiled_they_are_the_same(name: str) -> None:
     """Bitwise in MuJoCo; to rounding in the hybrid engine, whose compiled code contracts products and sums."""

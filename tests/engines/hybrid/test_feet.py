@@ -132,6 +132,7 @@ def test_a_foot_tips_and_comes_down(pulse: Pulse, sign: float) -> None:
     np.testing.assert_allclose(edge - edge[0], 0.0, atol=1e-9)  # it stays where it is
 
 
+@pytest.mark.slow  # it compiles both engines for a robot of its own
 @pytest.mark.parametrize("pulse", [TOE_PULSE, HEEL_PULSE])
 def test_mujoco_tips_a_foot_alike(pulse: Pulse) -> None:
     _, ours, _ = walked(pulse, steps=1, sample_period=0.01)
