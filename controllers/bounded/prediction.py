@@ -9,7 +9,7 @@ from mjbiped.control.controller import Memory
 from mjbiped.controllers import adaptive
 from mjbiped.controllers.bounded import bounded_ankle, recovery
 from mjbiped.controllers.bounded.recovery import RECOVERING, Ankle
-from mjbiped.controllers.bounded.stance import Driven, set_support
+from mjbiped.controllers.bounded.stance import SUPPORT, Driven, set_support
 from mjbiped.robots import compass
 from mjbiped.rules.scuffing import swing_foot_collides
 
@@ -113,20 +113,23 @@ def step_ahead(parameters: Parameters, memory: Memory, state: State, rise: float
 
 
 def nominal_steps(parameters: Parameters, memory: Memory, state: State, count: int) -> tuple[int, float]:
-    """Simulate steps of the tracking law, all but the first on all of the sole; the memory's plan and support are lost.
+    """Simulate steps of the tracking law, all but the first on all of the sole; the memory's plan is lost.
 
     Returns:
         The number of steps until one fails, `count` at most, and their work, J.
     """
-    total = 0.0
-    for steps in range(count):
+    total, steps = 0.0, 0
+    behind, ahead = memory[SUPPORT], memory[SUPPORT + 1]
+    while steps < count:
         plan_nominal(parameters, memory, state)
         work, state = step_ahead(parameters, memory, state, 0.0)
         if work == math.inf:
-            return steps, total
+            break
         set_support(memory, 0.0, 0.0)
         total += work
-    return count, total
+        steps += 1
+    set_support(memory, behind, ahead)
+    return steps, total
 
 
 def plan_nominal(parameters: Parameters, memory: Memory, state: State) -> None:

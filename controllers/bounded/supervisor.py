@@ -204,9 +204,7 @@ def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> 
 
 def choose(foresight: Foresight, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
-    behind, ahead = memory[SUPPORT], memory[SUPPORT + 1]
     steps, _ = nominal_steps(foresight.prediction, memory, state, AHEAD)
-    set_support(memory, behind, ahead)
     if steps == AHEAD or not recovers(foresight, memory, state):
         plan_nominal(foresight.prediction, memory, state)
 

@@ -43,7 +43,8 @@ class SampledController(Controller):
         delay = given.delay_ticks(period)
         lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
         self.inner = inner
-        self.states = inner.states  # type: ignore[misc]  # of this object's class there is one for each controller
+        # class variables of other laws; of this class there is an object for each controller
+        self.states = inner.states  # type: ignore[misc]
         self.joints = inner.joints  # type: ignore[misc]
         self.support = inner.support  # type: ignore[misc]
         self.robot, self.gait = inner.robot, inner.gait

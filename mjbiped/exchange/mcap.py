@@ -97,12 +97,8 @@ def _rates(robot: Robot, dq: Sequence[float], stance: int, slope: float, qpos: N
     """Rates of a posture."""
     # `posture` is linear in the angles behind the hip's place, but for the turns that a wheel has made
     turning, still = (robot.posture((0.0, 0.0), stance, angles)[2:] for angles in (dq, [0.0] * len(dq)))
-    *_, joint, foot = robot.limbs(qpos)[stance, : len(robot.bodies.leg) + 1]
-    about = foot
-    if robot.radius:  # from the foot back to the arc's centre, and down to the ground
-        centre = foot - robot.radius * (foot - joint) / np.linalg.norm(foot - joint)
-        about = centre - robot.radius * np.array([math.sin(slope), math.cos(slope)])
-    x, z = (qpos[:2] - about).tolist()
+    down = robot.radius * np.array([math.sin(slope), math.cos(slope)])  # from a round foot's centre to the ground
+    x, z = (qpos[:2] - robot.leg_ends(qpos)[stance] + down).tolist()
     return [dq[0] * z, -dq[0] * x, *(after - before for after, before in zip(turning, still, strict=True))]
 
 

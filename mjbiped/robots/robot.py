@@ -170,6 +170,15 @@ class Robot(ABC):
             points.append(points[-1] - segment.length * np.stack([np.sin(line), np.cos(line)], axis=-1))
         return np.stack(points, axis=-2)
 
+    def leg_ends(self, qpos: ArrayLike) -> Array:
+        """Positions of the ends of the legs in postures `qpos`, shape (..., legs, 2), m.
+
+        They are feet that are points, the ankles of feet that are bodies, or the centres of round feet's arcs.
+        """
+        points = self.limbs(qpos)[..., : len(self.bodies.leg) + 1, :]
+        last = points[..., -1, :] - points[..., -2, :]
+        return np.asarray(points[..., -1, :] - self.radius * last / np.linalg.norm(last, axis=-1, keepdims=True))
+
     def outline(self, qpos: ArrayLike) -> Array:
         """Lines that figures draw of each leg in postures `qpos`: its limbs, and the arc of a round foot.
 
@@ -178,12 +187,13 @@ class Robot(ABC):
         limbs = self.limbs(qpos)
         if not self.radius:
             return limbs
-        upper, foot = limbs[..., -2, :], limbs[..., -1, :]
-        along = (foot - upper) / np.linalg.norm(foot - upper, axis=-1, keepdims=True)
+        centre = self.leg_ends(qpos)
+        along = (limbs[..., -1, :] - centre) / self.radius
         ahead = along[..., ::-1] * [-1.0, 1.0]  # a right angle ahead of the leg
         turns = ARC * np.concatenate([np.linspace(0.0, -1.0, 5), np.linspace(-1.0, 1.0, 11)])[:, None]
-        centre = (foot - self.radius * along)[..., None, :]
-        arc = centre + self.radius * (np.cos(turns) * along[..., None, :] + np.sin(turns) * ahead[..., None, :])
+        arc = centre[..., None, :] + self.radius * (
+            np.cos(turns) * along[..., None, :] + np.sin(turns) * ahead[..., None, :]
+        )
         return np.concatenate([limbs, arc], axis=-2)
 
     def centre_of_mass(self, qpos: ArrayLike) -> Array:
