@@ -15,6 +15,7 @@ import click
 
 from mjbiped.cli.ending import INTERRUPTED, end
 from mjbiped.errors import MjbipedError, explained
+from mjbiped.numerics.jit import announce
 from mjbiped.records.arrays import write_arrays
 
 if TYPE_CHECKING:  # what prints is loaded when there are results: no help and no refused word waits for it
@@ -53,6 +54,10 @@ class Results:
     written: dict[str, str] = field(default_factory=dict, init=False)
     failures: list[str] = field(default_factory=list, init=False)
     _status: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        """Let compilations be announced, or not."""
+        announce(wanted=not self.quiet)
 
     def save_arrays(self, arrays: Mapping[str, Any]) -> None:
         """Write arrays into `out`, an .npz file."""

@@ -18,7 +18,6 @@ from mjbiped.cli.sections import results, taken
 from mjbiped.cli.walkers import controller_of, robot_of
 from mjbiped.control.loading import FORMS
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.numerics.jit import announced
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
@@ -53,10 +52,7 @@ def return_map(ctx: click.Context, /, results: Results, **values: Any) -> None:
 
     slope_deg, points, steps, reach = taken(ctx, values, "Map").values()
     robot = robot_of(ctx, values)
-    with announced("the return map", wanted=not results.quiet):
-        found = map_slices(
-            robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach)
-        )
+    found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach))
     columns = ("components", "fixed_point", "before", "after", "walk")
     results.save_arrays({name: getattr(found, name) for name in columns})
     results.draw("return_map:plot_return_map", found)
@@ -111,8 +107,7 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
         low, high = np.radians(slope_deg).tolist()
         check_scuffing(passive_gait_of(robot, low), low, rule)
     began = time.perf_counter()
-    with announced("the return map", wanted=not results.quiet):
-        cascade = find_cascade(robot, doublings, progress=not results.quiet)
+    cascade = find_cascade(robot, doublings, progress=not results.quiet)
     if slope_deg is None:
         low, high = cascade.span
     grid = np.linspace(low, high, slopes)
@@ -199,11 +194,10 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
     }
     began, trouble = time.perf_counter(), (0, "")
     try:
-        with announced("the walks of this map", wanted=not results.quiet):
-            if controlled:
-                found = basin_of_control(law, slope, robot=robot, **settings)
-            else:
-                found = basin_of_attraction(robot, slope, **settings)
+        if controlled:
+            found = basin_of_control(law, slope, robot=robot, **settings)
+        else:
+            found = basin_of_attraction(robot, slope, **settings)
     except BasinInterrupted as stop:
         found, trouble = stop.basin, (INTERRUPTED, "the map was interrupted")
     except BasinStopped as stop:

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from mjbiped.control.adapters import LAWS, gives_its_law
 from mjbiped.control.controller import Controller, Law
-from mjbiped.numerics.jit import c_function, called_within, from_source, jitted, kept_apart, options, raises
+from mjbiped.numerics.jit import (
+    CALLED_WITHIN,
+    LAW_OPTIONS,
+    c_function,
+    from_source,
+    jitted,
+    kept_apart,
+    raises,
+    takes_powers,
+)
 from mjbiped.numerics.records import WORD, NotPackableError, Packer, in_one_block
 
 if TYPE_CHECKING:
@@ -37,7 +46,6 @@ class MachineCode:
         states: int,
         memory_size: int,
         *,
-        contract: bool,
         room: int = 0,
         joints: int = 2,
         idle: int = 0,
@@ -48,8 +56,6 @@ class MachineCode:
             law: The controller's.
             states: Number of its integrated states.
             memory_size: Floats of its memory.
-            contract: Whether products and sums may be made in one operation, with one rounding: faster, and not bitwise
-                what plain Python computes.
             joints: Number of torques, and of angles.
             room: Least number of rates that `values` has room for, so that one engine serves laws with fewer.
             idle: Number of padding states, which stand before the law's own in the memory that an engine hands over and
@@ -65,7 +71,7 @@ class MachineCode:
         packer.add(0.0)  # _FAILED
         made = packer.add(law.parameters)
         self._record = packer.record()
-        kind = (made, tuple(packer.classes.items()), joints, states, memory_size, contract, idle)
+        kind = (made, tuple(packer.classes.items()), joints, states, memory_size, idle)
         self._functions = {name: _function(name, each, *kind) for name, each in law.functions.items()}
         self.law = CompiledLaw(
             **{name: function.address for name, function in self._functions.items()},
@@ -162,6 +168,17 @@ def can_be_compiled(law: Law) -> bool:
     return not raises(tuple(law.functions.values()))
 
 
+def rounds_alike(law: Law) -> bool:
+    """Whether the law makes the same bits interpreted and as machine code: it takes no powers."""
+    return not takes_powers(tuple(law.functions.values()))
+
+
+def shape_of(law: Law) -> str:
+    """What machine code depends on in the parameters of a law: how they are nested, not their values."""
+    packer = Packer()
+    return repr((packer.add(law.parameters), _kinds(tuple(packer.classes.items()))))
+
+
 def floats_taken(name: str, joints: int) -> int:
     """How many floats one of a law's functions takes beside parameters and memory."""
     return {"touchdown": 3 * joints, "slope_estimate": 0, "next_discontinuity": 1}.get(name, 1 + 2 * joints)
@@ -176,7 +193,6 @@ def _function(
     joints: int,
     states: int,
     memory_size: int,
-    contract: bool,
     idle: int,
 ) -> Any:
     """Compile one of a law's C functions for one kind of parameters; unchanged functions come from the cache."""
@@ -205,7 +221,7 @@ def _function(
         passed.append(word)
     elif name in ("slope_estimate", "next_discontinuity"):
         before, call, after, returned, passed = "x = NAN", f"x = float({call})", "return x", number, [number]
-    made_law, digest = kept_apart(law, contract, _strange(classes))
+    made_law, digest = kept_apart(law, _strange(classes))
     source = f"""def {name}(record, m, {arguments}):
     {before}
     try:
@@ -218,11 +234,11 @@ def _function(
         "NAN": float("nan"),
         "numbers": addresses.numbers,
         "law": made_law,
-        "parameters": unpacking(made, classes, contract),
+        "parameters": unpacking(made, classes),
     }
     signature = returned(word, word, *passed)
-    known = (digest, made, _kinds(classes), contract)
-    return from_source(partial(c_function, signature=signature, **options(contract)), name, source, space, known)
+    known = (digest, made, _kinds(classes))
+    return from_source(partial(c_function, signature=signature, **LAW_OPTIONS), name, source, space, known)
 
 
 def _numbered(name: str, count: int) -> str:
@@ -231,7 +247,7 @@ def _numbered(name: str, count: int) -> str:
 
 
 @lru_cache(maxsize=256)
-def unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) -> Any:
+def unpacking(made: str, classes: tuple[tuple[str, type], ...]) -> Any:
     """Compile the function that reads a law's parameters from the address of their record."""
     from mjbiped.numerics import addresses
 
@@ -240,9 +256,7 @@ def unpacking(made: str, classes: tuple[tuple[str, type], ...], contract: bool) 
     return {made}
 """
     space = {"numbers": addresses.numbers, "array": addresses.array, **dict(classes)}
-    return from_source(
-        partial(jitted, **called_within(contract)), "parameters", source, space, (_kinds(classes), contract)
-    )
+    return from_source(partial(jitted, **CALLED_WITHIN), "parameters", source, space, _kinds(classes))
 
 
 def _kinds(classes: tuple[tuple[str, type], ...]) -> list[tuple[str, str, Any]]:

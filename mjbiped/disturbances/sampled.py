@@ -114,7 +114,7 @@ class SampledController(Controller):
         if law is None:
             return None
         with refused_in_words(self.inner, law):
-            return MachineCode(law, self.loop.states, self.loop.size, contract=False, joints=self.loop.joints)
+            return MachineCode(law, self.loop.states, self.loop.size, joints=self.loop.joints)
 
     def law(self) -> Law | None:
         """The loop's laws around the controller's machine code; None where there is none."""

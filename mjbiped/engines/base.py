@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
+from mjbiped.engines.compiling import Costs
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, explained, place_of
-from mjbiped.numerics.jit import announced
 from mjbiped.records.measures import Summary
 from mjbiped.records.pressure import unknown
 from mjbiped.records.record import Walk
@@ -53,6 +53,10 @@ class Engine(ABC):
         """
         if disturbances != UNDISTURBED:
             raise InputError(f"the engine {self.name} knows no disturbances; mujoco and hybrid do")
+
+    def costs(self, robot: Robot) -> Costs | None:
+        """What compiling and interpreting cost for a robot; None: this engine has no machine code, the default."""
+        return None
 
     def room(self, states: int, robot: Robot) -> int:
         """Number of integrated controller states in the machine code that serves a controller with `states` of them."""
@@ -95,13 +99,19 @@ class Run(ABC):
     def __init__(self, plan: Plan, *, summarised: bool, cancellation: Cancellation) -> None:
         """Prepare the recording; see `Engine.start`."""
         self.plan = plan
+        self._summarised, self._cancellation = summarised, cancellation
         self.outcome = Outcome.INTERRUPTED
         self.sampled = plan.terms.sample_period is not None and not summarised
-        self.recorder = Recorder(
+        self.recorder = self._new_recorder()
+
+    def _new_recorder(self) -> Recorder:
+        """A recorder that holds nothing yet."""
+        plan = self.plan
+        return Recorder(
             robot=type(plan.robot),
             keep_samples=self.sampled,
-            summary=Summary(plan.robot, plan.terrain) if summarised else None,
-            cancellation=cancellation,
+            summary=Summary(plan.robot, plan.terrain) if self._summarised else None,
+            cancellation=self._cancellation,
         )
 
     @abstractmethod
@@ -128,10 +138,21 @@ class Run(ABC):
         """Settings that the engine adds to those of the plan in the record; "warnings" counts warnings by text."""
 
     def compile(self) -> bool:
-        """Compile the controller's laws now; return whether the walk runs in compiled code, which threads can share.
+        """Compile what the walk needs now, after saying so, unless the walk is interpreted.
+
+        Returns:
+            Whether the walk runs in compiled code, which threads can share.
 
         Raises:
             InputError: The laws cannot be compiled.
+        """
+        return False
+
+    def restart_compiled(self) -> bool:
+        """Begin an interpreted walk again as machine code; return False where there is none, or not of all laws.
+
+        Where Python raises an exception in arithmetic, such as a division by zero, machine code goes on with a number
+        that is infinite or none.
         """
         return False
 
@@ -147,12 +168,16 @@ class Run(ABC):
         """Walk to the end.
 
         Args:
-            progress: Show a progress bar (never where the output is not a terminal), and announce a compilation before
-                the walk on stderr.
+            progress: Show a progress bar (never where the output is not a terminal).
         """
         # even a hidden bar costs as much as two gait steps of the hybrid engine
         with self._progress_bar() if progress else nullcontext(lambda *_: None) as show:
-            self.outcome = self.walk(show)
+            try:
+                self.outcome = self.walk(show)
+            except (ArithmeticError, ValueError):
+                if not self.restart_compiled():
+                    raise
+                self.outcome = self.walk(show)
 
     def record(self) -> Walk:
         """The record so far."""
@@ -185,14 +210,11 @@ class Run(ABC):
     @contextmanager
     def _progress_bar(self) -> Iterator[Show]:
         terms = self.plan.terms
-        with (
-            announced(f"{type(self.plan.controller).__name__} for the engine {terms.engine.name}", wanted=True),
-            progress_bar(
-                total=terms.steps or round(terms.distance or 0.0, 2),
-                desc="walking",
-                unit="step" if terms.steps else "m",
-            ) as bar,
-        ):
+        with progress_bar(
+            total=terms.steps or round(terms.distance or 0.0, 2),
+            desc="walking",
+            unit="step" if terms.steps else "m",
+        ) as bar:
 
             def show(steps: int, x: float) -> None:
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))

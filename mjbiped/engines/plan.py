@@ -6,7 +6,7 @@ import dataclasses
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -21,6 +21,7 @@ from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
+from mjbiped.engines.ahead import AHEAD
 from mjbiped.errors import GaitError, InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait, Periodic
@@ -60,6 +61,7 @@ class Terms:
         robot: The robot that walks; None: that of the controller, or of Table I if it names none.
         sample_period: Time between two samples, s; None: no samples.
         scuffing: The scuffing rule.
+        walks: Number of walks with these settings that are to be made; see `mjbiped.engines.ahead`.
 
     Raises:
         InputError: A value is outside its domain.
@@ -71,6 +73,7 @@ class Terms:
     robot: Robot | None
     sample_period: Annotated[float | None, domains.SAMPLE_PERIOD]
     scuffing: ScuffingRule
+    walks: int = field(default_factory=AHEAD.get)
 
     def __post_init__(self) -> None:
         """Check what can be checked without a controller and a terrain."""

@@ -56,6 +56,11 @@ class DrivenController(Controller):
             object.__setattr__(self, name, value)
 
     @property
+    def inner(self) -> Controller:
+        """The other controller, as a disturbed loop names what is in it."""
+        return self.base
+
+    @property
     def place(self) -> int:
         """Index in the memory of the torque added at the ankle."""
         return self.base.memory_size
@@ -87,7 +92,7 @@ class DrivenController(Controller):
         if law is None:
             return None
         joints = len(self.joints)
-        return MachineCode(law, len(self.base.states), self.base.memory_size, contract=False, joints=joints)
+        return MachineCode(law, len(self.base.states), self.base.memory_size, joints=joints)
 
     def law(self) -> Law | None:
         """Functions for compilation; None if those of the other controller cannot be compiled."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 import zlib
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.engines.compiling import compiles
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
 from mjbiped.engines.mujoco.ticks import Ticks
@@ -16,7 +18,6 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import AHEAD, Episode, WalkTask
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
@@ -74,6 +75,7 @@ class Walkers:
         samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
         self._taken_every = max(1, BLOCK // samples - 1)
         self._since_taken = 0
+        self._compiled, self._interpreting = False, 0.0  # time spent on interpreting, s
 
     def begin(self, index: int, random: np.random.Generator) -> None:
         """Begin an episode of a robot.
@@ -82,15 +84,17 @@ class Walkers:
             index: Number of the robot.
             random: Generator that draws the episode.
         """
-        with announced("the environment's robot", wanted=True):
-            self._place(index, self.task.episode(random))
+        self._place(index, self.task.episode(random))
 
     def _place(self, index: int, episode: Episode) -> None:
         task = self.task
         plan = task.plan(episode, recorded=self._recorded)
         before, old = self._runs[index], self._episodes[index]
+        self._compiled = self._compiled or compiles(plan, math.inf if len(self._runs) > 1 else self._interpreting)
         same = before.simulation if before is not None and old is not None and _alike(old, episode) else None
-        run = MujocoRun(plan, task.engine, before=same)
+        if same is not None and same.compiled != self._compiled:
+            same = None
+        run = MujocoRun(plan, task.engine, before=same, compile=self._compiled)
         self._runs[index], self._episodes[index] = run, episode
         self._ticks.put(index, run.simulation, task.controller.place)
         self._note_inside(index)
@@ -137,8 +141,11 @@ class Walkers:
         """
         if None in self._runs:
             raise MjbipedError(_NO_EPISODE)
-        ticks, out = self._ticks, self._out
-        if ticks.advance():
+        ticks, out, began = self._ticks, self._out, time.perf_counter()
+        warned = ticks.advance()
+        if not self._compiled:
+            self._interpreting += time.perf_counter() - began
+        if warned:
             for index in range(len(out)):
                 if self.simulation(index).outcome is Outcome.DIVERGED:
                     out[index] = 0.0

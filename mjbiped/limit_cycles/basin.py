@@ -242,7 +242,7 @@ def basin_of_control(
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    terms = Terms(engine, steps, None, walker, None, rule)
+                    terms = Terms(engine, steps, None, walker, None, rule, walks=basin.fates.size)
                     dq = (rate1, *(rate2,) * (half - 1))
                     run = engine.start(Plan(terms, controller, controller, terrain, walker, q, dq, {}))
                     walked, fate = _walk_controlled(run, gait.start, near)

@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 from mjbiped.control.compilation import MachineCode
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.engine import Hybrid
-from mjbiped.engines.hybrid.run import packed
+from mjbiped.engines.hybrid.run import HybridRun, packed
 from mjbiped.engines.hybrid.state import Tables
 from mjbiped.engines.plan import Plan, Terms, check_robot, check_rule
 from mjbiped.errors import InputError
-from mjbiped.numerics.jit import compiled
+from mjbiped.numerics.jit import announced, compiled
 from mjbiped.robots.equations import FREE
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
@@ -186,7 +186,8 @@ def walk_all(
         counts=np.empty(walks, dtype=np.int64),
         outcomes=np.empty(walks, dtype=np.int64),
     )
-    compiled(walk_batch, EngineCode, plane.code, inlined=())(constants, room, batch)
+    with announced("the return map", Hybrid().costs(plane.robot).engine):
+        compiled(walk_batch, EngineCode, plane.code, inlined=())(constants, room, batch)
     return batch
 
 
@@ -200,7 +201,8 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     engine, still = Hybrid(TOLERANCE), (0.0,) * angles
     terms = Terms(engine, None, None, robot, None, scuffing)
     controller = Unpowered().driving(robot)
-    run = engine.start(Plan(terms, controller, controller, Terrain.level(), robot, still, still, {}))
+    plan = Plan(terms, controller, controller, Terrain.level(), robot, still, still, {})
+    run = HybridRun(plan, TOLERANCE, compile=True)
     constants, state = run.constants, run.state
     constants.mass = math.nan  # without a weight the engine does not look for the least force on the ground
     constants.longest_step = step

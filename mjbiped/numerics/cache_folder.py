@@ -37,6 +37,29 @@ def folder() -> Path:
     return root() / f"numba-{version('numba')}"
 
 
+def is_kept(key: str) -> bool:
+    """Whether machine code is noted as kept under a key; if so it is used now."""
+    if key not in _kept and _note(key).is_file():
+        note_use(str(_note(key)))  # before the code itself: `prune` deletes the note first
+        _kept.add(key)
+    return key in _kept
+
+
+def note_kept(key: str) -> None:
+    """Note that machine code is kept under a key, for this process and others."""
+    if not is_kept(key):
+        _kept.add(key)
+        with suppress(OSError):  # others then compile it again, as they must where nothing can be written
+            _note(key).touch()
+
+
+_kept: set[str] = set()
+
+
+def _note(key: str) -> Path:
+    return folder() / f"{key[:32]}.nbk"
+
+
 def clear() -> int:
     """Delete all machine code, and return its size in bytes.
 
@@ -71,7 +94,7 @@ def note_use(file: str) -> None:
 def _files() -> list[tuple[float, int, Path]]:
     """Time of the last use, size and path of all files."""
     found = []
-    for file in root().rglob("*.nb[ci]*"):
+    for file in root().rglob("*.nb[cik]*"):
         with suppress(OSError):
             status = file.stat()
             found.append((status.st_atime, status.st_size, file))

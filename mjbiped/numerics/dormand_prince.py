@@ -50,9 +50,10 @@ class Integrator(NamedTuple):
 
     Attributes:
         begin: (rates, ..., t, y, k) -> None. The rates of the state `y`, the first of `k`.
-        step: (rates, ..., t, h, y, k, out, tolerance) -> error. One step of length h from the state `y`, whose rates
-            stand in `k` already, to `out`. The estimated error is that of all components but the last `untested`,
-            over tolerance (1 + |y|): at most 1 for a good step.
+        step: (rates, ..., t, h, y, k, out, tolerance, tested) -> error. One step of length h from the state `y`, whose
+            rates stand in `k` already, to `out`. The estimated error is the mean over `tested` components of that of
+            all but the last `untested`, over tolerance (1 + |y|): at most 1 for a good step. Components that rest
+            have no error; `tested` leaves them out of the mean.
         dense: (rates, ..., t, h, y, k, out, dense) -> None. The coefficients of the step's dense output, n per power.
 
     The dots stand for arguments that are handed on to `rates`: (..., t, state) -> n rates, both tuples.
@@ -92,7 +93,7 @@ def _begin(n: int, given: str) -> Iterable[str]:
 def _step(n: int, untested: int, given: str) -> Iterable[str]:
     """Source of `Integrator.step`."""
     scheme = scipy.integrate.DOP853
-    yield f"def step(rates, {given}t, h, y, k, out, tolerance):"
+    yield f"def step(rates, {given}t, h, y, k, out, tolerance, tested):"
     yield from _unpacked("y", n, "y", 0)
     yield from _unpacked("k0", n, "k", 0)
     for stage in range(1, STAGES):
@@ -113,7 +114,7 @@ def _step(n: int, untested: int, given: str) -> Iterable[str]:
         yield "    norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5"
     yield "    if norm5 == 0.0 and norm3 == 0.0:"
     yield "        return 0.0"
-    yield f"    return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * {float(n - untested)})"
+    yield "    return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * tested)"
 
 
 def _dense(n: int, given: str) -> Iterable[str]:

@@ -20,6 +20,7 @@ from typing import Any
 
 Function = Callable[..., Any]
 _registered: set[Function] = set()
+_quiet = False
 _announcements: list[list[str]] = []  # sentences to print if something is compiled, one for each `announced`
 
 
@@ -30,8 +31,6 @@ def compiled(
     functions: tuple[Function, ...],
     inlined: tuple[Function, ...],
     apart: tuple[Function, ...] = (),
-    *,
-    contract: bool = True,
 ) -> Function:
     """Compile `function` with its first argument bound to a group of functions; other threads run meanwhile.
 
@@ -41,7 +40,6 @@ def compiled(
         functions: Members of the group; results of this function are called as the machine code that they are.
         inlined: Functions that are inlined into their caller, with all that they call: those of the innermost loop.
         apart: Functions called by these that are not inlined, nor what they call.
-        contract: See `options`.
 
     Returns:
         A function of the three other arguments.
@@ -49,22 +47,17 @@ def compiled(
     digest = prepared((function, *functions), inlined, apart)
     space = {"function": function, "members": _module_of(group, functions, f"members_{digest[:16]}")}
     source = "def entry(x, y, z):\n    return function(members, x, y, z)\n"
-    made = partial(jitted, nogil=True, **options(contract))
-    result: Function = from_source(made, "entry", source, space, (digest, contract))
+    result: Function = from_source(partial(jitted, nogil=True, **OPTIONS), "entry", source, space, digest)
     return result
 
 
-def options(contract: bool) -> dict[str, Any]:
-    """Numba's options for functions that engines call within a step.
-
-    Args:
-        contract: Whether a product and a sum may be fused into one operation with one rounding: faster, but not bitwise
-            equal to plain Python. Indices are then not checked.
-    """
-    # without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be
-    # half of the time
-    made: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": not contract}
-    return {**made, "fastmath": {"contract"}} if contract else made
+# without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be half
+# of the time
+OPTIONS: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck": False}
+"""Numba's options for functions that engines call within a step. Sums and products are rounded one by one, as in plain
+Python, so that both make the same bits."""
+LAW_OPTIONS: dict[str, Any] = {**OPTIONS, "boundscheck": True}
+"""The same for laws, whose indices nobody has checked."""
 
 
 def jitted(function: Function, **given: Any) -> Any:
@@ -119,14 +112,13 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
 
 
 @lru_cache(maxsize=1024)
-def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) -> tuple[Function, str]:
+def kept_apart(function: Function, types: tuple[str, ...] = ()) -> tuple[Function, str]:
     """Compile a function, and each function that it calls, for inlining into their callers; each is kept by itself.
 
     When one of a law's functions has changed, the others are not compiled again.
 
     Args:
         function: A function that is, with all that it calls, at the top level of a module.
-        contract: See `options`.
         types: Types of its arguments that not every program knows; machine code for them is kept under its own name.
 
     Returns:
@@ -134,13 +126,13 @@ def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) 
     """
     _listen()
     assert isinstance(function, FunctionType)
-    known: list[Any] = [described(function), contract, _addresses(), *types]
+    known: list[Any] = [described(function), _addresses(), *types]
 
     def alike(part: Any) -> Any:
         part = getattr(part, "py_func", part)  # a user's own jitted function is compiled with the rest
         if not isinstance(part, FunctionType):
             return part
-        made, digest = kept_apart(part, contract, types)
+        made, digest = kept_apart(part, types)
         known.append(digest)
         return made
 
@@ -158,7 +150,7 @@ def kept_apart(function: Function, contract: bool, types: tuple[str, ...] = ()) 
     digest = hashlib.sha256(repr(known).encode()).hexdigest()
     name = f"{function.__name__}_{digest[:16]}"
     made = FunctionType(_renamed(function.__code__, name), _here(space), name, function.__defaults__, closure)
-    return jitted(made, **called_within(contract)), digest
+    return jitted(made, **CALLED_WITHIN), digest
 
 
 def _named_in(function: FunctionType) -> list[tuple[str, str]]:
@@ -173,9 +165,13 @@ def _named_in(function: FunctionType) -> list[tuple[str, str]]:
     )
 
 
-def called_within(contract: bool) -> dict[str, Any]:
-    """Numba's options for a function that is only inlined into its caller; see `options`."""
-    return {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, **options(contract)}
+CALLED_WITHIN: dict[str, Any] = {
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    **LAW_OPTIONS,
+}
+"""The same for a law's function that is only inlined into its caller."""
 
 
 def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
@@ -215,19 +211,21 @@ def _addresses() -> str:
     return hashlib.sha256(Path(__file__).with_name("addresses.py").read_bytes()).hexdigest()
 
 
+def announce(*, wanted: bool) -> None:
+    """Say whether compilations are announced from now on, as they are unless said otherwise."""
+    global _quiet
+    _quiet = not wanted
+
+
 @contextmanager
-def announced(what: str, *, wanted: bool) -> Iterator[None]:
+def announced(what: str, seconds: float) -> Iterator[None]:
     """Print one line on stderr if something has to be compiled within the block.
 
     Args:
         what: What is compiled, such as "PassiveController for the engine mujoco".
-        wanted: Whether to print it.
+        seconds: How long it takes at most, s.
     """
-    sentence = (
-        [f"compiling {what}, once; it takes a minute or two, which `mjbiped compile` takes in advance ..."]
-        if wanted
-        else []
-    )
+    sentence = [] if _quiet else [f"compiling {what}, once; it takes some {max(seconds, 1.0):.0f} s ..."]
     _announcements.append(sentence)
     try:
         yield
@@ -258,9 +256,19 @@ def _listen() -> None:
 @lru_cache(maxsize=64)
 def raises(roots: tuple[Function, ...]) -> bool:
     """Whether the functions, or anything that they call, contain a `raise` or `assert`."""
-    parts = [part for root in roots for part in _called(root, set())]
-    codes = [part.__code__ for part in parts if isinstance(part, FunctionType)]
-    return any(step.opname == "RAISE_VARARGS" for code in codes for step in dis.get_instructions(code))
+    return any(step.opname == "RAISE_VARARGS" for step in _instructions(roots))
+
+
+@lru_cache(maxsize=64)
+def takes_powers(roots: tuple[Function, ...]) -> bool:
+    """Whether the functions, or anything that they call, contain `**`, whose last bit is another in machine code."""
+    return any(step.argrepr in ("**", "**=") or step.argval == "pow" for step in _instructions(roots))
+
+
+def _instructions(roots: tuple[Function, ...]) -> Iterator[dis.Instruction]:
+    for part in {part for root in roots for part in _called(root, set())}:
+        if isinstance(part, FunctionType):
+            yield from dis.get_instructions(part)
 
 
 def _module_of(group: Any, functions: tuple[Function, ...], name: str) -> ModuleType:
@@ -305,6 +313,12 @@ def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:
             yield from ((part, vars(value)[part]) for part in names if part in vars(value))
         elif value is not None:
             yield name, value
+
+
+def described_with_callees(functions: tuple[Function, ...]) -> list[Any]:
+    """`described` for functions and all that they call."""
+    known: set[Function] = set()
+    return [described(part) for function in functions for part in _called(function, known)]
 
 
 def described(function: Function) -> Any:

@@ -120,12 +120,15 @@ class Batch:
         self._bar = bar
         self._stop = threading.Event()
         self._apart: list[int] = []
+        self._interpreted: list[int] = []
         self.results: list[Result | None] = [None] * len(plans)
         self.errors: dict[int, str] = {}
         self.traces: dict[int, str] = {}
 
     def run(self) -> None:
         """Compile all laws, then make the walks: those with compiled laws in threads, the others in processes.
+
+        Where all together take a moment, laws are interpreted, one walk after another.
 
         Raises:
             InputError: Laws cannot be compiled, or a controller cannot be pickled.
@@ -141,9 +144,10 @@ class Batch:
                         left = self._in_threads(left, first)
                 else:
                     self._apart.append(left.pop(0))
+        here = self._interpreted if self._in_processes else [*self._interpreted, *self._apart]
+        for index in here:
+            self._take(index, _walked(self._plans[index], self._summarised))
         if not self._in_processes:
-            for index in self._apart:
-                self._take(index, _walked(self._plans[index], self._summarised))
             return
         with processes(min(self._workers, len(self._apart))) as pool:
             futures = {pool.submit(_walked, self._plans[index], self._summarised): index for index in self._apart}
@@ -172,6 +176,8 @@ class Batch:
         for group in groups.values():
             if self._start(group[0]).compile():
                 compiled.append(group)
+            elif self._plans[group[0]].law is not None:  # they take a moment
+                self._interpreted += group
             else:
                 self._apart += group
         if self._in_processes:

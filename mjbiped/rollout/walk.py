@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
@@ -83,8 +82,7 @@ def walk(
         scuffing: When the swing foot may touch the ground. A gait whose swing foot it would never let land, because
             the steps are shorter than the rule's reach, is refused.
         disturbances: Noise, delay, limits of the motors and pushes; none unless given.
-        progress: Show a progress bar (never where the output is not a terminal), and say it on stderr, wherever that
-            goes, when this kind of controller has to be compiled first.
+        progress: Show a progress bar (never where the output is not a terminal).
 
     Returns:
         The record.
@@ -100,10 +98,9 @@ def walk(
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     with terms.engine.session():
         run = terms.engine.start(plan)
+        run.compile()
         try:
             run.go(progress=progress)
-        except LawError:
-            raise
         except BaseException as error:
             if is_interrupt(error):
                 raise WalkInterrupted(run.record()) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
@@ -12,7 +13,6 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, MjbipedError
-from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.robots.robot import Robot
 from mjbiped.rollout.batch import Batch, Result
@@ -150,7 +150,6 @@ def walk_many(
     plans = _plans(terms, controllers, terrains, initial, disturbances)
     with (
         terms.engine.session(many=True),
-        announced("the controllers of these walks", wanted=progress),
         progress_bar(total=len(plans), desc="preparing", unit="walk", progress=progress) as bar,
     ):
         batch = Batch(plans, summaries, workers, bar)
@@ -198,7 +197,9 @@ def _plans(
         )
         try:
             known = described.get(id(controller))
-            plans.append(make_plan(terms, controller, terrain, start, known, disturbed))
+            plans.append(
+                make_plan(dataclasses.replace(terms, walks=count), controller, terrain, start, known, disturbed)
+            )
             described[id(controller)] = plans[-1].description
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import registered
+from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
@@ -153,7 +154,9 @@ def walk_cells(
     def submit(cells: Iterable[AnyCell], most: int) -> None:
         rest = iter(cells)
         while batch := list(islice(rest, most)):
-            future = pool.submit(walk_batch, walked, batch, machinery, dict(laws))  # a mapping proxy cannot be pickled
+            future = pool.submit(
+                walk_batch, walked, batch, machinery, dict(laws), len(todo)
+            )  # no mapping proxy: it cannot be pickled
             pending[future] = batch
             future.add_done_callback(back.put)
 
@@ -183,6 +186,7 @@ def walk_batch(
     cells: Sequence[AnyCell],
     machinery: dict[str, Any],
     laws: Mapping[str, str] = MappingProxyType({}),
+    walks: int = 1,
 ) -> list[Row]:
     """Walk cells in order until all are done or `LONGEST_BATCH` has passed; a worker calls this.
 
@@ -191,6 +195,7 @@ def walk_batch(
         cells: At least one cell.
         machinery: Sources and versions with which the rows must be computed.
         laws: The user's own controllers, see `Study.laws`.
+        walks: Number of walks of all batches.
 
     Returns:
         Rows of the cells that were walked, at least one.
@@ -210,10 +215,14 @@ def walk_batch(
             "a worker's mjbiped, Python or libraries are not the same as here; install the same versions everywhere"
         )
     started, rows = time.monotonic(), []
-    for cell in cells:
-        rows.append(walked(cell))
-        if time.monotonic() - started > LONGEST_BATCH:
-            break
+    before = AHEAD.set(walks)
+    try:
+        for cell in cells:
+            rows.append(walked(cell))
+            if time.monotonic() - started > LONGEST_BATCH:
+                break
+    finally:
+        AHEAD.reset(before)
     return rows
 
 

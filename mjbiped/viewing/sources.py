@@ -15,7 +15,6 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
-from mjbiped.numerics.jit import announced
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import never_cancelled
 from mjbiped.rendering.camera import fit_cameras
@@ -66,8 +65,7 @@ class LiveWalk(Source):
         self.robot, self.terrain = plan.robot, plan.terrain
         with engine.session():
             self.run = MujocoRun(plan, engine, summarised=False, cancellation=never_cancelled, scenery=True)
-            with announced(f"{type(plan.controller).__name__} for the engine {engine.name}", wanted=True):
-                self.run.compile()
+            self.run.compile()
         self._steps = stepped(self.run.simulation, self.run.recorder, most=1)
         self._impulse, self._span, self._force, self._stance = np.zeros(2), 0.0, (0.0, 0.0), 0
         self._order = [int(self.run.simulation.model.joint(name).qposadr[0]) for name in self.robot.places]

@@ -121,7 +121,7 @@ class Timed(SupervisedController):
 
     @cached_property
     def _code(self) -> MachineCode:
-        return MachineCode(self.law(), len(self.states), self.memory_size, contract=False)
+        return MachineCode(self.law(), len(self.states), self.memory_size)
 
     @cached_property
     def _decide(self) -> Callable[..., None]:

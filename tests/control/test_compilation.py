@@ -28,7 +28,7 @@ def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compa
     law = controller.law()
     assert law is not None
     assert can_be_compiled(law)
-    code = MachineCode(law, len(controller.states), controller.memory_size, contract=False)
+    code = MachineCode(law, len(controller.states), controller.memory_size)
     torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
     touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
     at = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)
@@ -60,7 +60,7 @@ def test_idle_states_stand_before_the_laws_own(robot: mjbiped.Compass, gait: mjb
     controller.start(begun, state[:2], state[2:])
     memory, behind, found = np.array(begun), np.array([math.pi, math.e, *begun]), []
     for idle, given in ((0, memory), (2, behind)):
-        code = MachineCode(law, len(controller.states), controller.memory_size, contract=False, idle=idle)
+        code = MachineCode(law, len(controller.states), controller.memory_size, idle=idle)
         torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
         touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
         out = np.full(len(code.law.values), math.nan)

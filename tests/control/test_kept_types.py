@@ -50,7 +50,7 @@ PROGRAM = """\
 from mjbiped.control.compilation import MachineCode
 from {module} import Spring
 
-print(MachineCode(Spring().law(), 0, 0, contract=True).failed)
+print(MachineCode(Spring().law(), 0, 0).failed)
 """
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjbiped.disturbances import chance
-from mjbiped.numerics.jit import from_source, jitted, options, prepared
+from mjbiped.numerics.jit import OPTIONS, from_source, jitted, prepared
 
 COUNT = 20_000
 
@@ -46,7 +46,7 @@ def test_compiled_they_are_the_same() -> None:
     prepared((chance.normal,), ())
     source = "def asked(low, high, number, channel):\n    return normal((low, high), number, channel)\n"
     compiled = from_source(
-        lambda function: jitted(function, **options(contract=False)), "asked", source, {"normal": chance.normal}, "test"
+        lambda function: jitted(function, **OPTIONS), "asked", source, {"normal": chance.normal}, "test"
     )
     for seed in (0, 2**64 - 1, 987654321987):
         for number in (0, 1, 2**31, 2**40 + 3):

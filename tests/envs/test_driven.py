@@ -81,5 +81,5 @@ def test_no_number_stays_none(controller: AdaptiveController) -> None:
 def test_its_machine_code_has_the_room_that_it_needs(controller: AdaptiveController) -> None:
     law = driven(controller).law()
     assert law is not None
-    made = MachineCode(law, len(controller.states), controller.memory_size + 2, contract=False)
+    made = MachineCode(law, len(controller.states), controller.memory_size + 2)
     assert len(made.law.values) == 4

@@ -55,7 +55,7 @@ def attempt(s: Walk, h: float) -> float:
     w = s.w
     w.has_dense, w.stage = False, 1
     w.evaluations += STAGES
-    return float(s.laws.step(rates, s, w.elapsed, h, w.y, w.k, w.out, s.c.tolerance))
+    return float(s.laws.step(rates, s, w.elapsed, h, w.y, w.k, w.out, s.c.tolerance, s.c.tested))
 
 
 def carry_over(w: Any) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
+from mjbiped.engines.compiling import Costs
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun, idle_states
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
@@ -50,6 +51,10 @@ class Hybrid(Engine):
                 "or see in the record how much friction is asked for"
             )
         disturbances.delay_ticks(disturbances.period(None, 0.0))
+
+    def costs(self, robot: Robot) -> Costs:
+        """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
+        return Costs(engine=59.0, step=0.01) if len(robot.angles) < 3 else Costs(engine=96.0, step=0.07)
 
     def room(self, states: int, robot: Robot) -> int:
         """With knees, controllers without states have idle ones; see `Engine.room`."""

@@ -20,6 +20,7 @@ from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.pushes import following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
+from mjbiped.engines.compiling import announced_for, can_compile, compiles
 from mjbiped.engines.hybrid.accounting import write_state
 from mjbiped.engines.hybrid.dynamics import rates
 from mjbiped.engines.hybrid.gait_step import advance
@@ -82,7 +83,7 @@ class HybridRun(Run):
         *,
         summarised: bool = False,
         cancellation: Cancellation = never_cancelled,
-        compile: bool = True,
+        compile: bool | None = None,
     ) -> None:
         """Set the robot on the ground, and initialise the controller's memory; see `Engine.start`.
 
@@ -91,12 +92,16 @@ class HybridRun(Run):
             tolerance: Relative and absolute tolerance of an integration step.
             summarised: Keep only what `Run.summary` needs, and no tables.
             cancellation: Called repeatedly during the walk; an exception that it raises stops the walk.
-            compile: Whether to compile laws that can be compiled.
+            compile: Whether to compile laws that can be compiled; None: see `mjbiped.engines.compiling`.
         """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
-        control_period = plan.disturbances.period(None, 0.0)
-        self.controller = plan.driven(control_period)
-        self._tolerance, self._stint = tolerance, _FIRST_STINT
+        self._tolerance = tolerance
+        self._set_up(compiles(plan) if compile is None else compile)
+
+    def _set_up(self, compile: bool) -> None:
+        """Make everything that the walk begins with, for compiled code or for plain Python."""
+        plan, control_period = self.plan, self.plan.disturbances.period(None, 0.0)
+        self.controller, self._stint = plan.driven(control_period), _FIRST_STINT
         self._law = compilable_law(self.controller) if compile else None
         self.compiled = self._law is not None
         states, robot = len(self.controller.states), plan.robot
@@ -157,7 +162,7 @@ class HybridRun(Run):
     def _begin_constants(self, control_period: float) -> Any:
         """Collect robot, rules and limits as plain numbers."""
         robot, terms = self.plan.robot, self.plan.terms
-        foot, asks, tested = robot.bodies.foot, self.controller.support, 2 * _angles(robot) + self._own
+        foot, asks = robot.bodies.foot, self.controller.support
         behind, ahead = (robot.sole if foot is None else None) or (math.inf, math.inf)
         return Constants(
             robot=robot.equations.constants(robot),
@@ -180,8 +185,8 @@ class HybridRun(Run):
             end=self.plan.terrain.end,
             steps=math.inf if terms.steps is None else float(terms.steps),
             distance=math.inf if terms.distance is None else float(terms.distance),
-            # the error is a mean over all states, and idle states have none
-            tolerance=self._tolerance * math.sqrt(1.0 - self._idle / tested),
+            tolerance=self._tolerance,
+            tested=float(2 * _angles(robot) + self._own - self._idle),
             longest_step=LONGEST_STEP * math.sqrt(robot.leg_length / robot.gravity),
             sample_period=self._sample_period,
             control_period=control_period,
@@ -315,8 +320,17 @@ class HybridRun(Run):
         if self.compiled:
             import numba
 
-            self.advance.compile(tuple(map(numba.typeof, (self.parameters, self.constants, self.state))))
+            with announced_for(self.plan):
+                self.advance.compile(tuple(map(numba.typeof, (self.parameters, self.constants, self.state))))
         return self.compiled
+
+    def restart_compiled(self) -> bool:
+        """Begin an interpreted walk again as machine code; see `Run.restart_compiled`."""
+        if self.compiled or not can_compile(self.plan):
+            return False
+        self.recorder = self._new_recorder()
+        self._set_up(True)
+        return self.compile()
 
     @cached_property
     def code(self) -> MachineCode | None:
@@ -325,7 +339,7 @@ class HybridRun(Run):
             return None
         with refused_in_words(self.controller, self._law):
             states, size, joints = len(self.controller.states), self.controller.memory_size, len(self.plan.robot.joints)
-            return MachineCode(self._law, states, size, contract=True, joints=joints, idle=self._idle)
+            return MachineCode(self._law, states, size, joints=joints, idle=self._idle)
 
     @property
     def parameters(self) -> Any:
@@ -345,8 +359,8 @@ class HybridRun(Run):
         return np.array(self.state.pressure[2:], dtype=np.float64)
 
     def settings(self) -> dict[str, Any]:
-        """The engine's settings: tolerance, whether laws are compiled, and warnings if there are any."""
-        settings = {"tolerance": self._tolerance, "compiled": self.compiled}
+        """The engine's settings: tolerance, and warnings if there are any."""
+        settings: dict[str, Any] = {"tolerance": self._tolerance}
         return {**settings, "warnings": self.warnings} if self.warnings else settings
 
     @property
@@ -430,5 +444,5 @@ def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:
     """
     packer = Packer()
     shared = Tables(Ground(*map(Shared, tables.ground)), tables.pushes, Shared(tables.rows), Shared(tables.samples))
-    unpack = unpacking(packer.add(shared), tuple(packer.classes.items()), True)
+    unpack = unpacking(packer.add(shared), tuple(packer.classes.items()))
     return packer.record(), unpack

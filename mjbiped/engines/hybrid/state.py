@@ -259,6 +259,8 @@ class Constants:
         steps: Touchdowns after which the walk is finished.
         distance: Position x of the stance foot at which it is finished, m.
         tolerance: Tolerance of an integration step.
+        tested: Number of components over which the mean error of a step is taken: angles, rates, and the states that
+            the controller itself has.
         longest_step: Longest integration step, s.
         sample_period: Time between two samples, s.
         control_period: Time between two ticks of a controller that ticks, s.
@@ -285,6 +287,7 @@ class Constants:
     steps: float
     distance: float
     tolerance: float
+    tested: float
     longest_step: float
     sample_period: float
     control_period: float

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -9,7 +10,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run
+from mjbiped.engines.compiling import Costs
 from mjbiped.engines.mujoco.compiled.registry import require_no_callbacks, walking
+from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
@@ -25,6 +28,10 @@ from mjbiped.utils import domains
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
+
+_GAIT_STEP = 2.4  # duration of a gait step, sqrt(l / g)
+_LANDING = 60  # short physics steps about a touchdown
+_PHYSICS_STEP = 60e-6  # of CPU, interpreted, s
 
 
 @dataclass(frozen=True)
@@ -90,6 +97,13 @@ class Mujoco(Options, Engine):
             replace(self, control_period=period)
             disturbances.delay_ticks(period)
 
+    def costs(self, robot: Robot) -> Costs:
+        """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
+        foot = robot.bodies.foot
+        timestep = (self if foot is None else for_feet(self, foot)).timestep
+        steps = _GAIT_STEP * math.sqrt(robot.leg_length / robot.gravity) / timestep
+        return Costs(engine=36.0, step=_PHYSICS_STEP * (steps + _LANDING))
+
     def room(self, states: int, robot: Robot) -> int:
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""
         return max(states, ROOM)
@@ -104,7 +118,7 @@ class Mujoco(Options, Engine):
         robot: Robot | None = None,
         sample_period: float | None = None,
         disturbances: Disturbances | None = None,
-        compile: bool = True,
+        compile: bool | None = None,
     ) -> Simulation:
         """A robot on its ground, to be stepped by `mujoco.mj_step` in a loop of your own.
 
@@ -116,7 +130,7 @@ class Mujoco(Options, Engine):
             robot: The robot that walks.
             sample_period: Time between two samples, s.
             disturbances: What the walk is disturbed by.
-            compile: Whether laws that can be compiled are.
+            compile: Whether callbacks and laws that can be compiled are; None: if that pays for so many steps.
 
         Raises:
             InputError: An argument is outside its domain.

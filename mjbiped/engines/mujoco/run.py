@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
+from mjbiped.engines.compiling import can_compile
 from mjbiped.engines.mujoco.bearing import pressure_times
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.motors import told
@@ -44,6 +45,7 @@ class MujocoRun(Run):
         cancellation: Cancellation = never_cancelled,
         before: Simulation | None = None,
         scenery: bool = False,
+        compile: bool | None = None,
     ) -> None:
         """Build the scene; see `Engine.start`.
 
@@ -54,19 +56,29 @@ class MujocoRun(Run):
             cancellation: Called now and then while it walks.
             before: The simulation of a walk of the same plan but for the first state, which is made use of again.
             scenery: See `Simulation`.
+            compile: See `Simulation`.
         """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         if before is not None:
             before.restart(plan.q, plan.dq)
-        self.simulation = Simulation(plan, options, scenery=scenery) if before is None else before
+        self._options = options
+        self.simulation = before or Simulation(plan, options, scenery=scenery, compile=compile)
 
     def walk(self, show: Show) -> Outcome:
         """Step to the end."""
         return simulate(self.simulation, self.recorder, show)
 
     def compile(self) -> bool:
-        """Whether the callbacks are compiled ones."""
+        """Compile the callbacks now, unless the walk is interpreted; whether they and the laws are machine code."""
         return self.simulation.compiled
+
+    def restart_compiled(self) -> bool:
+        """Begin an interpreted walk again as machine code; see `Run.restart_compiled`."""
+        if self.simulation.compiled or not can_compile(self.plan):
+            return False
+        self.recorder = self._new_recorder()
+        self.simulation = Simulation(self.plan, self._options, compile=True)
+        return self.compile()
 
     def sharing(self) -> AbstractContextManager[None]:
         """The trampolines of compiled callbacks, installed for all threads."""

@@ -24,6 +24,7 @@ from mjbiped.control import adapters
 from mjbiped.control.compilation import CalledMethods, MachineCode, compilable_law
 from mjbiped.control.compile_errors import refused_in_words
 from mjbiped.disturbances.sampled import SampledController
+from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import leapfrog, motors, observation, step_size
 from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.engines.mujoco.compiled.callbacks import ACCELERATION, POSITION, Native, attached, check_offsets
@@ -82,14 +83,14 @@ class Simulation:
     constants: Constants
     inside: tuple[float, float]
 
-    def __init__(self, plan: Plan, options: Options, *, compile: bool = True, scenery: bool = False) -> None:
+    def __init__(self, plan: Plan, options: Options, *, compile: bool | None = None, scenery: bool = False) -> None:
         """Build the scene and set the robot on it.
 
         Args:
             plan: The checked walk.
             options: The engine's settings. If physics steps do not end at touchdowns, the model never changes and can
                 serve many walks at the same time.
-            compile: Whether to compile laws that can be compiled.
+            compile: Whether to compile callbacks, and laws that can be; None: see `mjbiped.engines.compiling`.
             scenery: Whether to add a side view of the ground for pictures; the walk is the same.
         """
         robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
@@ -97,7 +98,8 @@ class Simulation:
             options = for_feet(options, robot.bodies.foot)
         if disturbances.in_loop:
             options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
-        self.plan, self.options, self._compile = plan, options, compile
+        self.plan, self.options = plan, options
+        self._compile = compiles(plan) if compile is None else compile
         self.controller = controller = plan.driven(options.control_period or 0.0)
         states, self._rows = len(controller.states), rows_of(type(robot))
         # path of the hip, m; a faster one would fly
@@ -361,17 +363,19 @@ class Simulation:
         controller = self.controller
         if not self._compile:
             return None
-        law, states, joints = compilable_law(controller), len(controller.states), len(controller.joints)
+        states, joints = len(controller.states), len(controller.joints)
         code: MachineCode | CalledMethods
         try:
             registry.learn_layout()
             check_offsets(self.model, self.data)
-            with refused_in_words(controller, law):
-                if law is None:
-                    code = CalledMethods(controller, room=ROOM)
-                else:
-                    code = MachineCode(law, states, controller.memory_size, contract=False, room=ROOM, joints=joints)
-                return Native(code, self.constants, self._rows, self.recording)
+            with announced_for(self.plan):
+                law = compilable_law(controller)
+                with refused_in_words(controller, law):
+                    if law is None:
+                        code = CalledMethods(controller, room=ROOM)
+                    else:
+                        code = MachineCode(law, states, controller.memory_size, room=ROOM, joints=joints)
+                    return Native(code, self.constants, self._rows, self.recording)
         except UnknownLayoutError as error:
             warn_once(str(error))
             return None

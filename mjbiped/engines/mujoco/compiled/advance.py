@@ -12,10 +12,10 @@ from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import motors, observation
-from mjbiped.engines.mujoco.compiled.callbacks import OPTIONS, Native, parts_of
+from mjbiped.engines.mujoco.compiled.callbacks import Native, parts_of
 from mjbiped.engines.mujoco.compiled.layout import Layout, layout, library
 from mjbiped.engines.mujoco.state import SIZE, State
-from mjbiped.numerics.jit import c_function, described, from_source, prepared
+from mjbiped.numerics.jit import OPTIONS, c_function, described, from_source, prepared
 from mjbiped.numerics.records import WORD
 from mjbiped.records.rows import Rows
 

@@ -33,7 +33,7 @@ from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, l
 from mjbiped.engines.mujoco.motors import Parts, Recording
 from mjbiped.engines.mujoco.scene import ARRIVE, CONTROL, FILTER, RECORDS_SIZE, SENSOR
 from mjbiped.engines.mujoco.state import SIZE, Constants, State
-from mjbiped.numerics.jit import c_function, described, from_source, jitted, options, prepared
+from mjbiped.numerics.jit import OPTIONS, c_function, described, from_source, jitted, prepared
 from mjbiped.numerics.records import WORD, Packer, Shared
 from mjbiped.records.pressure import note_pressure
 from mjbiped.records.rows import Rows
@@ -44,10 +44,6 @@ from mjbiped.terrain import profile
 from mjbiped.utils.mujoco import mujoco
 
 POSITION, ACCELERATION = int(mujoco.mjtStage.mjSTAGE_POS), int(mujoco.mjtStage.mjSTAGE_ACC)
-
-
-OPTIONS = {**options(contract=False), "boundscheck": False}
-"""Of Numba: products and sums are rounded as Python does; what `Native.fits` has looked at is not looked at again."""
 
 
 class Functions(NamedTuple):

@@ -2,8 +2,9 @@
 
 Walks with compiled callbacks share `callbacks.trampolines`, which find each walk's own functions: any number of them
 may be under way, in any threads. Walks with callbacks in Python share a dispatcher in Python. They are made in one
-thread at a time: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it calls them with
-models that Python cannot hold. What somebody else has installed is asked for all other models, and comes back.
+thread at a time, and others wait: while MuJoCo compiles a model, callbacks in Python have to be taken away, for it
+calls them with models that Python cannot hold. What somebody else has installed is asked for all other models, and
+comes back.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from mjbiped.errors import MjbipedError
 from mjbiped.utils.mujoco import mujoco
 
 CALLBACKS = ("mjcb_control", "mjcb_sensor", "mjcb_contactfilter")
+_LONGEST_WAIT = 60.0  # for the interpreted walk of another thread, s: longer ones are compiled
 _NAMES = (*CALLBACKS, "mju_user_warning")
 _CLOCK = "mjcb_time"
 """Times each stage of a step for `mjData.timer`, a tenth of the step's time: compiled walks are made without it. One in
@@ -205,11 +207,11 @@ def in_python(walk: Driven, address: int) -> Iterator[None]:
     """Have callbacks in Python act on a walk's model, by its address.
 
     Raises:
-        MjbipedError: Another thread is walking in Python.
+        MjbipedError: Another thread is walking in Python, and does not end.
     """
     global _walker
     with _changed:
-        _refuse_another_thread()
+        _wait_for_another_thread()
         _changed.wait_for(lambda: not _builders)  # some milliseconds
         _walker = threading.get_ident()
         _driven.setdefault(address, []).append(walk)
@@ -224,6 +226,7 @@ def in_python(walk: Driven, address: int) -> Iterator[None]:
             if not _driven:
                 _walker = None
             _refresh()
+            _changed.notify_all()
 
 
 @contextmanager
@@ -233,11 +236,11 @@ def python_callbacks_removed() -> Iterator[None]:
     The trampolines stay for those who need them.
 
     Raises:
-        MjbipedError: Another thread is walking in Python.
+        MjbipedError: Another thread is walking in Python, and does not end.
     """
     global _builders
     with _changed:
-        _refuse_another_thread()
+        _wait_for_another_thread()
         _builders += 1
         _refresh()
     names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
@@ -261,14 +264,14 @@ def learn_layout() -> None:
 
     Raises:
         UnknownLayoutError: The layout is not understood.
-        MjbipedError: Another thread is walking in Python.
+        MjbipedError: Another thread is walking in Python, and does not end.
     """
     with python_callbacks_removed():
         layout()
 
 
-def _refuse_another_thread() -> None:
-    if _walker not in (None, threading.get_ident()):
+def _wait_for_another_thread() -> None:
+    if not _changed.wait_for(lambda: _walker in (None, threading.get_ident()), _LONGEST_WAIT):
         raise MjbipedError(
             "another thread of this process is walking with callbacks in Python, and MuJoCo's callbacks are "
             "shared by all threads; let walks run one after another, or all of them by mjbiped.walk_many"
