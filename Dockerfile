@@ -1,4 +1,4 @@
-# mjbiped in a container, with all its machine code compiled:
+# mjbiped in a container:
 #   docker build --tag mjbiped .
 #   docker run --rm --volume "$PWD/out:/out" mjbiped walk mixed --initial rest --out /out/walk.npz --video /out/walk.mp4
 # The README's two commands in it:
@@ -8,7 +8,7 @@ FROM python:3.11-slim-bookworm
 # make; a compiler for packages without wheels; OpenGL without a screen
 RUN apt-get update && apt-get install --yes --no-install-recommends make gcc libc6-dev libegl1 libgl1-mesa-dri && rm -rf /var/lib/apt/lists/*
 
-# machine code fits one kind of processor: elsewhere a walk compiles it anew, into this folder
+# machine code that long walks compile
 ENV NUMBA_CACHE_DIR=/var/cache/mjbiped MUJOCO_GL=egl
 
 WORKDIR /mjbiped

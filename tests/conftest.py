@@ -12,6 +12,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.engines.compiling import VARIABLE
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts what runs in the background so, and processes that tests start and then interrupt would inherit it
@@ -20,6 +21,18 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # how long an example takes is the machine's, and the first one compiles; each run draws others
 hypothesis.settings.register_profile("mjbiped", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("mjbiped")
+
+
+os.environ.setdefault(VARIABLE, "never")  # the quick tests interpret, in processes that they begin as well
+
+
+@pytest.fixture(autouse=True)
+def compiles_what_pays(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slow tests compile as a user's walks do, tests marked `compiled` compile everything."""
+    if request.node.get_closest_marker("compiled"):
+        monkeypatch.setenv(VARIABLE, "always")
+    elif request.node.get_closest_marker("slow"):
+        monkeypatch.setenv(VARIABLE, "auto")
 
 
 @pytest.fixture(scope="session", autouse=True)

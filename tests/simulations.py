@@ -58,7 +58,7 @@ def hybrid_run(
     scuffing: ScuffingRule = ScuffingRule(),  # noqa: B008 (frozen)
     disturbances: Disturbances = UNDISTURBED,
     tolerance: float = TOLERANCE,
-    compile: bool = True,
+    compile: bool | None = None,
 ) -> HybridRun:
     """A walk in the hybrid engine that nobody has checked; with neither steps nor distance it goes on for long."""
     steps = 10**6 if steps is None and distance is None else steps

@@ -225,6 +225,6 @@ _OF_ENGINES: Mapping[str, Mapping[str, _Check]] = {
         "lands": _TRUTH,
         "stance_knee": _NAME,
     },
-    "hybrid": {"tolerance": _in(domains.TOLERANCE), "compiled": _TRUTH},
+    "hybrid": {"tolerance": _in(domains.TOLERANCE)},
 }
 """Checks of the settings of this package's engines; other engines have their own settings."""

@@ -21,9 +21,15 @@ from mjbiped.engines.hybrid.run import HybridRun
 NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
 
 
-@pytest.mark.parametrize("name", controller_names())
+QUICK = ("adaptive", "passive")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)],
+)
 def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    """Bit by bit, where no product and sum are made in one operation."""
+    """Bit by bit."""
     controller = make_controller(name, robot, {}, gait)
     law = controller.law()
     assert law is not None
@@ -110,6 +116,8 @@ class FailingAtTouchdown(PassiveController):
         return super().law()._replace(touchdown=out_of_range_at_touchdown)
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_law_that_fails_at_a_touchdown_stops_the_walk_there(engine: str, gait: mjbiped.Gait) -> None:
     """What would come of a memory that is half written is no walk."""
@@ -121,6 +129,8 @@ def test_a_law_that_fails_at_a_touchdown_stops_the_walk_there(engine: str, gait:
     assert stopped.value.walk.end[0] == pytest.approx(gait.period, abs=1e-3)  # MuJoCo's steps are 0.06 ms shorter
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_law_that_fails_in_machine_code_stops_the_walk(engine: str) -> None:
     with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
@@ -143,6 +153,8 @@ def hybrid(controller: Controller) -> HybridRun:
     )
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
     robot: mjbiped.Compass, gait: mjbiped.Gait, controller: AdaptiveController
 ) -> None:
@@ -156,6 +168,7 @@ def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
     assert len({id(simulation.native and simulation.native.functions) for simulation in made}) == 1
 
 
+@pytest.mark.compiled
 def test_one_machine_code_of_the_hybrid_engine_serves_nearly_all_with_knees() -> None:
     """Controllers without states of their own have idle ones."""
     robot = mjbiped.KneedBiped()

@@ -55,9 +55,7 @@ print(MachineCode(Spring().law(), 0, 0).failed)
 
 
 def test_types_that_not_every_program_knows_have_names_of_their_own() -> None:
-    names = {
-        kept_apart(never, True, types)[0].__name__ for types in ((), ("first.Parameters",), ("second.Parameters",))
-    }
+    names = {kept_apart(never, types)[0].__name__ for types in ((), ("first.Parameters",), ("second.Parameters",))}
     assert len(names) == 3
 
 

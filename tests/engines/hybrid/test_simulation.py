@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rounding import assert_same
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicSpline
 from simulations import hybrid_run, hybrid_simulation
@@ -21,13 +20,6 @@ from mjbiped.robots import compass
 from mjbiped.terrain.terrain import Terrain
 
 SLOPE = math.radians(2)
-
-
-class Uncompiled(AdaptiveController):
-    """The paper's controller as a user's own class would come: without functions to compile."""
-
-    def law(self) -> None:  # type: ignore[override]
-        return None
 
 
 def hybrid(controller: Controller, terrain: Terrain, **arguments: Any) -> mjbiped.Walk:
@@ -158,21 +150,6 @@ def test_work_of_a_law_with_known_integral() -> None:
     assert walk.touchdowns["work_net"][0] == pytest.approx(expected, rel=1e-6)
     assert walk.touchdowns["work_absolute"][0] == pytest.approx(-walk.touchdowns["work_net"][0], rel=1e-12)
     assert walk.touchdowns["work_positive"][0] == pytest.approx(0.0, abs=1e-15)
-
-
-def test_compiled_and_plain_python_agree(controller: AdaptiveController, robot: mjbiped.Compass) -> None:
-    plain = Uncompiled(controller.robot, controller.gait)
-    compiled, interpreted = (hybrid(c, Terrain.mixed(), steps=12) for c in (controller, plain))
-    assert (compiled.settings["compiled"], interpreted.settings["compiled"]) == (True, False)
-    assert compiled.touchdowns.keys() == interpreted.touchdowns.keys()
-    for name, values in compiled.touchdowns.items():
-        # one source; compiled, sums are contracted and reordered in the last bits, which the walk then damps. They move
-        # the integrator's nodes, too: between these, two close changes of a power's sign go unseen (some 1e-7 of the
-        # work), and friction is read at them alone
-        accuracy = 1e-6 if name == "friction" or name.startswith("work_") else 1e-9
-        assert values == pytest.approx(interpreted.touchdowns[name], rel=accuracy, abs=1e-10), name
-    assert compiled.peak_torque == pytest.approx(interpreted.peak_torque, rel=1e-9)
-    assert_same(compiled.samples["qpos"], interpreted.samples["qpos"], 1e-9)
 
 
 def test_derived_class_is_not_ignored(controller: AdaptiveController) -> None:

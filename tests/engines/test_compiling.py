@@ -1,0 +1,178 @@
+"""Which walks are interpreted and which compile, and that nothing in a walk tells which way it ran."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
+from mjbiped import InputError, Terrain
+from mjbiped.engines import compiling
+from mjbiped.engines.ahead import AHEAD
+from mjbiped.engines.compiling import compiles, missing, note_kept
+from mjbiped.engines.names import engine_of
+from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.numerics import cache_folder
+from mjbiped.rules.scuffing import ScuffingRule
+
+ENGINES = ("hybrid", "mujoco")
+
+
+@pytest.fixture(autouse=True)
+def empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Neither the disk nor this process has machine code yet, and nobody has overruled the rule."""
+    monkeypatch.delenv(compiling.VARIABLE, raising=False)
+    monkeypatch.setattr(cache_folder, "folder", lambda: tmp_path)
+    monkeypatch.setattr(cache_folder, "_kept", set())
+
+
+def planned(controller: Controller, engine: str, **given: Any) -> Plan:
+    terms = Terms(engine_of(engine), given.get("steps"), given.get("distance"), None, None, ScuffingRule())
+    return make_plan(terms, controller, Terrain.incline(2.0), "gait")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_default_walk_is_interpreted_and_a_long_one_compiles(engine: str, controller: Controller) -> None:
+    assert not compiles(planned(controller, engine))
+    assert compiles(planned(controller, engine, steps=100_000))
+    assert compiles(planned(controller, engine, distance=100_000.0))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_what_is_on_disk_is_used_however_short_the_walk(
+    engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = planned(controller, engine, steps=1)
+    assert not compiles(plan)
+    note_kept(plan)
+    monkeypatch.setattr(cache_folder, "_kept", set())  # as in another process
+    assert compiles(plan)
+    assert compiles(planned(dataclasses.replace(controller, position_gain=7.0), engine, steps=1))
+    other = planned(PassiveController(), engine, steps=1)
+    assert not compiles(other)  # whose laws are others
+    assert 0.0 < missing(other) < missing(plan) + 1e3
+
+
+def test_many_walks_compile_where_one_of_them_would_not(controller: Controller) -> None:
+    before = AHEAD.set(10_000)
+    try:
+        assert compiles(planned(controller, "hybrid", steps=1))
+    finally:
+        AHEAD.reset(before)
+
+
+def test_walks_of_unknown_length_compile_once_interpreting_has_taken_as_long(controller: Controller) -> None:
+    plan = planned(controller, "mujoco")
+    cost = missing(plan)
+    assert not compiles(plan, 0.9 * cost)
+    assert compiles(plan, 1.1 * cost)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_environment_overrules(engine: str, controller: Controller, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(compiling.VARIABLE, "always")
+    assert compiles(planned(controller, engine, steps=1))
+    monkeypatch.setenv(compiling.VARIABLE, "never")
+    assert not compiles(planned(controller, engine, steps=100_000))
+    monkeypatch.setenv(compiling.VARIABLE, "sometimes")
+    with pytest.raises(InputError, match="MJBIPED_COMPILE = 'sometimes': expected always, never or auto"):
+        compiles(planned(controller, engine))
+
+
+def squared(gain: float, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+    return 0.0, -gain * (q2 - q1) ** 3
+
+
+def divided(gain: float, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
+    return 0.0, min(gain / memory[0], 1.0)
+
+
+def nothing(gain: float, memory: Memory, *postures: float) -> None:
+    pass
+
+
+def unknown(gain: float, memory: Memory) -> float:
+    return float("nan")
+
+
+def never(gain: float, memory: Memory, t: float) -> float:
+    return float("inf")
+
+
+class Powers(LawController):
+    @property
+    def plain_law(self) -> Law:
+        return Law(0.5, squared, nothing, unknown, never)
+
+
+class Divides(LawController):
+    memory_size = 1
+
+    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+        memory[0] = 1.0
+
+    @property
+    def plain_law(self) -> Law:
+        return Law(0.5, divided, zeroed, unknown, never)
+
+
+def zeroed(gain: float, memory: Memory, *postures: float) -> None:
+    memory[0] = 0.0
+
+
+def test_a_law_with_powers_is_never_interpreted() -> None:
+    """x**3 is one call of C's pow in Python and two products in machine code, which round differently."""
+    assert compiles(planned(Powers(), "hybrid", steps=1))
+
+
+def columns(walk: mjbiped.Walk) -> dict[str, bytes]:
+    return {
+        f"{name}": np.ascontiguousarray(table[name]).tobytes()
+        for table in (walk.samples, walk.touchdowns)
+        for name in table
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_division_by_zero_ends_both_ways_alike(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python raises an exception, machine code goes on with infinity, which this law then bounds."""
+    walks = []
+    for way in ("auto", "always"):
+        monkeypatch.setenv(compiling.VARIABLE, way)
+        walks.append(mjbiped.walk(Divides(), Terrain.incline(2.0), engine=engine, steps=4))
+    assert columns(walks[0]) == columns(walks[1])
+    assert walks[0].settings == walks[1].settings
+    assert walks[0].steps >= 1
+
+
+FIRST_WALK = """
+import sys
+import mjbiped
+from controllers import PassiveController
+walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine={engine!r}, steps=2)
+print(walk.outcome, "numba" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_first_walk_does_not_load_the_compiler(engine: str, tmp_path: Path) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != compiling.VARIABLE}
+    environment["NUMBA_CACHE_DIR"] = str(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-c", FIRST_WALK.format(engine=engine)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert (done.stdout, done.stderr) == ("finished False\n", "")
