@@ -75,6 +75,7 @@ def test_torques_are_compared_at_equal_times_since_the_touchdown(agreeing: Compa
     assert less == pytest.approx(difference - 1.0, abs=1e-12, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("terrain", "replanning", "steps", "where", "cause"),
     [

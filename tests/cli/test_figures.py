@@ -22,6 +22,7 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     return shown
 
 
+@pytest.mark.slow
 def test_figures_are_files_of_their_names_and_the_summary_tells_their_commands(
     cheap: dict[str, str], tmp_path: Path
 ) -> None:

@@ -16,6 +16,7 @@ from mjbiped.limit_cycles.basin import Fate
 SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
 
 
+@pytest.mark.slow
 def test_return_map_tells_the_gait_and_writes_its_files(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("map.npz", "map.png")]
     result = run("return-map", "--slope-deg", 3, "--points", 40, "--out", paths[0], "--plot", paths[1])

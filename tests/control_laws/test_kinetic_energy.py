@@ -121,6 +121,7 @@ CLAIMED = [(99.0, 0.0, -0.05), (99.0, -3.0, 0.0), (99.0, 3.0, 0.0)]
 """What the paper's introduction says that the method withstands: 5 % of the leg's length, and 3 degrees."""
 
 
+@pytest.mark.slow
 def test_defaults_bear_what_the_paper_says() -> None:
     smaller = [(99.0, 0.0, rise) for rise in (-0.04, -0.03, -0.02, -0.01, 0.01)]
     assert not falls("hybrid", [*CLAIMED, *smaller])

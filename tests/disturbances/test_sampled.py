@@ -61,6 +61,7 @@ def test_a_control_period_is_the_one_that_mujoco_has() -> None:
     assert math.isclose(ours.cost_of_transport, own.cost_of_transport, rel_tol=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_seed_gives_a_walk_bit_by_bit(engine: str) -> None:
     first = walked(engine, NOISY)
@@ -70,6 +71,7 @@ def test_a_seed_gives_a_walk_bit_by_bit(engine: str) -> None:
     assert samples_of(first) != samples_of(other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_walks_in_threads_are_the_same(engine: str) -> None:
     each = [Disturbances(angle_noise=0.003, seed=seed) for seed in range(3)]
@@ -225,6 +227,7 @@ def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
     np.testing.assert_allclose(walk.samples["torque"][1:61:2, 1] * 1e6, expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("period", [1e-3, 4e-3, 8e-3])
 def test_engines_agree_about_a_sampled_controller(period: float) -> None:
     """On level ground; c_mt of the default settings agrees to 0.03 % without sampling (docs/step_size.md)."""
@@ -288,6 +291,7 @@ def test_an_exception_in_a_controller_is_told_as_ever(engine: str) -> None:
         walked(engine, Disturbances(delay=0.002), controller=Broken(), ground=mjbiped.Terrain.incline(2.0))
 
 
+@pytest.mark.slow
 def test_short_control_periods_are_no_sign_of_torques_that_switch() -> None:
     """The hybrid engine ends walks that need 100 000 integration steps in a gait step; here ticks ask for more."""
     given = Disturbances(control_period=5e-6)

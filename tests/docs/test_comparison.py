@@ -85,6 +85,7 @@ def test_stair_1_is_cheaper_than_level_ground_with_gains_that_settle() -> None:
         assert costs[0] < costs[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", [STAIRS, "stair 1, −6 mm"])
 def test_a_step_is_given_where_tolerance_and_engine_agree_on_it(ground: str) -> None:
     """Whether KETC's default ends early on high stairs depends on tolerance and processor; PBC ends at one step."""

@@ -63,9 +63,10 @@ DISTURBED = Disturbances(
     angle_noise=1e-3, rate_noise=1e-2, delay=2e-3, control_period=1e-3, torque_limit=30.0, pushes=((0.5, 1.0),), seed=1
 )
 QUICK = {
-    ("compass", "adaptive", "mixed", "disturbed"),
-    ("compass", "adaptive", "upstairs", ""),
-    ("kneed", "passive", "3 degrees", ""),
+    ("hybrid", "compass", "adaptive", "upstairs", ""),
+    ("hybrid", "compass", "passive", "3 degrees", ""),
+    ("mujoco", "compass", "adaptive", "mixed", "disturbed"),
+    ("mujoco", "kneed", "passive", "3 degrees", ""),
 }
 
 
@@ -74,10 +75,10 @@ def cases() -> Iterator[Any]:
         for law in laws:
             for ground in PLANES if ROBOTS[robot].radius else GROUNDS:
                 for disturbed in ("", "disturbed") if ground == "mixed" else ("",):
-                    case = robot, law, ground, disturbed
                     for engine in ("hybrid", "mujoco"):
+                        case = engine, robot, law, ground, disturbed
                         mark = pytest.mark.compiled if case in QUICK else (pytest.mark.slow, pytest.mark.compiled)
-                        yield pytest.param(engine, *case, marks=mark, id="-".join(filter(None, (engine, *case))))
+                        yield pytest.param(*case, marks=mark, id="-".join(filter(None, case)))
 
 
 def everything(walk: mjbiped.Walk) -> dict[str, Any]:

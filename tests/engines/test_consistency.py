@@ -533,6 +533,7 @@ def test_closed_loop_walks_agree_on_random_ground(seed: int, controller: Adaptiv
     assert_agreement(walked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["level", "stairs"])
 def test_plain_steps_agree_as_well(name: str, controller: AdaptiveController) -> None:
     """Step length, softness and qacc MuJoCo's own: "With plain steps" of docs/convergence.md, in short."""

@@ -96,6 +96,7 @@ def test_steps_that_pull_are_marked(pulled: mjbiped.Walk) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("timestep", "tolerance"), [(2e-4, 0.02), (2e-3, 0.06)])  # of the weight; docs/physics.md
 def test_engines_bear_the_same(timestep: float, tolerance: float, controller: AdaptiveController) -> None:
     """No foot slides on mixed ground: MuJoCo's averages are the paper's force, though contacts open and close."""

@@ -62,6 +62,7 @@ def test_the_centre_of_pressure_stays_on_the_sole(robot: Robot, ground: str) -> 
     assert np.max(ends[bound[:-1] & standing]) < EXACT  # where it gives less than is asked, at an end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "ground", "timestep"), [(*CASES[0], 1e-3), (*CASES[2], 2e-4)])
 def test_mujoco_keeps_it_on_the_sole_as_well(robot: Robot, ground: str, timestep: float) -> None:
     """With knees the share of the time converges slowly: 0.46 hybrid, 0.48 with steps of 0.2 ms, 0.57 of 1 ms."""

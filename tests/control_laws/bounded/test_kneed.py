@@ -132,6 +132,7 @@ def test_the_momentum_changes_as_predicted(
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
     law: BoundedKneedController, gait: OptimisedKneedGait, engine: str

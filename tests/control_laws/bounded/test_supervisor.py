@@ -41,6 +41,7 @@ def test_on_level_ground_it_is_the_tracking_law(robot: mjbiped.Compass, gait: Op
         assert (walks[0].samples[name] == walks[1].samples[name]).all()  # the same operations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_it_climbs_stairs_on_which_the_tracking_law_falls(
     robot: mjbiped.Compass, gait: OptimisedGait, engine: str
@@ -55,6 +56,7 @@ def test_it_climbs_stairs_on_which_the_tracking_law_falls(
     assert 0 < sum(made) < 10
 
 
+@pytest.mark.slow
 def test_it_leans_on_its_share_of_the_sole_only(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
     """So the engine has nothing to bound, and what the law foresees is what it gets."""
     walk = mjbiped.walk(SupervisedController(robot, gait), STAIRS, engine="hybrid", steps=14)

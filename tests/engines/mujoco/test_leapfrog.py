@@ -137,6 +137,7 @@ def test_plain_steps_are_shown_nothing(controller: AdaptiveController) -> None:
         assert simulation.state.rates[2:4] == rates[2:].tolist()
 
 
+@pytest.mark.slow
 def test_impacts_at_the_default_step(controller: AdaptiveController) -> None:
     """The contact step's own motion is all that is left: 0.04 % of a rate."""
     for terrain in (Terrain.level(), Terrain.stairs(rise=-0.06), Terrain.random(seed=0), Terrain.random(seed=3)):
@@ -151,6 +152,7 @@ def test_the_first_short_step_at_a_face_ends_a_long_one(controller: AdaptiveCont
     assert walk.touchdowns["dq"] == pytest.approx(exact.touchdowns["dq"], abs=3e-4)  # measured 1e-4
 
 
+@pytest.mark.slow
 def test_a_foot_that_slides_makes_no_peaks_of_torque() -> None:
     """It loses the ground and finds it again: impulses, of which `qvel` holds the whole already.
 

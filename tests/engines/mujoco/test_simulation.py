@@ -312,6 +312,7 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     assert struck.touchdowns["x"][0] < 0.30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "terrain",
     [

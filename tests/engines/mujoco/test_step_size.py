@@ -127,6 +127,7 @@ def test_a_slow_controller_keeps_its_beat(controller: AdaptiveController) -> Non
     assert walk.outcome == "finished"
 
 
+@pytest.mark.slow
 def test_struck_faces_at_long_steps(controller: AdaptiveController) -> None:
     """Near a riser steps are short: a foot neither tunnels through a plate of 2 mm nor is thrown off by it."""
     terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
@@ -136,6 +137,7 @@ def test_struck_faces_at_long_steps(controller: AdaptiveController) -> None:
     assert coarse.touchdowns["x"] == pytest.approx(fine.touchdowns["x"], abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [9e-4, 1.5e-3, 2.1e-3])
 def test_a_face_right_where_the_foot_begins_to_collide(after: float, controller: AdaptiveController) -> None:
     """The foot comes 1.5 mm further in a step: it is let collide after its first of these ways, and met the face in the
