@@ -95,6 +95,7 @@ def test_without_any_length_no_torque_of_the_ankle_acts() -> None:
     assert walk.samples["ankle_asked"].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "ground"), [CASES[1], CASES[2]])
 def test_plain_python_walks_as_compiled_code_does(robot: Robot, ground: str) -> None:
     """But for the integrator's error where the bound begins and ends: on either side of it steps differ by rounding."""

@@ -144,6 +144,7 @@ def test_what_was_drawn_is_told_and_a_knee_feels_its_lock() -> None:
     assert locked == {False, True}
 
 
+@pytest.mark.slow
 def test_zero_residual_is_bitwise_the_walk() -> None:
     env = load("walk_stairs", {"residual": True, "random": 5})
     env.reset()

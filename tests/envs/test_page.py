@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from mjbiped.envs import IDS, TASKS, feeling
 from mjbiped.envs.tasks import WalkTask
@@ -12,6 +13,7 @@ from mjbiped.envs.walkers import Walkers
 PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_its_numbers_are_those_of_the_tasks() -> None:
     free, residual = WalkTask("walk_level"), WalkTask("walk_level", residual=True)
     for number in (*free.limits, *residual.limits, *free.peak):

@@ -111,6 +111,7 @@ def test_a_locked_knee_is_felt() -> None:
     assert np.max(flexion) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_many_robots_draw_as_alone(threads: int) -> None:
     options: dict[str, Any] = {

@@ -35,6 +35,7 @@ def test_zero_residual_is_bitwise_the_walk(name: str) -> None:
     assert_begins_like(record, repeated(walkers))
 
 
+@pytest.mark.slow
 def test_the_walk_of_another_control_period_likewise_and_on_moving_ground() -> None:
     """A ground of more than 40 segments is built again meanwhile; 8 ms are two physics steps."""
     ground = mjbiped.Terrain.random(seed=5, segment_length=(0.15, 0.25), slope_deg=(-1.0, 1.0), rise=(0.0, 0.0))

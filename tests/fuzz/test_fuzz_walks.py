@@ -27,6 +27,7 @@ def all_possible(engine: str, seeds: range) -> set[str]:
     return outcomes
 
 
+@pytest.mark.slow
 @ENGINES
 def test_walks_are_possible(engine: str) -> None:
     assert all_possible(engine, FAST) >= {"finished", "fell", "diverged"}
@@ -39,6 +40,7 @@ def test_many_walks_are_possible(engine: str) -> None:
     assert all_possible(engine, SLOW[engine]) >= {"finished", "fell", "diverged", "stalled"}
 
 
+@pytest.mark.slow
 @ENGINES
 def test_walks_repeat_bit_by_bit(engine: str) -> None:
     for seed in FAST[:8]:

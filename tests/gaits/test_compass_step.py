@@ -64,6 +64,7 @@ PENDULUM = """
 """
 
 
+@pytest.mark.slow
 def test_torques_are_mujocos_inverse_dynamics() -> None:
     """A double pendulum of MuJoCo's own: the forces of its joints are the torques of ankle and hip."""
     model = mujoco.MjModel.from_xml_string(

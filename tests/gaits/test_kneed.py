@@ -164,6 +164,7 @@ def test_robots_that_are_alike_walk_alike(gait: KneedGait) -> None:
     assert found.clearance == pytest.approx(2 * gait.clearance, abs=1e-4)  # of samples
 
 
+@pytest.mark.slow
 def test_what_cannot_be_found_is_told() -> None:
     with pytest.raises(GaitError, match=r"walks only downhill; give a slope from 1e-12"):
         find_kneed_gait(KneedBiped(), 0.0)

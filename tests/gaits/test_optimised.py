@@ -29,6 +29,7 @@ def high(robot: mjbiped.Compass) -> OptimisedGait:
     return find_reference(robot, clearance=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("clearance", "period", "half", "cost"), PROTOTYPE)
 def test_a_prototypes_values(robot: mjbiped.Compass, clearance: float, period: float, half: float, cost: float) -> None:
     gait = find_reference(robot, clearance=clearance)
@@ -37,12 +38,14 @@ def test_a_prototypes_values(robot: mjbiped.Compass, clearance: float, period: f
     assert (gait.period, gait.end[0]) == pytest.approx((period, half), rel=0.04)
 
 
+@pytest.mark.slow
 def test_without_clearance_walking_costs_less_than_passive_walking(robot: mjbiped.Compass) -> None:
     gait = find_reference(robot, clearance=0.0)
     assert gait.cost_of_transport < 0.022  # what was asked for; the paper's controller needs sin 2° = 0.0349
     assert gait.speed == pytest.approx(0.494, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_centre_of_pressure_stays_on_a_sole() -> None:
     """By the robot's own matrices; without the sole it lies up to 28 mm behind the ankle."""
     robot = mjbiped.Compass(sole=(0.005, 0.005))
@@ -57,6 +60,7 @@ def test_the_centre_of_pressure_stays_on_a_sole() -> None:
     assert gait.cost_of_transport > 2.0 * find_reference(mjbiped.Compass(), clearance=0.06).cost_of_transport
 
 
+@pytest.mark.slow
 def test_a_robot_of_four_times_the_size_walks_the_same_gait() -> None:
     """On a sole of four times the length: the optimiser sees no units, and a power of two is not even rounded."""
     small, large = (
@@ -101,6 +105,7 @@ def test_every_demand_is_kept_between_the_optimisers_points(robot: mjbiped.Compa
         assert gait.cost_of_transport > find_reference(robot, clearance=0.05).cost_of_transport
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-4), ("mujoco", 2e-3)])
 def test_cost_as_walked(high: OptimisedGait, engine: str, tolerance: float) -> None:
     """The hybrid engine finds the power's changes of sign only where they lie apart, MuJoCo's contacts err by 0.1 %."""
@@ -206,6 +211,7 @@ def test_controllers_that_follow_in_time_track_it(high: OptimisedGait) -> None:
         KineticEnergyController(high.robot, high)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("replanning", ["paper", "additive"])
 def test_it_climbs_what_the_passive_gait_does_not(gait: mjbiped.Gait, replanning: str) -> None:
     """A step of 0.06 m at twelve places of its edge, at the paper's cost; under 50 N m down a step of 0.1 m, too."""
@@ -269,6 +275,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "kept"
 
 
+@pytest.mark.slow
 def test_it_is_kept_and_read_again_bit_by_bit(
     robot: mjbiped.Compass, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

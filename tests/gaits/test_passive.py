@@ -195,6 +195,7 @@ def test_no_gait_says_where_why_and_what_to_do(robot: Compass, degrees: float, r
         find_passive_gait(robot, math.radians(degrees))
 
 
+@pytest.mark.slow
 @given(
     st.builds(
         Compass,
@@ -221,6 +222,7 @@ def test_any_reasonable_robot_walks(robot: Compass, degrees: float) -> None:
     assert work == pytest.approx(loss, rel=1e-6)  # differences of energies 1e4 times larger, each to 1e-11
 
 
+@pytest.mark.slow
 def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
     """Robots whose two families lie close together; periods from a continuation in 200 equal steps of slope^(2/3)."""
     robot = Compass(17.861791343329855, 10.013768995882199, 0.727497428185425, 0.7511974661092197, 0.0, 1.62)

@@ -12,9 +12,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import run as mujoco_run
 from mjbiped.engines.mujoco import scene
-from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 
@@ -208,9 +209,15 @@ def test_an_error_before_the_first_sample_is_told() -> None:
     assert len(caught.value.walk.samples["time"]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiled", [True, False], ids=["compiled callbacks", "callbacks in Python"])
 def test_walks_of_two_threads_do_not_mix(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Callbacks in Python are process-wide: the second thread is told so. The first walks on undisturbed."""
+    """Callbacks in Python are process-wide: the second thread waits, and is told so in the end.
+
+    The first walks on undisturbed.
+    """
+    monkeypatch.setattr(registry, "_LONGEST_WAIT", 0.1)
+    monkeypatch.setenv(VARIABLE, "always" if compiled else "never")
     found: list[mjbiped.Walk | Exception] = []
 
     class Nesting(PassiveController):
@@ -228,8 +235,6 @@ def test_walks_of_two_threads_do_not_mix(compiled: bool, monkeypatch: pytest.Mon
             found.append(error)
 
     expected = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), steps=1)
-    if not compiled:
-        monkeypatch.setattr(Simulation, "native", None)
     walk = mjbiped.walk(Nesting(), mjbiped.Terrain.incline(2.0), steps=1)
     assert walk.touchdowns["x"] == expected.touchdowns["x"]
     if compiled:

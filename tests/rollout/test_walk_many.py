@@ -42,6 +42,7 @@ def test_one_core_at_least() -> None:
     assert cores() >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_as_each_by_itself(engine: str, controller: AdaptiveController) -> None:
     """To the last bit, for any number of workers, falls and a different law among them."""
@@ -62,6 +63,7 @@ def test_as_each_by_itself(engine: str, controller: AdaptiveController) -> None:
     assert summaries == [measures.summary(walk) for walk in expected]
 
 
+@pytest.mark.slow
 def test_a_clock_in_python_is_put_aside_meanwhile(controller: AdaptiveController) -> None:
     """dm_control's profiling leaves one behind, and now and then a walk failed by it."""
     mujoco.set_mjcb_time(time.time)
@@ -196,7 +198,9 @@ def forbid_walking(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Run, "go", never)
 
 
-@pytest.mark.parametrize("engine", [pytest.param("hybrid", marks=pytest.mark.slow), "mujoco"])  # what fails is not kept
+@pytest.mark.slow  # what fails to compile is not kept
+@pytest.mark.compiled
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_bad_law_is_refused_before_anything_runs(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     forbid_walking(monkeypatch)
     with pytest.raises(LawError, match=r"Wrong .*expected a tuple of 2"):
@@ -288,6 +292,8 @@ def test_ctrl_c_keeps_what_was_walked(
     assert none is None
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """Touchdowns go into it block by block."""

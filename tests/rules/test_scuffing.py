@@ -142,6 +142,7 @@ def test_command_line_names_the_cure_and_takes_it() -> None:
     assert run(*words, "--scuffing-reach", -1).exit_code == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [

@@ -68,6 +68,7 @@ def test_returns_that_lead_elsewhere_are_refused() -> None:
         after(1, replace(reached, returns=reached.returns[:, :, :1]))
 
 
+@pytest.mark.slow
 def test_a_residual_begins_as_the_adaptive_controller() -> None:
     """The first mean is zero, and the walk of 20 s on random ground returns what docs/environments.md's table says."""
     run = train(True, 1, threads=1)
@@ -77,6 +78,7 @@ def test_a_residual_begins_as_the_adaptive_controller() -> None:
     assert first.mean_returns[0] == pytest.approx(900.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_program_goes_on_bitwise_and_keeps_seeds_apart(tmp_path: Path) -> None:
     def trained(folder: str, generations: int, seed: int = 1) -> str:
         words = ["--task", "free", "--out", tmp_path / folder, "--generations", generations, "--seed", seed]

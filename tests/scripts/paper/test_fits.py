@@ -107,6 +107,7 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
         assert write_tried(gain_scan.scan(SHORT, kept, SOME)) == text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
     """The chosen settings and a few others on the reading of the committed report."""
@@ -146,6 +147,7 @@ def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> N
                 assert costs == pytest.approx(each.cost, rel=2e-5, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
     """The sentences of the template about Table II that no number carries."""
     rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))

@@ -123,6 +123,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
     assert write_grounds(grounds) == (DOCS / GROUNDS_TABLE).read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_path: Path) -> None:
     some = [next(each for each in grounds if each.torques), next(each for each in grounds if not each.torques)]

@@ -48,6 +48,7 @@ def test_data_file_is_of_the_family_that_was_searched() -> None:
     assert end_of(segments) == pytest.approx(terrain.x[-1] + last[0] * math.cos(math.radians(last[1])), rel=1e-15)
 
 
+@pytest.mark.slow
 def test_a_seed_finds_the_same_ground(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nearer than the first generation's best, and the same again."""
     monkeypatch.setattr(family, "SEGMENTS", 2)

@@ -22,6 +22,7 @@ def test_the_figure_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
     assert_legible(drawn[0], "page")
 
 
+@pytest.mark.slow
 def test_a_scan_counts_walks_that_finished() -> None:
     short = study.SCANS[2]._replace(values=(0.5, 40.0))
     fallen, walked = study.measure(short, "hybrid", walks=2, steps=9)

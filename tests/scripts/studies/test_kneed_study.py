@@ -77,6 +77,7 @@ def test_grounds_begin_at_places_over_one_step_and_bear_their_names() -> None:
     assert all(terrain.slope(3.0) == pytest.approx(np.deg2rad(5.0)) for terrain in grounds["level, then +5°"])
 
 
+@pytest.mark.slow
 def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     passive = {name: make for name, make in study.walkers().items() if "passive" in name}
     monkeypatch.setattr(study, "walkers", lambda: passive)

@@ -31,6 +31,7 @@ def test_straight_legs_scuff_as_their_gait_says() -> None:
     assert study.passes([walk]) == "100 %, 0 %; 0.09"
 
 
+@pytest.mark.slow
 def test_straight_legs_pass_through_risers_and_knees_do_not() -> None:
     stairs = [Terrain.stairs(rise=0.02, first=first) for first in (1.5, 1.6, 1.7, 1.8)]
     compass, kneed = mjbiped.Compass(), mjbiped.KneedBiped()

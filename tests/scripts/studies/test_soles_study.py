@@ -21,6 +21,7 @@ def test_each_ground_changes_later_with_each_phase() -> None:
     assert mixed.rises == pytest.approx(Terrain.mixed().rises, abs=1e-12)  # sums of a dozen heights of centimetres
 
 
+@pytest.mark.slow
 def test_a_cell_counts_the_walks_that_come_through() -> None:
     robot = mjbiped.Compass(sole=(0.12, 0.12))
     law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))

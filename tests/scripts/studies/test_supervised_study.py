@@ -37,6 +37,7 @@ def test_no_ground_of_the_tables_is_a_training_ground() -> None:
     assert recovery_search.training() == recovery_search.training()
 
 
+@pytest.mark.slow
 def test_the_search_begins_with_steps_that_can_be_made() -> None:
     begun, fixed = recovery_search.recovery_of(np.zeros(9)), SupervisedController.recovery
     assert [each.number for each in begun[:3]] == [each.number for each in fixed[:3]]
@@ -70,6 +71,7 @@ def test_limits_by_energy() -> None:
     assert sole_limits_study.estimates(sole_limits_study.law(0.005))[1] == 0.0
 
 
+@pytest.mark.slow
 def test_the_greatest_riser_is_the_last_before_a_fall() -> None:
     law = sole_limits_study.law(0.12)
     assert sole_limits_study.greatest(law, sole_limits_study.riser, [2, 30, 3]) == 2
