@@ -171,6 +171,13 @@ def width(columns: Mapping[str, Column]) -> int:
     return sum(column.width for column in columns.values())
 
 
+def whole_rows(columns: Mapping[str, Column], rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return those of a table's rows in which all numbers that must be finite are; more numbers may follow in a row."""
+    finite = np.repeat([column.finite for column in columns.values()], [column.width for column in columns.values()])
+    whole: NDArray[np.float64] = rows[np.isfinite(rows[:, : len(finite)][:, finite]).all(axis=1)]
+    return whole
+
+
 def index_of(columns: Mapping[str, Column], name: str) -> int:
     """Index of a column's first number in a row."""
     return sum(columns[earlier].width for earlier in list(columns)[: list(columns).index(name)])

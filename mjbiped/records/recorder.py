@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import index_of, split, tables_of, width
+from mjbiped.records.columns import index_of, split, tables_of, whole_rows, width
 from mjbiped.records.measures import Summary
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -65,13 +65,15 @@ class Recorder:
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
         """Add copies of rows to both tables.
 
-        Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added.
+        Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added. So are
+        rows of a motion that is no number, as a walk that diverges may end with: a record that holds one is refused.
 
         Args:
             rows: Rows of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
             samples: Rows of samples, shape (any, columns of `columns.SAMPLES` and the controller's states).
         """
-        rows, samples = _later(rows, self._rows), _later(samples, self._samples)
+        rows = _later(whole_rows(self._columns.touchdowns, rows), self._rows)
+        samples = _later(whole_rows(self._columns.samples, samples), self._samples)
         if len(rows):
             if self._summary is not None:
                 self._summary.take(split(self._columns.touchdowns, rows))

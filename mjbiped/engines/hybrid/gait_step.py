@@ -39,6 +39,7 @@ from mjbiped.engines.hybrid.transfer import (
     lay_flat,
     release_foot,
     slide_on,
+    stands_still,
     strike_knee,
     stub,
     tip_over,
@@ -200,6 +201,8 @@ def _reset(s: Walk, event: int) -> bool:
     """Apply the reset map of an event, which may end the walk; whether the support transfer follows."""
     w = s.w
     if event == TOUCHDOWN:
+        if stands_still(s):
+            return False
         if lands(s):
             return True
         stub(s)

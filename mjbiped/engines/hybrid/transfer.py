@@ -20,6 +20,7 @@ DIVERGED, FELL, FINISHED, LEFT_TERRAIN = (
     int(outcome) for outcome in (Outcome.DIVERGED, Outcome.FELL, Outcome.FINISHED, Outcome.LEFT_TERRAIN)
 )
 MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
+TOGETHER = 1e-8  # m; feet that are so near to each other stand at one place
 SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
 
 
@@ -155,11 +156,32 @@ def begin_gait_step(w: Any, contact: bool) -> None:
         w.strike_q[i] = w.strike_dq[i] = w.struck_dq[i] = math.nan
 
 
+def ahead_of_stance(s: Walk) -> float:
+    """How far the swing foot is ahead of the stance foot, m; 0 where they stand together."""
+    pose = pose_of(s, s.w.y)
+    ahead = float(swing_foot(s, pose)[0] - stance_foot(s, pose)[0])
+    return 0.0 if abs(ahead) < TOGETHER else ahead
+
+
+def stands_still(s: Walk) -> bool:
+    """Whether the swing foot that meets the ground stands beside the stance foot, and nothing moves.
+
+    There is then no impact. Nor need the ground hold the foot: while both legs are straight and side by side, no rate
+    of theirs moves the foot along the ground's normal. Later the foot meets the ground as one that has slid on it does,
+    a little below its height.
+    """
+    w, moves = s.w, 0.0
+    for rate in s.laws.dq(w.y):
+        moves += abs(rate)
+    if moves > 0.0 or ahead_of_stance(s) != 0.0:
+        return False
+    w.slid_segment = w.landing
+    return True
+
+
 def lands(s: Walk) -> bool:
     """Whether the swing foot becomes the stance foot where it has come down."""
-    pose = pose_of(s, s.w.y)
-    ahead = swing_foot(s, pose)[0] - stance_foot(s, pose)[0]
-    return bool(s.laws.lands(s.c.robot, s.w, ahead))
+    return bool(s.laws.lands(s.c.robot, s.w, ahead_of_stance(s)))
 
 
 def strike_knee(s: Walk) -> None:
@@ -217,8 +239,7 @@ def stub(s: Walk) -> None:
     Where the foot is ahead of the stance foot, the robot falls: such an impact has no map.
     """
     w, segment, before = s.w, int(s.w.landing), momentum(s)
-    pose = pose_of(s, w.y)
-    if swing_foot(s, pose)[0] > stance_foot(s, pose)[0]:
+    if ahead_of_stance(s) > 0.0:
         w.outcome, w.toe = FELL, True
         return
     if w.slid_segment != segment:
