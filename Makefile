@@ -46,9 +46,9 @@ $(VENV)/.ready: $(VENV)/.installed
 	@$(BIN)/python -c 'import dm_control' 2>/dev/null || $(INSTALL) --no-deps $(WITHOUT_LABMAZE)
 	@touch $@
 
-walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and video in out/
+walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and a video of its first 20 s in out/
 	@mkdir -p $(OUT)
-	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4
+	$(BIN)/mjbiped walk mixed --initial rest --steps 60 --out $(OUT)/walk.npz --plot $(OUT)/walk.png --video $(OUT)/walk.mp4 --stop 20
 
 reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs

@@ -29,6 +29,7 @@ _TEXT = (25, 25, 25, 255)
 _NICE = (1.0, 2.0, 5.0, 10.0)  # digits of a scale's length
 _LEAST_STEP = 5e-4  # m; lower steps are not labelled
 _LEAST_SLOPE = math.radians(0.05)  # gentler slopes are labelled as level
+_REMEMBERED = 256  # words of a font whose picture is kept
 _APART = 0.8  # distance between two labels, in letters
 
 
@@ -48,9 +49,12 @@ class Sign(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _font(size: float, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Load DejaVu Sans, which comes with matplotlib."""
+    """Load DejaVu Sans, which comes with matplotlib; it remembers words, most of which stand in many frames."""
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)
+    font = ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)
+    for method in ("getlength", "getmask2"):
+        setattr(font, method, lru_cache(_REMEMBERED)(getattr(font, method)))
+    return font
 
 
 @contextmanager

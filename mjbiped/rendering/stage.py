@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
@@ -20,7 +21,7 @@ from mjbiped.rendering.gl import ensure_gl, one_thread
 from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Pixels, Sign, overlay
+from mjbiped.rendering.overlay import Overlay, Pixels, Sign
 from mjbiped.rendering.posed import PosedScene
 from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import rgb
@@ -33,7 +34,8 @@ _ONE_AT_A_TIME = threading.Lock()
 
 _SHIFTS = (-0.25, 0.25)
 """Offsets along both axes of the two drawings whose mean is a frame, pixels. OpenGL's own smoothing with four samples a
-pixel takes a software renderer three times as long."""
+pixel takes a software renderer as long as three drawings. In a single drawing edges are jagged, and thin level lines of
+the ground come and go."""
 
 _FACES = (16, 8, 1)
 """Faces around and along round bodies, and of flat ones. MuJoCo's defaults are four times as many, and as slow."""
@@ -88,33 +90,50 @@ class Canvas:
             RenderError: No OpenGL platform works, or not with so many pixels.
         """
         platform = ensure_gl()
-        from mujoco.rendering.classic.renderer import Renderer  # after `ensure_gl`, which chooses its platform
+        from mujoco.rendering.classic import gl_context  # after `ensure_gl`, which chooses its platform
 
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         quality = model.vis.quality
         quality.offsamples, (quality.numslices, quality.numstacks, quality.numquads) = 0, _FACES
+        self.scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
         try:
             with one_thread():
-                self._renderer = Renderer(model, height, width, max_geom=model.ngeom + MOST_GEOMS + 200)
+                self._platform = gl_context.GLContext(width, height)
+                self._platform.make_current()
+                self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
+                mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
             raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
-        self.scene = self._renderer.scene
-        self.close = self._renderer.close
-        self._buffers = [np.empty((height, width, 3), dtype=np.uint8) for _ in _SHIFTS]
+        self._size = width, height
+        self._drawings = np.empty((2, height, width, 3), dtype=np.uint8)
+        self._differing = np.empty((height, width, 3), dtype=np.uint8)
 
-    def draw(self, out: Pixels) -> None:
-        """Draw the scene into RGB pixels of shape (height, width, 3)."""
-        before = 0.0
-        for shift, buffer in zip(_SHIFTS, self._buffers, strict=True):
+    def close(self) -> None:
+        """Close the OpenGL context."""
+        self._context.free()
+        self._platform.free()
+
+    def draw(self) -> Image.Image:
+        """Draw the scene as an RGB image."""
+        before, (width, height) = 0.0, self._size
+        rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._platform.make_current()
+        for shift, drawing in zip(_SHIFTS, self._drawings, strict=True):
             for camera in self.scene.camera:  # MuJoCo takes the mean of both eyes
-                pixel = (camera.frustum_top - camera.frustum_bottom) / len(out)
+                pixel = (camera.frustum_top - camera.frustum_bottom) / height
                 camera.frustum_center += (shift - before) * pixel
                 camera.frustum_bottom += (shift - before) * pixel
                 camera.frustum_top += (shift - before) * pixel
             before = shift
-            self._renderer.render(out=buffer)
-        one, other = self._buffers
-        np.add(one & other, (one ^ other) >> 1, out=out)  # the mean, rounded down, without overflow
+            mujoco.mjr_render(rectangle, self.scene, self._context)
+            mujoco.mjr_readPixels(drawing, None, rectangle, self._context)
+        (one, other), differing = self._drawings, self._differing
+        # the mean, rounded down, without overflow
+        np.bitwise_xor(one, other, out=differing)
+        np.right_shift(differing, 1, out=differing)
+        np.bitwise_and(one, other, out=one)
+        np.add(one, differing, out=one)
+        return Image.frombytes("RGB", self._size, one, "raw", "RGB", 0, -1)  # OpenGL's first row is the lowest
 
 
 class Stage:
@@ -188,8 +207,9 @@ class Stage:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
         out = np.empty((self._film.height, self._film.width, 3), dtype=np.uint8)
-        self._canvas.draw(out[: self._picture])
-        self._write(out[: self._picture], moment, view, self._walk.outcome if with_outcome else "")
+        image = self._canvas.draw()
+        self._write(image, moment, view, self._walk.outcome if with_outcome else "")
+        out[: self._picture] = np.asarray(image)
         if self._chart is not None:
             self._chart.draw(out[self._picture :], time)
         return out
@@ -202,18 +222,18 @@ class Stage:
         geom = add_geom(self._scene, self._scene.geoms, box, size, place, view.axes.T.ravel(), (*_SKY, 1.0))
         geom.emission = 1.0
 
-    def _write(self, picture: Pixels, moment: Moment, view: View, outcome: str) -> None:
+    def _write(self, image: Image.Image, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""
         elements, low = self._look.elements, 0
-        with overlay(picture, self._film.height) as over:
-            if "caption" in elements:
-                right, low = over.caption(caption(moment, self._film.slow_motion))
-                over.legend(self._signs(moment), (right, low), outcome)
-            if "scale" in elements:
-                start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
-                over.scale(stop - start, low + 0.6 * over.letter)
-            if "labels" in elements:
-                over.ground_labels(self._terrain, view, self._robot.leg_length)
+        over = Overlay(image, self._film.height)
+        if "caption" in elements:
+            right, low = over.caption(caption(moment, self._film.slow_motion))
+            over.legend(self._signs(moment), (right, low), outcome)
+        if "scale" in elements:
+            start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
+            over.scale(stop - start, low + 0.6 * over.letter)
+        if "labels" in elements:
+            over.ground_labels(self._terrain, view, self._robot.leg_length)
 
     def _signs(self, moment: Moment) -> Iterator[Sign]:
         """Lines of the legend."""
