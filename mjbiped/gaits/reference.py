@@ -63,9 +63,15 @@ def in_arrays(values: Any) -> Any:
     """A table, or a law's parameters with tables in them, for compiled code, which reads pieces from an array."""
     if not isinstance(values, tuple):
         return values
-    if type(values) is tuple and values and type(values[0]) is tuple:
+    if type(values) is tuple and _are_pieces(values):
         return np.array(values, dtype=np.float64)
     return getattr(values, "_make", tuple)(map(in_arrays, values))
+
+
+def _are_pieces(values: tuple[Any, ...]) -> bool:
+    """Whether a tuple holds rows of numbers, all of one length, as those of `table_of`; parameters may begin so."""
+    rows = [each for each in values if type(each) is tuple and each and isinstance(each[0], float)]
+    return bool(values) and len(rows) == len(values) and len(set(map(len, rows))) == 1
 
 
 def _degree_7(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float) -> float:

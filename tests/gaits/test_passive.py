@@ -158,6 +158,13 @@ def test_reference_takes_arrays_and_numpy_tables(gait: PassiveGait) -> None:
     assert reference_at(in_arrays(gait.table), 0.3) == reference_at(gait.table, 0.3)
 
 
+def test_a_laws_parameters_may_begin_with_a_table(gait: mjbiped.Gait) -> None:
+    """They were taken for one table of unequal rows; a NamedTuple, or a number first, was not."""
+    table, position_gain, pair = in_arrays((gait.table, 5.0, (1.0, 2.0)))
+    assert reference_at(table, 0.3) == reference_at(gait.table, 0.3)
+    assert (position_gain, pair) == (5.0, (1.0, 2.0))
+
+
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
 def test_times_outside_the_domain_are_refused(gait: PassiveGait, t: float) -> None:
     with pytest.raises(InputError, match=r"^t.*must be .*from 0 to 1e.09 s"):
