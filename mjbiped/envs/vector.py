@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.envs import feeling
 from mjbiped.envs.single import TERMS, Settings, action_space, observation_space, observations, task_of
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.termination import Outcome
@@ -45,6 +45,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         kind: str = Compass.kind,
         max_episode_steps: int | None = None,
         threads: int | None = None,
+        render_mode: None = None,
         **settings: Unpack[Settings],
     ) -> None:
         """Make the environment.
@@ -55,11 +56,17 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
             kind: Name of the robot where the setting `robot` does not give it: "compass" or "kneed".
             max_episode_steps: Number of steps after which an episode is truncated, in the place of `time_limit`.
             threads: Number of threads that step robots at the same time; by default the number of cores.
+            render_mode: Gymnasium's keyword; only None, for nothing is drawn.
             **settings: Settings of the task, which `WalkEnv` describes.
 
         Raises:
             InputError: A value is outside its domain.
         """
+        if render_mode is not None:
+            raise InputError(
+                f"render_mode = {shown(render_mode)}: robots of one vector are not drawn; gymnasium.make_vec(..., "
+                'vectorization_mode="sync") draws each'
+            )
         chosen = task_of(task, kind, settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)

@@ -72,6 +72,8 @@ def test_only_some_are_reset_by_a_mask() -> None:
 def test_mistakes_are_named() -> None:
     with pytest.raises(InputError, match="num_envs"):
         WalkVectorEnv(0)
+    with pytest.raises(InputError, match="robots of one vector are not drawn"):
+        gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=2, render_mode="rgb_array")
     with pytest.raises(InputError, match="threads"):
         WalkVectorEnv(2, threads=0)
     env = WalkVectorEnv(2)

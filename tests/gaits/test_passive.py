@@ -158,7 +158,7 @@ def test_reference_takes_arrays_and_numpy_tables(gait: PassiveGait) -> None:
     assert reference_at(in_arrays(gait.table), 0.3) == reference_at(gait.table, 0.3)
 
 
-def test_a_laws_parameters_may_begin_with_a_table(gait: mjbiped.Gait) -> None:
+def test_a_laws_parameters_may_begin_with_a_table(gait: PassiveGait) -> None:
     """They were taken for one table of unequal rows; a NamedTuple, or a number first, was not."""
     table, position_gain, pair = in_arrays((gait.table, 5.0, (1.0, 2.0)))
     assert reference_at(table, 0.3) == reference_at(gait.table, 0.3)
