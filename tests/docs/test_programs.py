@@ -40,7 +40,17 @@ def execute(page: str, *, slow: bool) -> None:
             exec(compile("\n" * (block.line - 1) + block.code, page, "exec"), space)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if any("slow" not in block.marks for block in programs(page))])
+MANY = {"docs/many_walks.md"}  # pages whose programs walk so much that they compile
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.compiled) if page in MANY else page
+        for page in PAGES
+        if any("slow" not in block.marks for block in programs(page))
+    ],
+)
 def test_programs_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     execute(page, slow=False)
     shown = [block.code.strip() for block in blocks(page) if block.language == "text" and "output" in block.marks]

@@ -29,6 +29,7 @@ SMALL: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_a_study_walks_its_robot_and_a_controller_may_have_another() -> None:
     cells = plan(Path("x.toml"), {**SMALL, "steps": 30}).study.cells
     knees, straight = ([c for c in cells if c.values["controller"] == label] for label in ("knees", "straight"))
@@ -76,6 +77,7 @@ def test_what_no_study_with_knees_can_have_is_refused(content: dict[str, Any], s
 
 
 @pytest.mark.usefixtures("studies_in_threads")
+@pytest.mark.slow
 def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     wanted = plan(
         Path("x.toml"), {**SMALL, "limits": {**SMALL["limits"], "torque": 40}, "controller": [SMALL["controller"][0]]}
