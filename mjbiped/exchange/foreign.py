@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
-from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
+from mjbiped.errors import InputError, prefixed, shown
+from mjbiped.exchange.guarded import compiled
+from mjbiped.exchange.parts import Part, Vector
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.reading import require_file
 
 _SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
@@ -40,7 +40,7 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
     or ends of capsules, farthest from the last hinge. Ground, motors, limits and locks are left aside.
 
     Args:
-        path: The file, which MuJoCo must be able to compile.
+        path: The file, which MuJoCo must be able to compile; another process does so, within 10 s and 2 GiB.
 
     Returns:
         The robot. A mass at the hip that is too small for a body in MuJoCo counts as none.
@@ -51,12 +51,10 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
     path = Path(path)
     with prefixed(f"{shown(str(path))}: "):
         require_file(path)
-        try:
-            model = mujoco.MjModel.from_xml_path(str(path))
-        except ValueError as error:
-            raise InputError(f"MuJoCo cannot read it: {shortened(' '.join(str(error).split()))}") from error
-        robot = _robot_of(parts_of(model), float(np.linalg.norm(model.opt.gravity)))
-        check_lossless(model)
+        parts, gravity, loss = compiled(path)
+        robot = _robot_of(parts, gravity)
+        if loss:
+            raise InputError(loss)
         return robot
 
 

@@ -32,6 +32,10 @@ TIMESTEP = 1e-4
 START = "start"
 """Name of the keyframe with the start posture."""
 
+MOST_BUILT = 10_000
+"""Greatest number of segments in a scene. So many are written in 7 s and read by MuJoCo in 2 s, twice as many in 27 s
+and 7 s: MuJoCo makes its lists of geoms anew for each one that is added."""
+
 _STANCE, _OTHERS = 1, 2  # bits of contype and conaffinity: of the first stance foot, and of the other feet
 
 
@@ -48,10 +52,16 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
             gait of the slope under x = 0, and where there is none, of the gait that controllers imitate.
 
     Raises:
-        InputError: The first state is refused as `mjbiped.walk` refuses it, or legs are too short or long for MuJoCo.
+        InputError: The ground has more than `MOST_BUILT` segments, the first state is refused as `mjbiped.walk` refuses
+            it, or legs are too short or long for MuJoCo.
         GaitError: The robot has no gait: give another first state.
         RecordError: The file cannot be written.
     """
+    if len(terrain.x) > MOST_BUILT:
+        raise InputError(
+            f"the ground has {len(terrain.x)} segments; expected at most {MOST_BUILT}, as MuJoCo takes very long to "
+            "open a scene of more: give a shorter ground"
+        )
     plan = _planned(robot, terrain, initial)
     root = _scene_of(plan)
     root.insert(0, ElementTree.Comment(notes_of(robot, terrain, TIMESTEP)))
@@ -131,8 +141,8 @@ def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int
     ahead |= {f"riser_{index}" for index in ground.segments if index >= cut}
     if ground.terrain.angle[cut - 1] == ground.terrain.angle[cut] and not ground.terrain.rises[cut]:
         spec.delete(spec.geom(f"edge_{cut}"))  # a stripe where nothing is to be seen
-    for geom in spec.geoms:
-        if geom.name in ahead:
+    for name in ahead:  # `spec.geoms` would take a time that grows with the square of their number
+        if (geom := spec.geom(name)) is not None:  # not each edge has a riser
             geom.conaffinity = _STANCE | _OTHERS
     for name in (name for limb in robot.bodies.limbs[1:] for name in robot.bodies.feet(limb)):
         spec.geom(name).contype = _OTHERS

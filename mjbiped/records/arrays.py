@@ -10,7 +10,7 @@ import io
 import math
 import sys
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +29,10 @@ times their size, most where a robot stands still."""
 MOST_MEMBERS = 256
 """Greatest number of arrays in an archive; a walk's record has about forty."""
 
+NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
+"""Types of the numbers in a record."""
+
 _SUFFIX = ".npy"
-_NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
 
 
 def write_arrays(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
@@ -47,11 +49,15 @@ def write_arrays(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
         np.savez_compressed(unfinished, allow_pickle=False, **arrays)
 
 
-def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Read an .npz file of floats, whole numbers of 64 bits, and single texts.
+def read_arrays(
+    path: Path, what: str = "walk's record", types: Collection[np.dtype[Any]] = NUMBERS
+) -> dict[str, NDArray[Any]]:
+    """Read an .npz file of numbers and single texts.
 
     Args:
         path: The file.
+        what: What the file should be, for messages.
+        types: Of the numbers, in this machine's byte order; by default floats and whole numbers of 64 bits.
 
     Returns:
         Its arrays by name, in this machine's byte order; other members are left out.
@@ -64,17 +70,17 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
             file.longest = sys.maxsize  # arrays may be long
             members = _members(archive, path.stat().st_size)
-            return {name: _read(archive, member) for name, member in members.items()}
+            return {name: _read(archive, member, types) for name, member in members.items()}
     except InputError as error:
         raise RecordError(f"{path}: {error}") from error
     except RecordError as error:
-        raise RecordError(f"{path} is no walk's record: {error}") from error
+        raise RecordError(f"{path} is no {what}: {error}") from error
     except OSError as error:
         raise RecordError(f"cannot read {path}: {error.strerror or error}") from error
     except MemoryError as error:
         raise RecordError(f"cannot read {path}: there is not enough memory for it") from error
     except Exception as error:  # whatever damaged bytes make the parsers of zipfile, zlib and NumPy raise
-        raise RecordError(f"{path} is no walk's record, or only a part of one ({shown(error)})") from error
+        raise RecordError(f"{path} is no {what}, or only a part of one ({shown(error)})") from error
 
 
 class _Bounded(io.BufferedReader):
@@ -121,7 +127,7 @@ def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     return members
 
 
-def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo, types: Collection[np.dtype[Any]]) -> NDArray[Any]:
     """Read one array.
 
     Raises:
@@ -133,7 +139,7 @@ def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
             raise RecordError(f"an array is in the format {version} of NumPy; expected (1, 0)")
         shape, _, dtype = npy.read_array_header_1_0(stream)
         text = dtype.kind == "U" and shape == ()
-        if not text and dtype.newbyteorder("=") not in _NUMBERS:
+        if not text and dtype.newbyteorder("=") not in types:
             raise RecordError(f"{shown(member.filename)} is of type {dtype}; expected numbers of 64 bits")
         if min(shape, default=0) < 0 or stream.tell() + math.prod(shape) * dtype.itemsize != member.file_size:
             raise RecordError(f"{shown(member.filename)} claims the shape {shown(shape)}, which is not its size")

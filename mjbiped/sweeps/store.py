@@ -21,6 +21,7 @@ _BROKEN = (sqlite3.Error, UnicodeDecodeError)  # an error's text may hold what s
 _BEGIN = "BEGIN IMMEDIATE"  # a connection's own block ends it: all of it is kept, or none
 _IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
 _WAY_OUT = "; name another --out, or begin again with --fresh"
+_OTHERS = "its tables are others than they must be, or another version of mjbiped made them"
 _SHOWN = 5  # differences in a message
 _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
 """Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
@@ -175,11 +176,12 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     """
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
+            _check_tables(database)
             identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
             found = database.execute("SELECT * FROM cells ORDER BY 1")
             names = [name for name, *_ in found.description]
             rows = [dict(zip(names, values, strict=True)) for values in found]
-    except (*_BROKEN, ValueError, TypeError) as error:
+    except (*_BROKEN, ValueError, TypeError, RecursionError) as error:
         raise RecordError(f"{path} is no table of mjbiped's, or a damaged one: {error}") from error
     return rows, identity
 
@@ -222,9 +224,7 @@ def _exclusive(folder: Path) -> Iterator[None]:
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
     """Make the tables of a new file, or check those of an old one and compare its identity."""
     text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
-    key, *others = (f'"{name}"' for name in columns)
-    # no types: values stay as they are
-    made = [_IDENTITY, f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})"]
+    made = _statements(columns)
     try:
         with database:
             database.execute(_BEGIN)
@@ -234,8 +234,8 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
                     database.execute(statement)
                 database.execute("INSERT INTO identity VALUES ('format', ?)", (str(_FORMAT),))
                 database.executemany("INSERT INTO identity VALUES (?, ?)", text.items())
+        found = _check_tables(database)
         kept = dict(database.execute("SELECT kind, value FROM identity"))
-        found = [sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql NOT NULL ORDER BY rowid")]
         health = database.execute("PRAGMA quick_check").fetchall()
     except _BROKEN as error:
         raise RecordError(f"{path} is no table of mjbiped's, or cannot be written: {error}{_WAY_OUT}") from error
@@ -256,7 +256,30 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
     if found != made:
-        raise _damaged(path, "its tables are others than they must be, or another version of mjbiped made them")
+        raise _damaged(path, _OTHERS)
+
+
+def _statements(columns: Sequence[str]) -> list[str]:
+    """The statements that make the tables of a file."""
+    key, *others = (f'"{name}"' for name in columns)
+    # no types: values stay as they are
+    return [_IDENTITY, f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})"]
+
+
+def _check_tables(database: sqlite3.Connection) -> list[str]:
+    """Refuse a file that holds anything but two plain tables, before they are read: a view can be without end.
+
+    Returns:
+        The statements that made the tables.
+
+    Raises:
+        sqlite3.Error: There is something else, or the file is damaged.
+    """
+    found = [sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql NOT NULL ORDER BY rowid")]
+    columns = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
+    if not columns or found != _statements(columns):
+        raise sqlite3.DatabaseError(_OTHERS)
+    return found
 
 
 def _damaged(path: Path, why: str) -> RecordError:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, RecordError
+from mjbiped.records.arrays import NUMBERS, read_arrays
 from mjbiped.utils.files import saved
 from scripts.learning.policy import WEIGHTS, Array
 
 LAST = 10
 """Generations whose mean says what a training has reached: one alone has four grounds, on which returns vary."""
+
+
+_WHAT = "policy that scripts.learning.train wrote"
+_FLAG, (_FLOAT, _WHOLE) = np.dtype(np.bool_), NUMBERS
 
 
 @dataclass(frozen=True)
@@ -66,15 +73,47 @@ class Checkpoint:
         Raises:
             InputError: There is no such file, or it is none that a training wrote.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                read = {field.name: file[field.name] for field in fields(cls)}
-        except FileNotFoundError as error:
+        if not path.exists():
             raise InputError(
                 f"there is no policy {path}; train one: python -m scripts.learning.train --task residual, or free"
-            ) from error
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"{path} is no policy that scripts.learning.train wrote: {error}") from error
-        if read["weights"].shape != WEIGHTS:
-            raise InputError(f"{path}: its policy has the shape {read['weights'].shape}, this program's has {WEIGHTS}")
-        return cls(**{**read, "residual": bool(read["residual"]), "seed": int(read["seed"])})
+            )
+        try:
+            read = read_arrays(path, _WHAT, (*NUMBERS, _FLAG))
+        except RecordError as error:
+            raise InputError(str(error)) from error
+        missing = [field.name for field in fields(cls) if field.name not in read]
+        if missing:
+            raise InputError(f"{path} is no {_WHAT}: it lacks {', '.join(missing)}")
+        _check(path, read)
+        given: dict[str, Any] = {field.name: read[field.name] for field in fields(cls)}
+        return cls(**{**given, "residual": bool(read["residual"]), "seed": int(read["seed"])})
+
+
+def _check(path: Path, read: Mapping[str, NDArray[Any]]) -> None:
+    """Refuse arrays that are not those of a checkpoint.
+
+    Raises:
+        InputError: One has another type or shape, or holds what is no finite number.
+    """
+    returns = read["returns"].shape
+    if len(returns) != 3 or 0 in returns:
+        raise InputError(
+            f"{path} is no {_WHAT}: returns has the shape {returns}; expected generations, policies, grounds"
+        )
+    expected = {
+        "residual": ((), _FLAG),
+        "seed": ((), _WHOLE),
+        "weights": (WEIGHTS, _FLOAT),
+        "returns": (returns, _FLOAT),
+        "mean_returns": (returns[::2], _FLOAT),
+        **dict.fromkeys(("steps", "wall", "processor"), (returns[:1], _FLOAT)),
+    }
+    for name, (shape, kind) in expected.items():
+        array = read[name]
+        if (array.shape, array.dtype) != (shape, kind):
+            raise InputError(
+                f"{path} is no {_WHAT}: {name} is of type {array.dtype} and shape {array.shape}; expected {kind} and "
+                f"{shape}"
+            )
+        if not np.isfinite(array).all():
+            raise InputError(f"{path} is damaged: {name} holds what is no finite number; train again")

@@ -112,7 +112,7 @@ def trained(folder: Path) -> Trainings:
     """The trainings in a folder, by kind and in the order of their seeds.
 
     Raises:
-        InputError: There is none, or a file there is no policy.
+        InputError: There is none, or a file there is no policy, or is named after the other kind.
     """
     found = {
         kind: sorted(map(Checkpoint.load, folder.glob(f"{kind}-*.npz")), key=lambda training: training.seed)
@@ -120,6 +120,11 @@ def trained(folder: Path) -> Trainings:
     }
     if not any(found.values()):
         raise InputError(f"there is no policy in {folder}; train one: python -m scripts.learning.train --help")
+    for kind, trainings in found.items():
+        if any(training.residual != (kind == KINDS[0]) for training in trainings):
+            raise InputError(
+                f"a file {kind}-*.npz in {folder} holds a policy of the other kind; give it its own name again"
+            )
     return {kind: trainings for kind, trainings in found.items() if trainings}
 
 

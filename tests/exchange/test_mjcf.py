@@ -12,13 +12,14 @@ import pytest
 from foreign_models import LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
 from numpy.typing import NDArray
 from simulations import build_scene
+from time_limits import within
 
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.errors import GaitError, InputError
-from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
+from mjbiped.exchange.mjcf import MOST_BUILT, START, TIMESTEP, export_scene
 from mjbiped.robots.robot import Robot
 
 WALKS = {
@@ -183,3 +184,11 @@ def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
     short = dataclasses.replace(LEVEL, end=0.1)
     with pytest.raises(InputError, match=r"ends at x = 0\.1 m"):
         export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")
+
+
+def test_refuses_ground_that_mujoco_takes_minutes_for(tmp_path: Path) -> None:
+    edges = np.arange(MOST_BUILT + 1.0)
+    (tmp_path / "long.csv").write_text("".join(f"{x:g},{0.01 * (x % 2):g}\n" for x in (*edges, edges[-1] + 1.0)))
+    long = mjbiped.Terrain.from_file(tmp_path / "long.csv")
+    with within(2.0, "an export"), pytest.raises(InputError, match=f"has {MOST_BUILT + 1} segments.*a shorter ground"):
+        export_scene(mjbiped.Compass(), long, tmp_path / "scene.xml", initial="rest")

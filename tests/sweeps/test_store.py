@@ -6,14 +6,16 @@ import csv
 import math
 import sqlite3
 import tomllib
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from time_limits import within
 
 from mjbiped.errors import InputError, RecordError
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import layout_of
-from mjbiped.sweeps.store import Layout, opened
+from mjbiped.sweeps.store import Layout, opened, read_table
 
 IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
 
@@ -111,3 +113,39 @@ def test_what_is_no_table(layout: Layout, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot make the folder"), opened(tmp_path / "file", layout, IDENTITY):
         pass
+
+
+ENDLESS = "WITH RECURSIVE up(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM up) SELECT n AS {}, n AS {} FROM up"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        f"DROP TABLE cells; CREATE VIEW cells AS {ENDLESS.format('cell', 'outcome')}",
+        f"DROP TABLE identity; CREATE VIEW identity AS {ENDLESS.format('kind', 'value')}",
+        "ALTER TABLE cells ADD COLUMN more AS (zeroblob(10))",
+    ],
+)
+def test_what_is_no_plain_table_is_not_read(change: str, layout: Layout, tmp_path: Path) -> None:
+    with opened(tmp_path, layout, IDENTITY) as store:
+        store.save([row(0)])
+    file = tmp_path / "study.sqlite"
+    with closing(sqlite3.connect(file)) as database:
+        database.executescript(change)
+    with within(2.0, change):
+        with pytest.raises(RecordError, match="its tables are others than they must be"):
+            read_table(file)
+        with (
+            pytest.raises(RecordError, match=r"its tables are others than they must be.*--fresh"),
+            opened(tmp_path, layout, IDENTITY),
+        ):
+            pass
+
+
+def test_an_identity_that_is_nested_deeply(layout: Layout, tmp_path: Path) -> None:
+    with opened(tmp_path, layout, IDENTITY):
+        pass
+    with closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
+        database.execute("UPDATE identity SET value = ? WHERE kind = 'study'", ("[" * 100_000,))
+    with pytest.raises(RecordError, match="no table of mjbiped's, or a damaged one"):
+        read_table(tmp_path / "study.sqlite")

@@ -15,6 +15,7 @@ from mjbiped.engines.mujoco.compiled.registry import require_no_callbacks, walki
 from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.scene import check_masses
 from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
@@ -64,11 +65,11 @@ class Mujoco(Options, Engine):
     robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
 
     def check(self, plan: Plan) -> None:
-        """Refuse legs of a length for which contacts are not resolved, and a servo where there can be none.
+        """Refuse legs for which contacts are not resolved, bodies too light, and a servo where there can be none.
 
         Raises:
-            InputError: They are too short or too long, or a servo is asked for at a knee that is not there, or with
-                steps that cannot follow it.
+            InputError: Legs are too short or too long, MuJoCo takes a body for one without mass, or a servo is asked
+                for at a knee that is not there, or with steps that cannot follow it.
         """
         if self.stance_knee == MOTOR:
             if len(plan.robot.bodies.leg) == 1:
@@ -85,6 +86,7 @@ class Mujoco(Options, Engine):
                     'stance_knee = "motor" at the knees of this robot'
                 )
         domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+        check_masses(plan.robot)
 
     def check_disturbances(self, disturbances: Disturbances) -> None:
         """Refuse a control period that is no multiple of the timestep, and a delay that is none of the control period.

@@ -20,6 +20,7 @@ import numpy as np
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
+from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import ARC, Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
@@ -97,8 +98,34 @@ def compose_scene(
     return Scene(spec.compile(), segments, start, end, ground.pieces(segments))
 
 
+def check_masses(robot: Robot) -> None:
+    """Refuse a robot with a body that MuJoCo's compiler takes for one without mass or inertia.
+
+    Raises:
+        InputError: It has one.
+    """
+    bodies = robot.bodies
+    values = {segment.name: min(segment.mass, _inertia(segment, robot.leg_length)) for segment in bodies.leg}
+    values["hip"] = _hip_mass(robot)
+    if bodies.foot is not None:
+        values["foot"] = min(bodies.foot.mass, bodies.foot.inertia)
+    body = min(values, key=values.__getitem__)
+    if values[body] < mujoco.mjMINVAL:
+        names = [name for name in robot.numbers() if name.endswith(("mass", "inertia"))]
+        given = ", ".join(f"{name} = {getattr(robot, name):g}" for name in names)
+        raise InputError(
+            f"{given}: too light for MuJoCo, which has {values[body]:.2g} kg or kg m^2 for the {body}; expected at "
+            f"least {mujoco.mjMINVAL:g}: give greater masses or inertias, or engine='hybrid', which takes any"
+        )
+
+
 def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float) -> mujoco.MjSpec:
-    """Build the scene as a specification, which MuJoCo can compile or write as a file; see `compose_scene`."""
+    """Build the scene as a specification, which MuJoCo can compile or write as a file; see `compose_scene`.
+
+    Raises:
+        InputError: The robot is too light; see `check_masses`.
+    """
+    check_masses(robot)
     spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
     _set_robot(spec, robot, timestep)
     spec.delete(spec.geom("floor"))
@@ -146,7 +173,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     spec.option.timestep = timestep
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length, bodies = robot.leg_length, robot.bodies
-    spec.body("hip").mass = max(bodies.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
+    spec.body("hip").mass = _hip_mass(robot)
     hip = spec.geom("hip_visual")
     hip.size, hip.fromto = length * hip.size, length * hip.fromto
     riser = spec.find_default("riser").geom
@@ -175,6 +202,16 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         for foot in feet:
             foot.friction = [GROUND_FRICTION, 0.0, 0.0]
             foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
+
+
+def _hip_mass(robot: Robot) -> float:
+    """Mass of the hip's body, kg."""
+    return max(robot.bodies.hip_mass, SMALLEST_HIP_MASS * robot.total_mass)
+
+
+def _inertia(segment: Segment, length: float) -> float:
+    """Inertia of a segment's body about its centre of mass, kg m^2, in a robot of that leg length, m."""
+    return max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)
 
 
 def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: Segment) -> None:
@@ -246,7 +283,7 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
     body.mass = segment.mass
     x, z = segment.place(segment.centre, segment.offset)
     body.ipos = [x, 0.0, z]
-    body.inertia = [max(segment.inertia, SMALLEST_INERTIA * segment.mass * length**2)] * 3
+    body.inertia = [_inertia(segment, length)] * 3
     shown.size, bulge.size = length * shown.size, length * bulge.size
     shown.fromto = [0.0, y, 0.0, *_down(limb, segment, segment.length, y)]
     bulge.pos = _down(limb, segment, segment.centre, y)

@@ -11,9 +11,12 @@ from hypothesis import strategies as st
 from simulations import build_scene
 
 import mjbiped
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.engines.mujoco.scene import Scene
+from mjbiped.errors import InputError
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.segments import GROUND_FRICTION
 
 TERRAINS = {
@@ -133,3 +136,27 @@ def test_ends_where_the_terrain_ends() -> None:
 def test_unknown_ground_is_refused() -> None:
     with pytest.raises(mjbiped.InputError, match="heightfield"):
         scene_of(TERRAINS["level"], "mesh")
+
+
+LIGHT: dict[str, tuple[Robot, str]] = {
+    "hip": (mjbiped.Compass(leg_mass=1e-9), "leg_mass = 1e-09, hip_mass = 0, .*has 2e-16 kg or kg m.2 for the hip"),
+    "leg": (mjbiped.Compass(leg_mass=1e-6, leg_inertia=0.0), "leg_inertia = 0: .*has 2e-16 kg or kg m.2 for the leg"),
+    "knees": (mjbiped.KneedBiped(shank_mass=1e-9, shank_inertia=0.0), "shank_mass = 1e-09, .*for the shank"),
+    "foot": (mjbiped.FootedCompass(foot_mass=1e-9, sole=1e-4), "foot_mass = 1e-09: .*for the foot"),  # type: ignore[arg-type]
+    "wheel": (mjbiped.RimlessWheel(mass=1e-9), "mass = 1e-09, .*for the rod"),
+}
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_bodies_that_mujoco_takes_for_massless_are_refused_by_the_parameters_names(name: str) -> None:
+    robot, message = LIGHT[name]
+    initial = [0.0] * (2 * len(robot.angles))
+    with pytest.raises(InputError, match=f"{message}.*engine='hybrid'"):
+        mjbiped.walk(Unpowered(), TERRAINS["level"], robot=robot, initial=initial)
+    with pytest.raises(InputError, match=message):
+        build_scene(robot, TERRAINS["level"], timestep=1e-4, reach=20.0)
+
+
+def test_the_lightest_bodies_that_are_not_refused_are_compiled() -> None:
+    model = scene_of(TERRAINS["level"], robot=mjbiped.Compass(leg_mass=6e-9)).model
+    assert mujoco.mjMINVAL < model.body("hip").mass < 1.3 * mujoco.mjMINVAL

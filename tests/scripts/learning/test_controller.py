@@ -25,10 +25,10 @@ FILE = Path(__file__).parents[3] / "scripts" / "learning" / "controller.py"
 
 def policy(folder: Path, residual: bool) -> Path:
     """The file of one that does a little, at random."""
-    none = np.zeros(0)
+    one = np.zeros(1)
     weights = np.random.default_rng(5).normal(0.0, 0.003, WEIGHTS)
     path = folder / "policy.npz"
-    Checkpoint(residual, 1, weights, np.zeros((0, 2, 1)), np.zeros((0, 1)), none, none, none).save(path)
+    Checkpoint(residual, 1, weights, np.zeros((1, 2, 1)), np.zeros((1, 1)), one, one, one).save(path)
     return path
 
 

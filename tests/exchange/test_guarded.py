@@ -1,0 +1,78 @@
+"""Models that would crash MuJoCo, keep it busy, or fill the memory: each is refused in one sentence."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from mjbiped.errors import InputError
+from mjbiped.exchange import guarded
+from mjbiped.exchange.foreign import read_robot
+
+MODEL = """
+<mujoco>
+  <compiler meshdir="parts"/>
+  {head}
+  <worldbody>
+    {world}
+    <body name="a"><joint axis="0 1 0"/><geom size="0.1"/></body>
+  </worldbody>
+</mujoco>
+"""
+PIPES = {
+    "include": '<include file="pipe"/>',
+    "included": '<include file="other.xml"/>',
+    "mesh": '<asset><mesh name="m" file="pipe"/></asset>',
+    "mesh of a folder": '<asset><mesh name="m" file="inner"/></asset>',
+    "texture": '<asset><texture name="t" type="cube" fileup="pipe"/></asset>',
+    "device": '<asset><hfield name="h" file="/dev/zero"/></asset>',
+}
+GREAT = {
+    "crash": (
+        '<asset><model name="m" file="model.xml"/></asset>',
+        '<attach model="m" body="a" prefix="p"/>',
+        "SIGSEGV",
+    ),
+    "memory": (
+        '<asset><hfield name="h" nrow="40000" ncol="40000" size="1 1 1 1"/></asset>',
+        '<geom type="hfield" hfield="h"/>',
+        "ends with RuntimeError: ",
+    ),
+    "time": ("", '<replicate count="1000000"><geom size="0.1"/></replicate>', "has not come to an end"),
+}
+
+
+def refused(folder: Path, head: str, world: str = "") -> str:
+    """What a model is refused with."""
+    (folder / "model.xml").write_text(MODEL.format(head=head, world=world), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_robot(folder / "model.xml")
+    message = str(raised.value)
+    assert message.startswith(repr(str(folder / "model.xml"))[:20])
+    assert len(message.splitlines()) == 1
+    return message
+
+
+@pytest.mark.parametrize("name", PIPES)
+def test_what_is_no_file_is_not_opened(name: str, tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    for pipe in ("pipe", "parts/inner"):
+        os.mkfifo(tmp_path / pipe)
+    (tmp_path / "other.xml").write_text('<mujoco><include file="pipe"/></mujoco>', encoding="utf-8")
+    assert "which is a device or a pipe; expected a file" in refused(tmp_path, PIPES[name])
+
+
+@pytest.mark.parametrize("name", GREAT)
+def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    head, world, words = GREAT[name]
+    if name == "time":
+        monkeypatch.setattr(guarded, "_LONGEST", 1.5)  # s; it takes minutes
+    message = refused(tmp_path, head, world)
+    assert words in message
+    assert "GiB of memory; expected the model of a robot alone" in message
+
+
+def test_what_is_no_xml_is_told_by_mujoco(tmp_path: Path) -> None:
+    assert "MuJoCo cannot read it: XML" in refused(tmp_path, "<")
