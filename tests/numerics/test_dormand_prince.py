@@ -32,7 +32,7 @@ def one_step(h: float, t: float, y: Sequence[float], tolerance: float = 1e-9) ->
     scheme = unrolled(3, untested=1, arguments=("stiffness",))
     k, out = [0.0] * (3 * STAGES_WITH_DENSE), [0.0] * 3
     scheme.begin(pendulum, 9.0, t, list(y), k)
-    error = scheme.step(pendulum, 9.0, t, h, list(y), k, out, tolerance)
+    error = scheme.step(pendulum, 9.0, t, h, list(y), k, out, tolerance, 2.0)
     return out, k, error
 
 
@@ -107,13 +107,13 @@ def test_a_state_at_rest_has_no_error() -> None:
     assert one_step(0.1, 0.0, (0.0, 0.0, 0.0))[2] > 0.0
     scheme = unrolled(1, untested=0, arguments=())
     k = [0.0] * STAGES_WITH_DENSE
-    assert scheme.step(nothing, 0.0, 0.1, [1.0], k, [0.0], 1e-9) == 0.0
+    assert scheme.step(nothing, 0.0, 0.1, [1.0], k, [0.0], 1e-9, 1.0) == 0.0
 
 
 def test_source_can_be_read() -> None:
     """A traceback in a law goes through the written-out step: Python must find its lines."""
     scheme = unrolled(2, untested=0, arguments=("a", "b"))
-    assert inspect.getsource(scheme.step).startswith("def step(rates, a, b, t, h, y, k, out, tolerance):")
+    assert inspect.getsource(scheme.step).startswith("def step(rates, a, b, t, h, y, k, out, tolerance, tested):")
     assert inspect.getsource(scheme.step).count("rates(") == STAGES
 
 
