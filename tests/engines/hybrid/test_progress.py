@@ -118,6 +118,7 @@ def stiff(controller: AdaptiveController) -> AdaptiveController:
     return AdaptiveController(controller.robot, controller.gait, velocity_gain=2e5)
 
 
+@pytest.mark.compiled
 def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> None:
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)  # compiled now
     started = time.perf_counter()
@@ -131,6 +132,7 @@ def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> Non
     assert walk.end[0] >= walk.touchdowns["time"][-1]
 
 
+@pytest.mark.compiled
 def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveController) -> None:
     mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)
     # on a busy machine plans take half a second, in which Ctrl-C would break off the tests
