@@ -29,6 +29,8 @@ from mjbiped.numerics.records import NotPackableError, Packer
 from mjbiped.records.recorder import Recorder
 from mjbiped.rules.termination import Outcome
 
+pytestmark = pytest.mark.compiled
+
 Terrain = mjbiped.Terrain
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
