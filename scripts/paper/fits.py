@@ -62,7 +62,8 @@ def sections(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Rand
         "pbc_falls": _falls(tried, "PBC", "slope 2"),
         "pbc_level": number(min(levels, key=lambda value: abs(value - (TABLE_2["PBC"]["level"] or math.nan))), ".5f"),
         "fits_worth": _worth(rows, fits, grounds, found),
-        "evident": ", ".join(method for method, each in fits.items() if each.share < SMALL_SHARE) or "none",
+        "fit_shares": ", ".join(f"{share(each.share)} ({method})" for method, each in fits.items()),
+        "evident": _evident(fits),
         "grounds_walked": str(sum(bool(each.torques) for each in grounds)),
         "to_another": share(float(np.median(others)), ".1f"),
         "to_another_share": share(float(np.mean(others <= found))),
@@ -118,6 +119,12 @@ def _survivors(tried: Sequence[Tried], ground: str) -> str:
     return f"{len(through)} of {len(tried)}" + (f" ({named})" if through else "")
 
 
+def _evident(fits: Mapping[str, Placebo]) -> str:
+    """Say in words which fits of the comparison methods are evidence."""
+    named = [method for method, each in fits.items() if each.share < SMALL_SHARE]
+    return f"the fit is evidence for {' and '.join(named)}" if named else "no fit of a comparison method is evidence"
+
+
 def _worth(rows: Sequence[Row], fits: Mapping[str, Placebo], grounds: Sequence[RandomGround], searched: float) -> str:
     """Tabulate every fit beside fits to random rows."""
     read = (DELAYS, WORK_KINDS, LENGTHS, *changes_of("stair 1"), *changes_of("slope 1"))
@@ -128,17 +135,28 @@ def _worth(rows: Sequence[Row], fits: Mapping[str, Placebo], grounds: Sequence[R
         lines.append(_line(f"gains and slope source of {method}", free, crosses, found))
     free, found = len(placebo.bounds()), placebo.of_table_3(grounds)
     distance = number(100 * searched, ".1f")
-    lines.append(["ground of Table III, searched", str(free), str(found.numbers), NONE, distance, NONE, NONE, NONE])
+    lines.append(["ground of Table III, searched", str(free), str(found.numbers), *[NONE] * 2, distance, *[NONE] * 3])
     lines.append(_line("the same, random grounds", free, "", found, "of the law, not of the ground"))
     met, as_near = "random rows: half are met within %", "random rows met as near as the paper's"
-    headings = ("fit", "free choices", "numbers met", "settings", "distance %", met, as_near, "evidence")
+    headings = (
+        "fit",
+        "free choices",
+        "numbers met",
+        "of them varied",
+        "settings",
+        "distance %",
+        met,
+        as_near,
+        "evidence",
+    )
     return markdown_table(headings, lines, 1)
 
 
 def _line(name: str, free: int, crosses: str, found: Placebo, kind: str = "some") -> list[str]:
     distances = (number(100 * value, ".1f") for value in (found.distance, found.random))
     evidence = kind if found.share < SMALL_SHARE else "none"
-    return [name, str(free), f"{found.numbers}{crosses}", str(found.tried), *distances, share(found.share), evidence]
+    counts = (str(free), f"{found.numbers}{crosses}", str(found.varied), str(found.tried))
+    return [name, *counts, *distances, share(found.share), evidence]
 
 
 @click.command(help=__doc__)

@@ -1,7 +1,8 @@
 """Placebo tests of the fits: how near the same settings come to rows of random numbers.
 
-A random row has its X where the paper's has them, and its numbers are drawn log-uniformly. If most random rows are met
-as near as the paper's, meeting the paper's shows that there were many settings, and nothing else. For Table III,
+A random row has its X where the paper's has them, and its numbers are drawn log-uniformly, except those that no setting
+varies: there a random row has the paper's number. If most random rows are met as near as the paper's, meeting the
+paper's shows that there were many settings, and nothing else. For Table III,
 grounds are drawn at random from the family in which its ground was searched by `scripts/paper/search_table_3.py`.
 """
 
@@ -120,6 +121,7 @@ class Placebo:
 
     Attributes:
         numbers: Number of values that are fitted.
+        varied: Number of these values that the settings vary. Only these are drawn in the random rows.
         tried: Number of settings that can fit them: those whose X stand where the paper's do.
         distance: Root mean square of ln(ours / paper's) of the nearest setting.
         random: Median distance of the random rows from their nearest settings.
@@ -127,24 +129,34 @@ class Placebo:
     """
 
     numbers: int
+    varied: int
     tried: int
     distance: float
     random: float
     share: float
 
 
+ALIKE = 1e-3
+"""Settings whose numbers differ relatively by less give them alike; a last digit of Table II is more than this."""
+
+
 def placebo(paper: Array, tried: Array, rows: Array) -> Placebo:
     """Compare a fit with fits to random rows.
+
+    A number that every setting gives alike is the paper's in each random row: how near it is says nothing of the
+    settings, and a random row with another number there would be met by none of them.
 
     Args:
         paper: Logarithms of the paper's numbers, shape (n,).
         tried: Logarithms of each setting's numbers, finite, shape (settings, n).
         rows: Logarithms of the random rows, shape (rows, n).
     """
+    varied = np.ptp(tried, axis=0) > ALIKE
     nearest, scale = cKDTree(tried), math.sqrt(paper.size)
     own = float(nearest.query(paper)[0]) / scale
-    random = nearest.query(rows)[0] / scale
-    return Placebo(paper.size, len(tried), own, float(np.median(random)), float(np.mean(random <= own)))
+    random = nearest.query(np.where(varied, rows, paper))[0] / scale
+    share = float(np.mean(random <= own))
+    return Placebo(paper.size, int(varied.sum()), len(tried), own, float(np.median(random)), share)
 
 
 def span(ground: str) -> tuple[float, float]:

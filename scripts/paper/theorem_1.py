@@ -26,6 +26,7 @@ TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),
     "mixed": mjbiped.Terrain.mixed(),
     "stairs −6 mm": mjbiped.Terrain.stairs(rise=-0.006),
+    "stairs −6 cm": mjbiped.Terrain.stairs(rise=-0.06),
 }
 DRAWN = "mixed"
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -33,7 +34,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "without the update (27)": {"estimate_update": False},
     "without update and re-planning": {"estimate_update": False, "replanning_delay": None},
 }
-ALIKE = [(ground, "without the update (27)") for ground in ("level", "stairs −6 mm")]
+ALIKE = [(ground, "without the update (27)") for ground in ("level", "stairs −6 mm", "stairs −6 cm")]
 """Walks that are another one's twin: where the slope does not change, nothing is updated."""
 NEVER_RIGHT = math.radians(3)
 """The estimate's error at the start of every walk, rad: without it an update that is exact leaves nothing to see."""
@@ -42,7 +43,7 @@ NEVER_RIGHT = math.radians(3)
 @click.command(help=__doc__)
 @click.option("--figure", default="docs/images/theorem_1.png", show_default=True, type=click.Path(path_type=Path))
 @click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
-@click.option("--steps", default=24, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
+@click.option("--steps", default=60, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
 def main(figure: Path, page: Path | None, steps: int) -> None:
     """Walk, evaluate, draw and tabulate."""
     robot = mjbiped.Compass()

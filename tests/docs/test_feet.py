@@ -34,6 +34,32 @@ def test_grounds_that_are_lost_on_a_foot() -> None:
     assert kept == [whole("knees, 8 cm", sole) for sole in ("none", "foot 1/3")]
 
 
+def test_treads_of_stairs() -> None:
+    tables = text("docs/tables/feet.md")
+    rows = {(row["sole"], row["law"], row["riser"]): row for row in table(tables, "stairs by tread hybrid")}
+    climbed = rows["±12 cm", "supervised", "+4 cm"]
+    assert {name: cell for name, cell in climbed.items() if "of 8" in cell and cell != "8 of 8"} == {
+        f"tread {tread} m": f"{count:.0f} of 8"
+        for tread, count in zip((0.6, 0.8), told(r"\((\d) and (\d) of 8 walks\)"), strict=True)
+    }
+    assert all(cell == "0 of 8" for tread, cell in rows["±8 cm", "supervised", "+6 cm"].items() if "tread" in tread)
+    high = rows["±12 cm", "supervised", "+6 cm"]
+    assert [high[f"tread {tread} m"] == "0 of 8" for tread in (0.45, 0.6, 0.8, 1, 1.2, 1.5)] == [True] * 4 + [False] * 2
+    drawn = {
+        (row["sole"], row["riser"]): [*row.values()][2:] for row in table(tables, "stairs by random treads hybrid")
+    }
+    counts = told(
+        r"(\d+) of 16 walks come through with treads of 0.45 to 0.8 m, (\d+) of 16 .*? m, and (\d+) of 16 with"
+    )
+    assert counts == [float(cell.partition(" ")[0]) for cell in drawn["±12 cm", "+4 cm"][:3]]
+    assert drawn["±12 cm", "+4 cm"][2:] == ["16 of 16 (16)"] * 2
+    short = {rows["±8 cm", "supervised", riser]["tread 0.45 m"] for riser in ("−4 cm", "−6 cm")}
+    assert short <= {"0 of 8", "1 of 8"}
+    assert all(cell.endswith("(16)") for cell in drawn["±12 cm", "+6 cm"][2:])
+    for sole in ("±12 cm", "±8 cm"):
+        assert {*drawn[sole, "−4 cm"], *drawn[sole, "−6 cm"]} == {"16 of 16 (16)"}
+
+
 def test_losses_of_the_search() -> None:
     begun, chosen = (
         [float(row[grounds]) for grounds in ("training grounds", "other grounds")]

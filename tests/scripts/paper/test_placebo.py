@@ -49,6 +49,17 @@ def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
     assert found.random == pytest.approx(0.1, rel=1e-12)
 
 
+def test_a_number_that_no_setting_varies_is_not_drawn() -> None:
+    """Otherwise hardly a random row is met, whatever the settings: the number that all give alike keeps it away."""
+    generator = np.random.default_rng(5)
+    settings, paper, rows = (generator.uniform(size=(count, 3)) for count in (50, 1, 400))
+    settings[:, 1], paper[:, 1] = 0.5, 0.5004
+    without = placebo.placebo(paper[0, ::2], settings[:, ::2], rows[:, ::2])
+    found = placebo.placebo(paper[0], settings, rows)
+    assert (found.numbers, found.varied, without.varied) == (3, 2, 2)
+    assert found.share == without.share > 0.0
+
+
 def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
     """Of rows drawn as the random ones are, the share is uniform: a fit of nothing is no evidence."""
     generator = np.random.default_rng(5)
@@ -88,10 +99,10 @@ def test_the_reading_s_distance_is_the_choice_s(rows: list[Row]) -> None:
 
 
 def test_what_the_page_says_of_the_fits(rows: list[Row], tried: list[Tried], grounds: list[RandomGround]) -> None:
-    """Reading, PBC's and ECC's rows are no evidence; KETC's is, and does not bear the error of the start."""
+    """No fit to Table II is evidence; KETC's comes nearest to it, and does not bear the error of the start."""
     shares = {method: placebo.of_method(tried, method).share for method in fitted(tried)}
     assert min(shares["PBC"], shares["ECC"], placebo.of_readings(rows).share) > 0.5, "most random rows are met as near"
-    assert [method for method, share in shares.items() if share < SMALL_SHARE] == ["KETC"]
+    assert SMALL_SHARE < shares["KETC"] < 0.2
     best = choices(rows)[0]
     assert "KETC" in fit.turned(rows, best)
     assert "PBC" not in fit.turned(rows, best)
