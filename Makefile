@@ -43,7 +43,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 $(VENV)/.ready: $(VENV)/.installed
 	@echo "installing the tools ..."
 	@$(INSTALL) -e '.[test]'
-	@$(BIN)/python -c 'import dm_control' 2>/dev/null || $(INSTALL) --no-deps $(WITHOUT_LABMAZE)
+	@if ! $(BIN)/python -c 'import dm_control' 2>/dev/null; then $(INSTALL) --no-deps $(WITHOUT_LABMAZE); fi
 	@touch $@
 
 walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and a video of its first 20 s in out/
