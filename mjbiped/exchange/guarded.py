@@ -23,8 +23,10 @@ from mjbiped.exchange.parts import Part, check_lossless, parts_of
 from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.reading import read_bytes
 
-_LONGEST = 10.0  # s; a robot's model takes 0.4, nearly all of them for the import of MuJoCo
+_LONGEST = 10  # s of processor time; a robot's model takes 0.4, nearly all of them for the import of MuJoCo
+_PATIENCE = 60.0  # s on the clock, for what waits, and for systems without such a limit
 _MEMORY = 2 << 30  # bytes of address space; a robot's model takes 0.2 GiB, nearly all of them MuJoCo and NumPy
+_ENDLESS = "has not come to an end"
 _OF_MJCF = ("include", "model")  # elements that name other MJCF files
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
 
@@ -57,19 +59,19 @@ def compiled(path: Path) -> Compiled:
     threads = {"OPENBLAS_NUM_THREADS": "1"}  # the memory of others would count
     try:
         process = subprocess.run(
-            [sys.executable, "-c", f"from {__name__} import main; main()", str(path)],
+            [sys.executable, "-c", f"from {__name__} import main; main()", str(path), str(_LONGEST)],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), **threads},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
             errors="replace",
-            timeout=_LONGEST,
+            timeout=_PATIENCE,
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise _failure("has not come to an end") from error
+        raise _failure(_ENDLESS) from error
     if process.returncode:
-        raise _failure(f"ends with {_reason(process)}")
+        raise _failure(_reason(process))
     told = json.loads(process.stdout)
     if isinstance(told, str):
         raise InputError(told)
@@ -85,10 +87,11 @@ def _failure(words: str) -> InputError:
 
 
 def _reason(process: subprocess.CompletedProcess[str]) -> str:
-    """The signal that ended a process, or the last line that it said."""
+    """How a process has ended: by its limit of time, by another signal, or with the last line that it said."""
     if process.returncode < 0:
-        return signal.Signals(-process.returncode).name
-    return shortened((process.stderr.splitlines() or [f"status {process.returncode}"])[-1])
+        name = signal.Signals(-process.returncode).name
+        return _ENDLESS if name == "SIGXCPU" else f"ends with {name}"
+    return f"ends with {shortened((process.stderr.splitlines() or [f'status {process.returncode}'])[-1])}"
 
 
 def _part(*values: object) -> Part:
@@ -140,14 +143,19 @@ def _files_named(names: set[str], folders: set[Path]) -> set[Path]:
 
 
 def main() -> None:
-    """Compile the file that the command line names, and print as JSON what it holds, or why it is refused."""
+    """Compile a file, and print as JSON what it holds, or why it is refused.
+
+    The command line names the file and the greatest processor time, s.
+    """
     output = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what MuJoCo prints is no JSON
-    if sys.platform == "linux":  # others do not keep this limit
+    path, seconds = sys.argv[1], int(sys.argv[2])
+    if sys.platform == "linux":  # others do not keep these limits
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    path = sys.argv[1]
+        for kind, most in ((resource.RLIMIT_CPU, seconds), (resource.RLIMIT_AS, _MEMORY)):
+            _, hard = resource.getrlimit(kind)
+            resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
     try:
         _check_files(Path(path))
         told: Compiled | str = _told(mujoco.MjModel.from_xml_path(path))

@@ -68,10 +68,18 @@ def test_what_is_no_file_is_not_opened(name: str, tmp_path: Path) -> None:
 def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     head, world, words = GREAT[name]
     if name == "time":
-        monkeypatch.setattr(guarded, "_LONGEST", 1.5)  # s; it takes minutes
+        monkeypatch.setattr(guarded, "_LONGEST", 1)  # s; it takes minutes
     message = refused(tmp_path, head, world)
     assert words in message
     assert "GiB of memory; expected the model of a robot alone" in message
+
+
+def test_what_waits_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pipe that MuJoCo finds by another path than the check of files does."""
+    monkeypatch.setattr(guarded, "_PATIENCE", 1.0)  # s
+    os.mkfifo(tmp_path / "pipe")
+    head = '<compiler strippath="true"/><asset><mesh name="m" file="other/pipe" content_type="model/obj"/></asset>'
+    assert "has not come to an end" in refused(tmp_path, head)
 
 
 def test_what_is_no_xml_is_told_by_mujoco(tmp_path: Path) -> None:
