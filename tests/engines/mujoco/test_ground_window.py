@@ -332,6 +332,7 @@ def test_python_callbacks_come_back() -> None:
         mujoco.set_mjcb_passive(None)
 
 
+@pytest.mark.compiled
 def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None:
     """A block inside another of the same walk: the outer one drives the new model, too."""
     simulation, alone = make(controller, LONG["trail"]), make(controller, LONG["trail"])
