@@ -61,11 +61,16 @@ LAW_OPTIONS: dict[str, Any] = {**OPTIONS, "boundscheck": True}
 
 
 def jitted(function: Function, **given: Any) -> Any:
-    """Let Numba compile a function at its first call, and keep it on disk; the options are those of `njit`."""
+    """Let Numba compile a function at its first call, and keep it on disk; the options are those of `njit`.
+
+    Python and machine code can call it; for C there is `c_function`.
+    """
     import numba
 
     from mjbiped.numerics.cache import keep
+    from mjbiped.numerics.one_module import pipeline
 
+    given = {"no_cfunc_wrapper": True, "pipeline_class": pipeline(), **given}
     made = numba.njit(**given)(function)
     keep(made, function)
     return made
@@ -77,9 +82,10 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
     from numba.core.sigutils import normalize_signature
 
     from mjbiped.numerics.cache import keep
+    from mjbiped.numerics.one_module import pipeline
 
     exact = normalize_signature(signature)  # type: ignore[no-untyped-call]  # Numba has no types
-    made: Any = CFunc(function, exact, locals={}, options=given)
+    made: Any = CFunc(function, exact, locals={}, options=given, pipeline_class=pipeline())
     keep(made, function)
     made.compile()
     return made
@@ -98,12 +104,14 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
     """
     from numba.extending import register_jitable
 
+    from mjbiped.numerics.one_module import pipeline
+
     _listen()
     parts = {part: None for root in roots for part in _called(root, set())}
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
         if part not in _registered:
-            register_jitable(forceinline=part in hot, no_cfunc_wrapper=True)(part)
+            register_jitable(forceinline=part in hot, no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # the name contains a digest
     made.append(_addresses())
@@ -165,12 +173,7 @@ def _named_in(function: FunctionType) -> list[tuple[str, str]]:
     )
 
 
-CALLED_WITHIN: dict[str, Any] = {
-    "forceinline": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    **LAW_OPTIONS,
-}
+CALLED_WITHIN: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, **LAW_OPTIONS}
 """The same for a law's function that is only inlined into its caller."""
 
 
