@@ -162,7 +162,7 @@ product = within(NUMBER_4)
 def everything(x):
     return PAIR[1] * x + TABLE[1] * x + compiled_by_its_user(x) + with_default(x) + product(x) + 0.0 * math.sin(x)
 
-made, _ = kept_apart(everything, True)
+made, _ = kept_apart(everything)
 
 @numba.njit
 def call(x):
