@@ -157,6 +157,7 @@ def test_compiled_and_in_python_bit_by_bit_the_same(segments: Any, monkeypatch: 
         np.testing.assert_array_equal(found.peak_torque, other.peak_torque)
 
 
+@pytest.mark.compiled
 def test_an_unknown_mujoco_is_stepped_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown() -> None:
         raise UnknownLayoutError("MuJoCo 9.9 is not understood")
@@ -172,6 +173,7 @@ def out_of_range(parameters: Any, memory: Any, *state: float) -> tuple[float, fl
     return 0.0, 0.0, memory[10**6]
 
 
+@pytest.mark.compiled
 def test_an_exception_in_compiled_code_stops_the_walk() -> None:
     class Short(Unpowered):
         def law(self) -> Law:
