@@ -54,7 +54,7 @@ class Hybrid(Engine):
 
     def costs(self, robot: Robot) -> Costs:
         """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
-        return Costs(engine=59.0, step=0.01) if len(robot.angles) < 3 else Costs(engine=96.0, step=0.07)
+        return Costs(engine=35.0, step=0.093) if len(robot.angles) < 3 else Costs(engine=48.0, step=0.27)
 
     def room(self, states: int, robot: Robot) -> int:
         """With knees, controllers without states have idle ones; see `Engine.room`."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _GAIT_STEP = 2.4  # duration of a gait step, sqrt(l / g)
 _LANDING = 60  # short physics steps about a touchdown
-_PHYSICS_STEP = 60e-6  # of CPU, interpreted, s
+_PHYSICS_STEP, _WITH_KNEES = 3.2e-4, 7.0e-4  # of CPU, interpreted, s
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,9 @@ class Mujoco(Options, Engine):
         foot = robot.bodies.foot
         timestep = (self if foot is None else for_feet(self, foot)).timestep
         steps = _GAIT_STEP * math.sqrt(robot.leg_length / robot.gravity) / timestep
-        return Costs(engine=36.0, step=_PHYSICS_STEP * (steps + _LANDING))
+        knees = len(robot.angles) > 2
+        step = (_WITH_KNEES if knees else _PHYSICS_STEP) * (steps + _LANDING)
+        return Costs(engine=31.0 if knees else 24.0, step=step)
 
     def room(self, states: int, robot: Robot) -> int:
         """One machine code serves all controllers with up to eight states; see `Engine.room`."""
