@@ -170,7 +170,8 @@ def walk_all(
     """Walk from many states by compiled code, which lets other threads run; `Batch` explains arguments and result."""
     walks, numbers = starts.shape
     constants = plane.constants.copy()
-    table, _ = packed(plane.tables._replace(rows=plane.tables.rows.copy()))
+    tables = plane.tables._replace(rows=plane.tables.rows.copy())  # which live as long as machine code writes to them
+    table, _ = packed(tables)
     constants.tables = table.ctypes.data
     batch = Batch(
         law=plane.law.block,

@@ -1,7 +1,9 @@
 """The return map against an integration of its own by SciPy, against the hybrid engine, and against physics."""
 
 import math
+import weakref
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from scipy.integrate import solve_ivp
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError
+from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule
@@ -203,6 +206,24 @@ def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
         alone = ReturnMap(robot, math.radians(3.5)).walk(before, 1)
         assert alone.states[0].tolist() == after.tolist()
         assert alone.periods[0] == period
+
+
+def test_machine_code_writes_where_an_array_lives(robot: Compass, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The array of touchdowns was freed before machine code wrote to it, and a walk long after crashed."""
+    packed, compiled, written = return_map.packed, return_map.compiled, []
+
+    def noted(tables: Any) -> Any:
+        written.append(weakref.ref(tables.rows))
+        return packed(tables)
+
+    def checked(*given: Any, **options: Any) -> Any:
+        assert written[-1]() is not None
+        return compiled(*given, **options)
+
+    monkeypatch.setattr(return_map, "packed", noted)
+    monkeypatch.setattr(return_map, "compiled", checked)
+    ReturnMap(robot, math.radians(2)).walk([-0.24, 0.24, 1.4, 0.9], 1)
+    assert written
 
 
 def test_bitwise_deterministic(robot: Compass) -> None:
