@@ -23,16 +23,16 @@ hypothesis.settings.register_profile("mjbiped", deadline=None, max_examples=50)
 hypothesis.settings.load_profile("mjbiped")
 
 
-os.environ.setdefault(VARIABLE, "never")  # the quick tests interpret, in processes that they begin as well
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the tests that make machine code: the others walk by it, and interpret what it is not there for."""
+    items.sort(key=lambda item: item.get_closest_marker("compiled") is None)
 
 
 @pytest.fixture(autouse=True)
-def compiles_what_pays(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Slow tests compile as a user's walks do, tests marked `compiled` compile everything."""
+def compiles_where_marked(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests marked `compiled` compile everything; the others do as a user's walks do."""
     if request.node.get_closest_marker("compiled"):
         monkeypatch.setenv(VARIABLE, "always")
-    elif request.node.get_closest_marker("slow"):
-        monkeypatch.setenv(VARIABLE, "auto")
 
 
 @pytest.fixture(scope="session", autouse=True)

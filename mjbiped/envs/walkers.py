@@ -90,7 +90,9 @@ class Walkers:
         task = self.task
         plan = task.plan(episode, recorded=self._recorded)
         before, old = self._runs[index], self._episodes[index]
-        self._compiled = self._compiled or compiles(plan, math.inf if len(self._runs) > 1 else self._interpreting)
+        if episode is not old:  # one that begins again goes on as before: others hold its model and data
+            spent = math.inf if len(self._runs) > 1 else self._interpreting
+            self._compiled = self._compiled or compiles(plan, spent)
         same = before.simulation if before is not None and old is not None and _alike(old, episode) else None
         if same is not None and same.compiled != self._compiled:
             same = None

@@ -59,41 +59,39 @@ def _map_axis(axis: Axis, titled: bool) -> dict[str, Any]:
 def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: int) -> Shown:
     """Draw a heat map for each group (downwards) and measure (to the right)."""
     x, y = pair
-    drawn = np.unique(groups.bin[(x.bin >= 0) & (y.bin >= 0)]).tolist()
     panels = Panels()
-    down = shares(len(drawn), 0.3 / len(drawn))[::-1]
+    down = shares(groups.count, 0.3 / groups.count)[::-1]
     for name, across in zip(SHOWN, shares(len(SHOWN), 0.12), strict=True):
         values = values_of(rows, name)
-        tables = np.full((len(drawn), y.count, x.count), math.nan)
+        tables = np.full((groups.count, y.count, x.count), math.nan)
         counts = np.zeros(tables.shape, dtype=int)
-        for line, j, i in np.ndindex(tables.shape):
-            cell = values[(groups.bin == drawn[line]) & (x.bin == i) & (y.bin == j)]
-            tables[line, j, i], counts[line, j, i] = middle(cell, name), (~np.isnan(cell)).sum()
+        for k, j, i in np.ndindex(tables.shape):
+            cell = values[x.within(i, groups.bin == k) & y.within(j, groups.bin == k)]
+            tables[k, j, i], counts[k, j, i] = middle(cell, name), (~np.isnan(cell)).sum()
         known = tables[~np.isnan(tables)]
         ends = (0.0, 1.0) if name == FINISHED or not known.size else (float(known.min()), float(known.max()))
-        first = next((line for line, table in enumerate(tables) if not np.isnan(table).all()), None)
-        for line, k in enumerate(drawn):
-            low, high = down[line]
+        first = next((k for k, table in enumerate(tables) if not np.isnan(table).all()), None)
+        for k, (low, high) in enumerate(down):
             words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
-            axes = {"x": _map_axis(x, line == len(drawn) - 1), "y": _map_axis(y, name == SHOWN[0])}
+            axes = {"x": _map_axis(x, k == groups.count - 1), "y": _map_axis(y, name == SHOWN[0])}
             place = panels.add(across, (low, high), heading=words, **axes)
-            if np.isnan(tables[line]).all():
+            if np.isnan(tables[k]).all():
                 continue
             panels.figure.add_heatmap(
                 x=x.centres,
                 y=y.centres,
-                z=tables[line],
-                customdata=counts[line],
+                z=tables[k],
+                customdata=counts[k],
                 zmin=ends[0],
                 zmax=ends[1],
                 colorscale="Viridis",
-                showscale=line == first,
+                showscale=k == first,
                 colorbar={"x": across[1] + 0.005, "len": high - low, "y": high, "yanchor": "top", "thickness": 10},
                 hovertemplate=f"{x.label} %{{x:.4g}}<br>{y.label} %{{y:.4g}}<br>%{{z:.4g}}, of %{{customdata}} "
                 "walks<extra></extra>",
                 **place,
             )
-    title, note, height = f"{y.label} over {x.label}", f"{_MEDIANS} White: none.", 100 + _PANEL * len(drawn)
+    title, note, height = f"{y.label} over {x.label}", f"{_MEDIANS} White: none.", 100 + _PANEL * groups.count
     return panels.shown(f"map-{number}", title, note, height, margin={"l": 80, "r": 40, "t": 60, "b": 60})
 
 
@@ -104,7 +102,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
     x: dict[str, Any] | None = {**scale, "title": {"text": axis.label}}
     for name, down in zip(SHOWN, shares(len(SHOWN), 0.08)[::-1], strict=True):
         values = values_of(rows, name)
-        bins = [[values[(groups.bin == k) & (axis.bin == i)] for i in range(axis.count)] for k in range(groups.count)]
+        bins = [[values[axis.within(i, groups.bin == k)] for i in range(axis.count)] for k in range(groups.count)]
         middles = [np.array([middle(each, name) for each in group], dtype=float) for group in bins]
         bands = [np.array([quartiles(each) for each in group]).T for group in bins]
         known = [*middles, *(() if name == FINISHED else (np.ravel(band) for band in bands))]

@@ -157,6 +157,11 @@ class Axis:
         """Middles of the bins between their edges, shape (count,)."""
         return self.edges[:-1] + 0.5 if self.ticks else self.at
 
+    def within(self, which: int, group: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Rows of a group in a bin; all of them, as a comparison, where none of the group has the parameter."""
+        there: NDArray[np.bool_] = group if bool((self.bin[group] < 0).all()) else group & (self.bin == which)
+        return there
+
 
 def values_of(rows: Iterable[Row], name: str) -> Array:
     """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""

@@ -101,16 +101,10 @@ def _tables(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
     values = values_of(rows, name)
-    x, y = ([_in_bin(axis, mine, i) for i in range(axis.count)] for axis in axes)
+    x, y = ([axis.within(i, mine) for i in range(axis.count)] for axis in axes)
     cells = [[values[column & line] for column in x] for line in y]
     middles = np.array([[middle(cell, name) for cell in line] for line in cells])
     return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
-
-
-def _in_bin(axis: Axis, mine: NDArray[np.bool_], which: int) -> NDArray[np.bool_]:
-    """Rows of a group in a bin; all of them where the group lacks the parameter, as a comparison."""
-    there: NDArray[np.bool_] = mine if bool((axis.bin[mine] < 0).all()) else mine & (axis.bin == which)
-    return there
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
@@ -200,7 +194,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         values = values_of(rows, name)
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
         for k, (kind, (colour, style, marker)) in enumerate(styles):
-            bins = [values[_in_bin(axis, groups.bin == k, i)] for i in range(axis.count)]
+            bins = [values[axis.within(i, groups.bin == k)] for i in range(axis.count)]
             middles = [middle(each, name) for each in bins]
             axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
             if name != FINISHED:

@@ -36,6 +36,7 @@ def test_figures_are_files_of_their_names_and_the_summary_tells_their_commands(
         assert f"wrote {pdf}" in result.stdout
 
 
+@pytest.mark.slow
 def test_figures_as_json_and_in_silence(cheap: dict[str, str], tmp_path: Path) -> None:
     printed = json.loads(run("figures", tmp_path, "--json", "--quiet").stdout)
     assert [each["command"].split()[1] for each in printed["figures"]] == ["gait", "return-map"]
@@ -43,6 +44,7 @@ def test_figures_as_json_and_in_silence(cheap: dict[str, str], tmp_path: Path) -
     assert run("figures", tmp_path, "--quiet").output == ""
 
 
+@pytest.mark.slow
 def test_one_that_fails_does_not_stop_the_others(cheap: dict[str, str], tmp_path: Path) -> None:
     cheap.clear()
     cheap.update({"steep": "gait --slope-deg 80", **CHEAP})

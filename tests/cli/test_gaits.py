@@ -79,6 +79,7 @@ def test_gait_as_json_is_the_gait() -> None:
     assert printed["files"] == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "reason"),
     [

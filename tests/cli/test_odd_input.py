@@ -85,6 +85,7 @@ def test_numbers_that_no_walk_takes(words: tuple[str, ...], said: str) -> None:
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.slow
 def test_files_may_have_names_that_are_no_utf8(tmp_path: Path) -> None:
     """As far as they are written, they are told of; where the system has such names."""
     name = os.fsdecode(b"w\xff.npz")

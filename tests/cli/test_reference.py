@@ -15,6 +15,7 @@ def run(*words: str) -> tuple[int, str]:
     return done.exit_code, done.output
 
 
+@pytest.mark.slow
 def test_it_tells_the_gait(robot: mjbiped.Compass, tmp_path: Path) -> None:
     plot = tmp_path / "reference.png"
     status, text = run("reference", "--clearance", "0.05", "--json", "--plot", str(plot))

@@ -28,6 +28,7 @@ def study(tmp_path: Path, studies_in_threads: None) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_table_figures_and_summary(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
     result = run("sweep", study)
@@ -69,6 +70,7 @@ def test_interrupted_it_says_how_to_go_on(study: Path, tmp_path: Path, monkeypat
     assert "the same command goes on" in result.stderr
 
 
+@pytest.mark.slow
 def test_bad_input_is_refused(study: Path, tmp_path: Path) -> None:
     missing = run("sweep", tmp_path / "none.toml")
     assert missing.exit_code == 2

@@ -16,6 +16,7 @@ from mjbiped.records.record import Walk
 from mjbiped.terrain.presets import PRESETS
 
 
+@pytest.mark.slow
 def test_walk_in_a_process_prints_json_alone_and_writes_what_it_lists(tmp_path: Path) -> None:
     # quiet: a first walk says on stderr that something is being compiled
     words = ("walk", "stairs:rise=-0.02", "--steps", 2, "--quiet", "--json", "--out", "a.npz", "--plot", "a.svg")

@@ -175,6 +175,7 @@ def test_what_keeps_the_contract_passes(controller: Controller) -> None:
     assert repr(vars(controller)) == before, "it is a copy that is tried"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", controller_names())
 def test_every_controller_of_this_project_passes(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
     try_out(make_controller(name, robot, {}, gait), Q, DQ)

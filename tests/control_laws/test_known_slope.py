@@ -193,6 +193,7 @@ def test_level_ground_costs_what_the_slope_gives(controller: KnownSlopeControlle
     assert states[-1] == pytest.approx(GAIT.start, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_the_gait_is_returned_to_after_a_small_step() -> None:
     for controller in SETTLING:
         walk = hybrid(controller, Terrain.from_segments([(1.5, 0, 0), (50, 0, -0.006)]), steps=60)

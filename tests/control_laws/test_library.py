@@ -28,6 +28,7 @@ def step(library: LibraryController, rise: float, engine: str = "hybrid") -> mjb
     return mjbiped.walk(library, ground, engine=engine, steps=12)
 
 
+@pytest.mark.slow
 def test_on_level_ground_it_is_the_adaptive_controller(library: LibraryController) -> None:
     adaptive = AdaptiveController(library.robot, library.gait, replanning="additive")
     walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in (library, adaptive)]

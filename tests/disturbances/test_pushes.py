@@ -132,6 +132,7 @@ def test_random_pushes_are_those_that_are_told(engine: str) -> None:
     np.testing.assert_array_equal(first.samples["q"], second.samples["q"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", [pytest.param("mujoco", marks=pytest.mark.slow), "hybrid"])
 def test_pushed_walks_repeat_bit_by_bit(engine: str, tmp_path: Any) -> None:
     law = AdaptiveController(ROBOT, gait())

@@ -442,6 +442,7 @@ def swing(random: np.random.Generator) -> Swing:
     )
 
 
+@pytest.mark.slow
 def test_swing_converges_to_the_equations_of_motion() -> None:
     """First order in h; and what is left at h = 0 is the foot's rolling, first order in its radius."""
     random = np.random.default_rng(5)

@@ -44,6 +44,7 @@ def farthest(walk: mjbiped.Walk) -> float:
     return max(float(np.max(steps["pressure_ahead"])) - ahead, float(np.max(steps["pressure_behind"])) - behind)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "ground"), CASES)
 def test_the_centre_of_pressure_stays_on_the_sole(robot: Robot, ground: str) -> None:
     walk, (behind, ahead) = walked(robot, "hybrid", ground), robot.sole or (0.0, 0.0)
@@ -77,6 +78,7 @@ def test_mujoco_keeps_it_on_the_sole_as_well(robot: Robot, ground: str, timestep
     assert costs[0] == pytest.approx(costs[1], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [mjbiped.Compass, mjbiped.KneedBiped])
 def test_a_sole_that_is_long_enough_changes_nothing(kind: Any) -> None:
     """Bit by bit; only places of the centre of pressure are told by a force that is known at each stage."""

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mjbiped
+from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import TASKS, load
 from mjbiped.envs.load import _dm
 from mjbiped.errors import InputError, MjbipedError
@@ -36,6 +37,7 @@ def env(request: pytest.FixtureRequest) -> Any:
     return load(task, task_kwargs={"residual": residual, "privileged": residual, "random": 0, "robot": robot})
 
 
+@pytest.mark.slow
 def test_specs_match_what_comes(env: Any) -> None:
     action, observed, random = env.action_spec(), env.observation_spec(), np.random.default_rng(0)
     assert action.shape == (len(action.name.split("\t")),)
@@ -184,6 +186,17 @@ def test_a_copied_and_a_pickled_physics_go_on_by_themselves() -> None:
     np.testing.assert_array_equal(physics.joint_angles(), after)
     physics.reset()
     assert physics.time() == 0.0
+
+
+def test_an_interpreted_episode_that_begins_again_is_interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another simulation took its place, and the physics went on showing the old one."""
+    monkeypatch.setenv(VARIABLE, "never")
+    env = load("walk_level", {"random": 0})
+    env.reset()
+    env.step([0.0, 0.0])
+    monkeypatch.setenv(VARIABLE, "always")
+    env.physics.reset()
+    assert env.physics.time() == 0.0
 
 
 def test_extra_forward_calls_and_pictures_change_nothing() -> None:

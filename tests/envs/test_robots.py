@@ -24,6 +24,7 @@ ROBOTS: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "disturbances", [None, {**NOISE, "torque_limit": 30.0, "push_impulse": 1.0, "push_interval": 0.5}]
 )

@@ -61,6 +61,7 @@ def test_pictures_show_the_robot() -> None:
     env.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
 def test_a_program_that_leaves_an_environment_open_ends_without_a_word() -> None:
     """The picture's OpenGL must go before MuJoCo shuts down the platform."""
@@ -68,6 +69,7 @@ def test_a_program_that_leaves_an_environment_open_ends_without_a_word() -> None
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
 @pytest.mark.parametrize("name", ["mjbiped/CompassWalkStairs-v0", "mjbiped/KneedWalk-v0"])
 def test_gymnasiums_own_wrapper_observes_pixels(name: str) -> None:

@@ -43,6 +43,7 @@ def test_it_is_gymnasiums_own_row_of_environments(threads: int, privileged: bool
     own.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", IDS)
 def test_spaces_hold_what_comes(name: str) -> None:
     with warnings.catch_warnings():

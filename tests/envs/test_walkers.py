@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.envs import TASKS, feeling
 from mjbiped.envs.tasks import WalkTask
@@ -201,8 +202,9 @@ def test_a_walk_for_all_of_its_time_ended_by_the_time_limit(tmp_path: Path) -> N
     assert Walk.load(tmp_path / "walk.npz") == walk
 
 
-def test_a_restarted_simulation_is_a_new_one() -> None:
+def test_a_restarted_simulation_is_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """On ground that stays the same the model is made use of again."""
+    monkeypatch.setenv(VARIABLE, "never")  # no other model for machine code
     task = WalkTask("walk_level")
     random = np.random.default_rng(0)
     walkers = Walkers(task)

@@ -235,6 +235,7 @@ def read_all(texts: Iterable[str], path: Path, read: Callable[[Path], Terrain | 
         assert len(message) < LONGEST_MESSAGE, text[:300]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "count"),
     [

@@ -329,6 +329,7 @@ def try_cases(records: list[bytes], cases: range, folder: Path, *, draw_every: i
     return loaded
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore:Glyph", "ignore:Reading `.npy`:UserWarning")
 def test_damaged_records(records: list[bytes], tmp_path: Path) -> None:
     loaded = try_cases(records, range(FEW), tmp_path, draw_every=17)

@@ -85,6 +85,7 @@ def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) 
     np.testing.assert_allclose(last, high.end, rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [pytest.param(None, marks=pytest.mark.slow), 12.0])
 def test_every_demand_is_kept_between_the_optimisers_points(robot: mjbiped.Compass, limit: float | None) -> None:
     gait = find_reference(robot, clearance=0.05, torque_limit=limit)

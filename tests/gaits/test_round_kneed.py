@@ -34,6 +34,7 @@ def gait() -> KneedGait:
     return find_kneed_gait(RoundKneed(), SLOPE)
 
 
+@pytest.mark.slow
 def test_the_gait_of_mcgeers_machine(gait: KneedGait) -> None:
     """The numbers that he gives to two or three digits, from the nonlinear model; half a unit of our last digit."""
     pair, _, real = gait.multipliers
@@ -75,6 +76,7 @@ def test_the_reference_is_the_motion_up_to_the_end(gait: KneedGait) -> None:
     np.testing.assert_allclose(np.hstack([q, dq])[smooth], gait.states[1:-1][smooth], rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_sizes_and_gravities_do_not_matter(gait: KneedGait) -> None:
     """In units of leg, mass and gravity."""
     scaled = find_kneed_gait(RoundKneed(gravity=1.0, thigh_mass=0.1, shank_mass=0.062, hip_mass=0.676), SLOPE)

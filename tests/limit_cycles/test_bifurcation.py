@@ -26,6 +26,7 @@ def diagram() -> BifurcationDiagram:
     return bifurcation_diagram(TABLE_ONE, np.radians(np.arange(2.5, 3.7, 0.05)), steps=300, keep=64)
 
 
+@pytest.mark.slow
 def test_onsets() -> None:
     """The digits that this program gives for every step of its differences; the design has 2.7284, 3.296, 3.398, 3.420.
 

@@ -13,9 +13,11 @@ from scipy.integrate import solve_ivp
 
 import mjbiped
 from controllers import PassiveController
+from mjbiped.engines.hybrid.run import packed
 from mjbiped.errors import InputError
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap
+from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -68,6 +70,7 @@ def scipy_step(robot: Compass, slope: float, start: Array, rule: ScuffingRule) -
     return "fell" if len(solution.t_events[1]) else "stalled"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [TABLE_ONE, MOON, SLENDER])
 def test_one_step_against_scipy(robot: Compass) -> None:
     """From states around the gait, and from wild ones."""
@@ -210,7 +213,7 @@ def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
 
 def test_machine_code_writes_where_an_array_lives(robot: Compass, monkeypatch: pytest.MonkeyPatch) -> None:
     """The array of touchdowns was freed before machine code wrote to it, and a walk long after crashed."""
-    packed, compiled, written = return_map.packed, return_map.compiled, []
+    written: list[weakref.ref[Array]] = []
 
     def noted(tables: Any) -> Any:
         written.append(weakref.ref(tables.rows))

@@ -135,6 +135,7 @@ def test_a_fall_without_a_touchdown(fallen: Walk) -> None:
     assert_nothing_cut_off(figure)
 
 
+@pytest.mark.slow
 def test_long_walks_are_split_into_rows_that_cover_them(walk: Walk) -> None:
     long = longer(walk, 50)
     rows = rows_of(long)
@@ -203,6 +204,7 @@ def test_a_gait(gait: mjbiped.PassiveGait) -> None:
     assert_nothing_cut_off(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "beginning"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
 def test_files_are_what_their_suffix_says_and_the_same_each_time(
     gait: mjbiped.PassiveGait, tmp_path: Path, suffix: str, beginning: bytes

@@ -179,6 +179,7 @@ def test_a_walk_of_twenty_steps_fits_the_column_of_a_page() -> None:
         assert plot_walk(walked(steps=20)).get_size_inches()[1] < 9.5  # IEEE's column is 9.6 in high
 
 
+@pytest.mark.slow
 def test_no_legend_lies_on_the_title_of_a_time_lapse() -> None:
     for name in WIDTHS:
         with figure_width(name):
@@ -191,6 +192,7 @@ def test_no_legend_lies_on_the_title_of_a_time_lapse() -> None:
         assert second.x0 > first.x1 or second.y1 < first.y0 + 2.0  # pixels, of the legend's own margin
 
 
+@pytest.mark.slow
 def test_files_have_the_dots_that_their_use_asks_for(tmp_path: Path) -> None:
     for name, dots in (("page", 160), ("double", 300), ("single", 300)):  # a screen's; journals ask for 300 per inch
         with figure_width(name):

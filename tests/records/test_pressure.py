@@ -43,6 +43,7 @@ def test_a_flat_foot_is_in_balance_about_its_ankle() -> None:
     assert (u[0], u[1], u[2 + BINS - 1]) == (-0.05, 0.05, 0.2)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(0.01, 1.0)), min_size=1, max_size=12),

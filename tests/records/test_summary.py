@@ -69,6 +69,7 @@ def test_texts_of_a_record_are_not_taken_for_html(controller: AdaptiveController
     assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error
 
 
+@pytest.mark.slow
 def test_the_figure_is_the_one_of_the_command_line(walk: mjbiped.Walk, tmp_path: Path) -> None:
     walk.plot(tmp_path / "method.png")
     plot_walk(walk, tmp_path / "function.png")

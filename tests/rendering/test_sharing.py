@@ -61,6 +61,7 @@ def assert_same(frames: list[Pixels], alone: list[Pixels]) -> None:
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.slow
 @needs_gl
 @pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_frames_are_those_of_one_process(
@@ -85,6 +86,7 @@ def test_a_process_that_cannot_begin_leaves_all_to_this_one(
     assert delivered == [False] * 4
 
 
+@pytest.mark.slow
 @needs_gl
 def test_what_a_process_that_ends_too_early_leaves_is_drawn_by_this_one(
     walk: Walk, alone: list[Pixels], delivered: list[bool], monkeypatch: pytest.MonkeyPatch
@@ -107,6 +109,7 @@ def test_what_a_process_that_ends_too_early_leaves_is_drawn_by_this_one(
     assert not delivered[-1] or delivered == [True] * 4  # it may have sent all of these small frames before
 
 
+@pytest.mark.slow
 @needs_gl
 def test_a_reference_that_only_this_process_finds_is_on_every_frame(
     walk: Walk, alone: list[Pixels], monkeypatch: pytest.MonkeyPatch

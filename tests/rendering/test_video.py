@@ -231,6 +231,7 @@ def test_what_a_caption_says(walk: Walk) -> None:
     assert caption(moment, 0.5)[1:] == ["slope +2.0°   estimate −1.2°", "time lapse 2×"]
 
 
+@pytest.mark.slow
 @needs_gl
 def test_visual_flags_of_mujoco(adaptive: Walk) -> None:
     time = float(adaptive.touchdowns["time"][2]) + 0.3

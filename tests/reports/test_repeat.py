@@ -71,6 +71,7 @@ def walk_with_knees(which: str) -> mjbiped.Walk:
     return mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.5), robot=robot, engine=held, steps=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["knees", pytest.param("halved rods", marks=pytest.mark.slow), "heavy", "held"])
 def test_the_command_makes_the_same_record_with_knees(which: str, tmp_path: Path) -> None:
     walk = walk_with_knees(which)

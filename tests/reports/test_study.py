@@ -24,6 +24,12 @@ GRID = {
     "terrain": {"name": "incline", "slope_deg": [2, 3, -2]},
 }
 
+LINES = {
+    **BASE,
+    "controller": [{"position_gain": [3, 6]}, {"name": "passive"}],
+    "terrain": {"name": "incline", "slope_deg": 2},
+}
+
 
 def made(content: dict[str, object], folder: Path) -> Path:
     run(plan(folder / "study.toml", content), folder / "out", workers=1)
@@ -39,7 +45,17 @@ def test_the_page_holds_rows_outcomes_and_maps(tmp_path: Path) -> None:
     assert page.count("<td>passive</td>") == 3
     assert "controller.position_gain" in page
     [figure] = packed(page)["plots"].values()
-    assert [trace["type"] for trace in figure["data"]] == ["heatmap"] * 3  # the passive ones have no gain
+    assert [trace["type"] for trace in figure["data"]] == ["heatmap"] * 6  # the passive ones are alike for all gains
+
+
+def test_a_baseline_without_the_parameter_is_a_line_of_one_height(tmp_path: Path) -> None:
+    """Its line was there in the pictures alone, and empty on the page."""
+    rows, *_ = run(plan(tmp_path / "study.toml", LINES), tmp_path / "out", workers=1)
+    [shown] = study_figures(rows, ["controller.name", "controller.position_gain"])
+    cost = {trace.name: trace.y for trace in shown.plot.data if trace.name and trace.showlegend}
+    [passive] = [row["cost_of_transport"] for row in rows if row["controller.name"] == "passive"]
+    assert cost["passive"].tolist() == [passive] * 2
+    assert len(set(cost["adaptive"].tolist())) == 2
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,7 @@ def test_numbers_that_are_none_stay_out_of_the_pages_data(tmp_path: Path) -> Non
     assert None in next(values for name, values, _ in data["told"] if name == "ankle")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 def test_the_video_stands_in_the_page(controller: AdaptiveController, tmp_path: Path) -> None:
     short = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)

@@ -57,6 +57,7 @@ def test_figure_5_has_the_truth_of_each_ground_that_was_walked(walks: list[mjbip
         assert sum(line.get_color() == TRUTH["color"] for line in figure.axes[0].lines) == count
 
 
+@pytest.mark.slow
 def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path: Path) -> None:
     figure = plot_figure_6({0.8: walks[0], None: walks[1]}, tmp_path / "six.pdf")
     titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]

@@ -48,6 +48,7 @@ def identity(row: Row) -> tuple[object, ...]:
     return *parts, repr(row.delay), repr(row.adaptation_gain), repr(row.start_estimate)
 
 
+@pytest.mark.slow
 def test_pages_are_made_of_the_table(rows: list[Row]) -> None:
     for name, page in render(rows).items():
         assert (DOCS / name).read_text(encoding="utf-8") == page
@@ -97,6 +98,7 @@ def test_constants_in_the_prose_are_those_of_the_code() -> None:
         assert words in prose, words
 
 
+@pytest.mark.slow
 def test_walks_again_give_the_table(rows: list[Row]) -> None:
     """A share of the hybrid engine's walks, one of each method, ground and part; MuJoCo's are the slow test's."""
     known = {identity(row): row for row in rows}
@@ -129,6 +131,7 @@ def compare(entry: Entry, known: dict[tuple[object, ...], Row]) -> None:
     assert fresh.traces == pytest.approx(row.traces, rel=1e-3, abs=1e-4, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_table_is_whole(rows: list[Row]) -> None:
     """Every walk of the plan has a row, and none failed with an error."""
     hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]

@@ -129,6 +129,7 @@ def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
         pass
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes(controller: AdaptiveController, tmp_path: Path) -> None:
     cells = [Cell("mujoco", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.02, 0.0, 0.01)]
     one = results(tmp_path / "one", cells)

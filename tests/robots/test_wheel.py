@@ -76,6 +76,7 @@ def test_the_steady_rate_is_the_textbooks() -> None:
         assert rates(robot, steady, 1) == pytest.approx([steady], rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", WALKED)
 def test_rates_after_impacts_are_the_closed_forms(robot: mjbiped.RimlessWheel) -> None:
     """From the fixed point and from others; in MuJoCo within the error of its contact steps, 1e-4 measured."""
@@ -119,6 +120,7 @@ def test_a_wheel_in_other_units_rolls_alike_in_mujoco(longer: float, heavier: fl
     assert rolled[1][1] == pytest.approx(rolled[0][1], abs=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", WALKED[1:])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_the_record_tells_of_spokes(robot: mjbiped.RimlessWheel, engine: str, tmp_path: Path) -> None:
@@ -228,6 +230,7 @@ def test_what_a_wheel_is_told() -> None:
         basin_of_attraction(HUB, SLOPE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_motor_at_the_ankle_is_disturbed_as_others_are(engine: str) -> None:
     """Noise and a push change the rolling; a motor that brakes is no stronger than its limit."""

@@ -185,6 +185,7 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     assert [row[3:5] for row in cells] == [["0", "no fall (> 51.5)"]] * 2  # 190 steps / -ln 0.025
 
 
+@pytest.mark.slow
 def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study, out = tmp_path / "study.toml", tmp_path / "out"
     study.write_text(STUDY)

@@ -312,6 +312,7 @@ def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, m
     assert walked[0]["steps"] == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
 def test_ctrl_c_in_a_controller(workers: int) -> None:
     controllers = [Counting(), Counting(KeyboardInterrupt())]

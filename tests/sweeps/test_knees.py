@@ -23,6 +23,7 @@ def planned(text: str) -> Study:
     return plan(Path("study.toml"), tomllib.loads(text))
 
 
+@pytest.mark.slow
 def test_a_robots_name_can_vary_with_its_parameters() -> None:
     """Inertias of rods follow the masses, as with a robot that is made so, and as the controller's wrong model does."""
     study = planned("""
@@ -97,6 +98,7 @@ def test_what_no_robot_can_do_is_refused_before_anything_walks(text: str, said: 
         planned(text if "engine" in text else f'engine = "hybrid"\n{text}')
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_rows_are_what_the_walks_give(tmp_path: Path) -> None:
     study = planned("""

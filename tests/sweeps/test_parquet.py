@@ -113,6 +113,7 @@ def test_broken_off_it_goes_on_with_what_is_missing(
     assert (tmp_path / "out" / FILE).read_bytes() == (tmp_path / "whole" / FILE).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_table_made_without_is_walked_again_and_fresh_deletes(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "study"
     assert command("sweep", file).exit_code == 0

@@ -39,6 +39,7 @@ def test_every_law_is_loaded_once_and_has_both_names() -> None:
     assert resolve_name("controllers.bounded.supervisor:SupervisedController") is controllers.SupervisedController
 
 
+@pytest.mark.slow
 def test_a_file_of_that_name_in_the_working_directory_hides_only_the_short_one(tmp_path: Path) -> None:
     (tmp_path / "controllers.py").write_text("from controllers import Controller\n")
     (tmp_path / "program.py").write_text("from mjbiped.controllers import Controller\nprint(Controller.__name__)\n")

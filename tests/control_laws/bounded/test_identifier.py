@@ -44,6 +44,7 @@ def test_with_the_true_slope_the_prediction_is_the_motion(
     assert rates[1] == pytest.approx(change, abs=1e-8 * max(1.0, abs(ddq1), abs(ddq2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 @pytest.mark.parametrize("error", [4.0, -4.0])
 def test_a_wrong_start_is_found_out_within_two_steps(error: float, engine: str) -> None:

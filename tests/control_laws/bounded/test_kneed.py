@@ -56,6 +56,7 @@ def tracked(law: BoundedKneedController, state: tuple[float, ...], slope: float,
     return segments, float(own.standing[ACROSS])
 
 
+@pytest.mark.slow
 @given(case=st.tuples(STATES, SLOPES, SOLES, BENDS))
 def test_its_torques_make_its_accelerations_on_the_sole(law: BoundedKneedController, case: Case) -> None:
     """By the robot's own equations of motion and ground force, which share the chain's only."""
@@ -150,6 +151,7 @@ def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
         assert error < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_wrong_start_is_found_out_within_three_steps(law: BoundedKneedController, engine: str) -> None:
     wrong = BoundedKneedController(law.robot, law.gait, initial_slope_estimate=math.radians(2.0), estimate_update=False)
@@ -162,6 +164,7 @@ def test_a_wrong_start_is_found_out_within_three_steps(law: BoundedKneedControll
     assert left[late].max() < 0.01 * math.radians(2.0) + 3e-4
 
 
+@pytest.mark.slow
 def test_the_prediction_begins_with_the_momentum_of_each_step(law: BoundedKneedController) -> None:
     walk = mjbiped.walk(law, STAIRS, engine="hybrid", steps=8)
     for k, (_, memory) in enumerate(replayed(walk, law)):
@@ -173,6 +176,7 @@ def test_the_prediction_begins_with_the_momentum_of_each_step(law: BoundedKneedC
         assert abs(memory[SLOPE]) < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-6), ("mujoco", 0.0)])
 def test_compiled_and_in_python_it_walks_the_same(law: BoundedKneedController, engine: str, tolerance: float) -> None:
     """Bitwise in MuJoCo; the hybrid engine itself rounds otherwise in Python, and chooses its steps by that."""

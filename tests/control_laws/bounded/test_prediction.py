@@ -33,6 +33,7 @@ def finer(given: Parameters, times: float) -> Parameters:
     return given._replace(limits=given.limits._replace(step=given.limits.step / times))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("slope_deg", "off"), [(0.0, 0.0), (0.0, 0.15), (2.0, -0.1), (-3.0, 0.1)])
 def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(
     law: SupervisedController, slope_deg: float, off: float

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import mjbiped
@@ -65,10 +65,12 @@ def test_the_centre_of_pressure_lies_on_the_sole(case: Case) -> None:
         assert found == whole
 
 
+@pytest.mark.slow
 @given(case=CASES, height=st.floats(0.0, 0.05))
 def test_over_an_ankle_the_force_along_the_sole_moves_the_centre_of_pressure(case: Case, height: float) -> None:
     """x = -(torque + height F_t) / F_n, by the force that acts under the torque given."""
     sole, state, slope, asked, offset, share = case
+    assume(asked == 0.0 or abs(asked) > 1e-3)  # the law divides differences of forces by it, which cancel below
     robot = FootedCompass(sole=sole, ankle_height=max(height, 1e-3))
     found = made(robot, state, slope, asked, offset, share)
     moment = found.ankle + robot.ankle_height * found.along

@@ -34,6 +34,7 @@ CLIMBING = recovery.SIZE  # the place in the memory of the steps that are left w
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
 
 
+@pytest.mark.slow
 def test_on_level_ground_it_is_the_tracking_law(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
     laws = (SupervisedController(robot, gait), BoundedAnkleController(robot, gait))
     walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in laws]
@@ -148,6 +149,7 @@ def test_a_share_of_more_than_the_sole_is_refused(robot: mjbiped.Compass, gait: 
         SupervisedController(robot, gait, sole_share=1.1)
 
 
+@pytest.mark.slow
 def test_figures_show_what_it_tracks(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
     law = SupervisedController(robot, gait)
     walk = mjbiped.walk(law, STAIRS, engine="hybrid", steps=6)
@@ -162,6 +164,7 @@ def test_figures_show_what_it_tracks(robot: mjbiped.Compass, gait: OptimisedGait
         assert law.transition_end(memory) in (0.0, 0.8 * tracked.period)
 
 
+@pytest.mark.slow
 def test_after_a_step_it_lifts_its_feet_for_some_steps(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
     law = SupervisedController(robot, gait, climbing_steps=2)
     assert isinstance(law.climbing_gait, OptimisedGait)

@@ -151,6 +151,7 @@ def test_python_callbacks_make_the_same_walk(controller: AdaptiveController, mon
     assert_same(ends[0], run(reference)[0])
 
 
+@pytest.mark.slow
 def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None:
     """Whatever window it was saved in, and whatever window the other simulation begins with."""
     first = make(controller, LONG["rough"])

@@ -28,6 +28,7 @@ def walkers() -> Iterator[Walkers]:
     made.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_nothing_is_left_in_mujocos_globals(threads: int) -> None:
     """The pointers themselves: what Python's bindings tell of them is not asked."""

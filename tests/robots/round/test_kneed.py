@@ -45,6 +45,7 @@ def test_the_centre_of_the_arc_is_on_the_shank() -> None:
         RoundKneed(thigh_centre=0.5)
 
 
+@pytest.mark.slow
 def test_what_is_for_point_feet_is_refused() -> None:
     with pytest.raises(InputError, match="a RoundKneed rolls"):
         _ = RoundKneed().model

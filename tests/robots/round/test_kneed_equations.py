@@ -94,6 +94,7 @@ def expected(name: str, q: Array, dq: Array, slope: float) -> Array:
     return np.asarray(derived()[name](parts_at(q, slope), dq, slope), dtype=np.float64).squeeze()
 
 
+@pytest.mark.slow
 @given(FOUR, RATES, SLOPES)
 def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: float) -> None:
     chain = ROBOT.chains[4]

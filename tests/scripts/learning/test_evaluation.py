@@ -94,6 +94,7 @@ def test_the_training_has_not_seen_these_grounds() -> None:
     assert {ground.task for ground in GROUNDS} == set(TASKS)
 
 
+@pytest.mark.slow
 def test_zero_residual_is_the_adaptive_controller_bitwise(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evaluation, "TIME", 3.0)
     ground = Ground("random", "walk_random", 1, {"length": 5.0})

@@ -74,6 +74,7 @@ def test_clearance_names_what_is_measured() -> None:
         assert number in texts
 
 
+@pytest.mark.slow
 def test_files_are_small(tmp_path: Path) -> None:
     done = CliRunner().invoke(diagrams.main, ["--folder", str(tmp_path / "images")])
     assert done.exit_code == 0

@@ -77,6 +77,7 @@ def test_the_greatest_riser_is_the_last_before_a_fall() -> None:
     assert sole_limits_study.greatest(law, sole_limits_study.riser, [2, 30, 3]) == 2
 
 
+@pytest.mark.slow
 def test_decisions_are_those_of_the_walk() -> None:
     """Given what was known at each touchdown of a walk up one riser, machine code searches at the riser alone."""
     law = sole_limits_study.law(0.08)

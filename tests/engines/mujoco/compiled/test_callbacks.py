@@ -67,6 +67,7 @@ def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> bytes:
     return state.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("terrain", "parameters"),
     [
@@ -92,6 +93,7 @@ def test_same_walk_bitwise(terrain: Terrain, parameters: dict[str, object], cont
     assert states[0] == states[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("terrain", "engine", "sample_period"),
     [
