@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 import hypothesis
 import pytest
+import stored_references
 
 import mjbiped
 from controllers import AdaptiveController
@@ -37,12 +38,13 @@ def compiles_where_marked(request: pytest.FixtureRequest, monkeypatch: pytest.Mo
 
 @pytest.fixture(scope="session", autouse=True)
 def references_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Optimised references are searched for by the tests, and not taken from the user's cache nor left there."""
+    """Gaits are stored for the tests or searched for, and are not taken from the user's cache nor left there."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent  # which the workers of a run share: one of them searches
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("MJBIPED_CACHE_DIR", str(folder / "references"))
+        stored_references.put_away()
         yield
 
 

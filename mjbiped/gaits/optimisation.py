@@ -238,14 +238,20 @@ def tell(model: StepModel, goal: Goal, x: Array) -> Told:
 
 
 def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array | None:
-    """One search: first without clearance, then with more and more of it, then with the cost's corners sharpened."""
+    """One search: first without clearance, then with more and more of it, then with the cost's corners sharpened.
+
+    The centre of pressure is kept within the sole last: begun with this, searches for short soles end nowhere.
+    """
+    soleless = replace(model, robot=replace(model.robot, sole=None))
     points, own = model.guess(half)
     x = np.concatenate([[phase, half], points[2:-1].ravel(), own])
     stairs = math.ceil(goal.clearance / (_STAIRS * model.robot.leg_length) - 1e-9)
-    stages = [(goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
-    stages += [(goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
-    for clearance, smoothing in stages:
-        x, kept = _improved(model, replace(goal, clearance=clearance), smoothing, x)
+    stages = [(soleless, goal.clearance * k / max(stairs, 1), _SMOOTHING[0]) for k in range(stairs + 1)]
+    stages += [(soleless, goal.clearance, smoothing) for smoothing in _SMOOTHING[1:]]
+    if model.robot.sole is not None:
+        stages.append((model, goal.clearance, _SMOOTHING[-1]))
+    for stage, clearance, smoothing in stages:
+        x, kept = _improved(stage, replace(goal, clearance=clearance), smoothing, x)
         if not np.isfinite(x).all():
             return None
         if kept < -_FAR:

@@ -30,6 +30,7 @@ angles = st.floats(-1.0, 1.0)
 # --- the paper's (22) -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_equation_22_follows_from_9_10_14_and_17_and_makes_16_negative() -> None:
     k1, k2, g1, g2, s, c, s_hat, c_hat = sp.symbols("K1 K2 gamma1 gamma2 s c s_hat c_hat", real=True)
     m11, m12, m22 = sp.symbols("m11 m12 m22", real=True)

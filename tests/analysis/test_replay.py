@@ -67,6 +67,7 @@ NOISY = mjbiped.Disturbances(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_plans_made_again_are_the_plans_that_were_made(
@@ -82,6 +83,7 @@ def test_plans_made_again_are_the_plans_that_were_made(
     assert len(again) == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_so_they_are_with_knees(kneed: KneedController, engine: str, disturbances: mjbiped.Disturbances | None) -> None:

@@ -54,6 +54,7 @@ def test_one_that_fails_does_not_stop_the_others(cheap: dict[str, str], tmp_path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gait.pdf", "wheel.pdf"]
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_figures_before(
     cheap: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

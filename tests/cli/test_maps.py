@@ -34,6 +34,7 @@ def test_return_map_tells_the_gait_and_writes_its_files(tmp_path: Path) -> None:
     assert paths[1].stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_return_map_of_a_wheel_as_json() -> None:
     printed = json.loads(run("return-map", "--robot", "wheel", "--slope-deg", 5, "--json").stdout)
     assert printed["fixed_point"] == {"rate of the stance spoke (rad/s)": pytest.approx(1.144017, abs=1e-6)}

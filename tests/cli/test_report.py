@@ -19,6 +19,7 @@ def record(controller: AdaptiveController, tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_page_stands_beside_the_record_or_where_it_shall(record: Path, tmp_path: Path) -> None:
     result = run("report", record, "--no-video")
     assert result.exit_code == 0, result.stderr

@@ -168,6 +168,7 @@ def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
     assert len({id(simulation.native and simulation.native.functions) for simulation in made}) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_one_machine_code_of_the_hybrid_engine_serves_nearly_all_with_knees() -> None:
     """Controllers without states of their own have idle ones."""

@@ -218,6 +218,7 @@ class BreakingCompiled(Controller):
         return Law((), breaking, nothing, no_estimate, never)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 @pytest.mark.parametrize("controller", [Breaking(), BreakingCompiled()])
 def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: Controller, engine: str) -> None:

@@ -136,6 +136,7 @@ def test_default_sources() -> None:
 # --- compiled, and in MuJoCo ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @each_kind
 def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]) -> None:
     import numba

@@ -72,6 +72,7 @@ def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
             np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
 def test_it_walks_in_both_engines_without_a_clock_of_its_own(policy: PolicyController, engine: Any) -> None:
     walk = mjbiped.walk(policy, mjbiped.Terrain.mixed(), engine=engine, steps=12)

@@ -54,6 +54,7 @@ def test_nothing_given_is_no_disturbance(engine: str) -> None:
     assert "disturbances" not in walked(engine, None, steps=1).settings
 
 
+@pytest.mark.slow
 def test_a_control_period_is_the_one_that_mujoco_has() -> None:
     """Two ways to say the same. They differ in the work's rule at ticks alone (`motors.count_work`)."""
     ours, own = walked("mujoco", Disturbances(control_period=4e-3)), walked(mjbiped.Mujoco(control_period=4e-3), None)

@@ -40,13 +40,13 @@ def execute(page: str, *, slow: bool) -> None:
             exec(compile("\n" * (block.line - 1) + block.code, page, "exec"), space)
 
 
-MANY = {"docs/many_walks.md"}  # pages whose programs walk so much that they compile
+LONG = {"docs/environments.md", "docs/many_walks.md", "docs/robustness.md"}  # pages whose programs take more than 3 s
 
 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=pytest.mark.compiled) if page in MANY else page
+        pytest.param(page, marks=pytest.mark.slow) if page in LONG else page
         for page in PAGES
         if any("slow" not in block.marks for block in programs(page))
     ],

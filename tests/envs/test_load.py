@@ -222,6 +222,7 @@ def test_flat_observations() -> None:
     assert env.reset().observation["observations"].shape == (12,)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
 def test_pixels() -> None:
     env = load("walk_random", {"random": 0, "residual": True})

@@ -29,7 +29,9 @@ env.render()
 """
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if "Kneed" in name else name for name in IDS]
+)
 @pytest.mark.parametrize("options", [{}, {"residual": True, "privileged": True}], ids=["torque", "residual"])
 def test_gymnasiums_checker_has_nothing_to_say(name: str, options: dict[str, Any]) -> None:
     with warnings.catch_warnings():

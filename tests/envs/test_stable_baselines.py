@@ -23,6 +23,7 @@ except mjbiped.errors.MjbipedError as error:
 """
 
 
+@pytest.mark.slow
 def test_without_it_is_said_what_to_install() -> None:
     done = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, check=True)
     assert "pip install 'mjbiped[sb3]'" in done.stdout

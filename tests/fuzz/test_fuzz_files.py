@@ -248,6 +248,7 @@ def test_terrain_files(suffix: str, count: int, tmp_path: Path) -> None:
     read_all(cases(suffix, count), path, Terrain.from_file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [100, pytest.param(3000, marks=pytest.mark.slow)])
 def test_study_files(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plans, "MOST_CELLS", 500)  # what takes long is many walks, and those are not to be checked here

@@ -48,6 +48,7 @@ def test_the_gait_of_mcgeers_machine(gait: KneedGait) -> None:
     assert gait.clearance == pytest.approx(0.0088, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_every_part_of_the_step_joins_the_next(gait: KneedGait) -> None:
     """As with point feet, and the energy of a foot that rolls is constant between impacts."""
     robot, at = gait.robot, gait.bent_samples

@@ -88,6 +88,7 @@ def test_a_controlled_start_is_a_walk(rates: tuple[float, float], gait: mjbiped.
     assert (fate is Fate.SETTLED) == (rates[0] < 10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sole", [None, (0.1, 0.1)])
 def test_period_one_is_the_gait_of_scipy(sole: tuple[float, float] | None, gait: mjbiped.KneedGait) -> None:
     """Two programs: SciPy's integrator and root finder, and the compiled return map with Newton's method."""

@@ -15,6 +15,7 @@ from mjbiped.numerics.trigonometry import EIGHTH_TURN, sine_cosine
 EPSILON = float(np.finfo(np.float64).eps)
 
 
+@pytest.mark.slow
 @given(st.floats(-EIGHTH_TURN, EIGHTH_TURN))
 @settings(deadline=None, derandomize=True, max_examples=2000)
 def test_both_are_exact_to_one_unit_in_the_last_place(x: float) -> None:

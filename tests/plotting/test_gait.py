@@ -43,6 +43,7 @@ def test_the_file_is_the_same_each_time(tmp_path: Path) -> None:
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", ["single", "double"])
 def test_panels_of_a_reference(robot: mjbiped.Compass, tmp_path: Path, width: str) -> None:
     gait = mjbiped.find_reference(robot, clearance=0.06)

@@ -25,6 +25,7 @@ def figure_with_panels() -> Figure:
     return figure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_same_figure_is_the_same_file(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where matplotlib's layout solver took its equations in another order, as it does from run to run."""

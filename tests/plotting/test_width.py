@@ -201,6 +201,7 @@ def test_files_have_the_dots_that_their_use_asks_for(tmp_path: Path) -> None:
             assert picture.width == round(dots * WIDTHS[name].inches)
 
 
+@pytest.mark.slow
 def test_same_figure_is_the_same_file_at_any_width(tmp_path: Path) -> None:
     paths = [tmp_path / f"{number}.png" for number in range(2)]
     with figure_width("single"):

@@ -128,6 +128,7 @@ def test_what_other_engines_set_is_theirs(walk: Walk, tmp_path: Path) -> None:
     assert Walk.load(tmp_path / "walk.npz") == own
 
 
+@pytest.mark.slow
 def test_the_longest_ground_fits_into_a_record(walk: Walk, tmp_path: Path) -> None:
     """Each of its numbers, and each segment as it was given."""
     rows = [[0.1 + 1e-9 * k, 0.1, 1e-5] for k in range(SEGMENTS.high)]

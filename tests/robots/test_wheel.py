@@ -104,6 +104,7 @@ def test_engines_agree_where_the_ground_can_hold_the_foot(slope_deg: float, verd
     assert agree == (np.abs(energies - 1.0).max() < 4e-4)  # measured 1.6e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("longer", "heavier", "stronger"), [(0.25, 0.5, 1.0), (2.0, 7.0, 0.5)])
 def test_a_wheel_in_other_units_rolls_alike_in_mujoco(longer: float, heavier: float, stronger: float) -> None:
     slower = math.sqrt(longer / stronger)
@@ -150,6 +151,7 @@ def test_both_engines_bear_the_same_load() -> None:
     assert forces[1] == pytest.approx(forces[0], rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_wheel_rolls_off_a_step_and_falls_back_from_a_hill(engine: str) -> None:
     robot, rate = HUB, HUB.rolling_rate(SLOPE)
@@ -251,6 +253,7 @@ def test_the_return_map_rolls_too() -> None:
     assert steps.states[:, 1] == pytest.approx(rates(HUB, 1.1 * steady, 6), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_command_line_rolls_a_wheel_of_ones_own(tmp_path: Path) -> None:
     words = ["incline:slope_deg=5", "--robot", "wheel", "--controller", "passive", "--mass", "2"]
     result = CliRunner().invoke(main, ["walk", *words, "--steps", "3", "--out", str(tmp_path / "wheel.npz")])

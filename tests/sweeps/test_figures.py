@@ -119,6 +119,7 @@ def test_a_group_without_the_parameter_is_on_maps_too(tmp_path: Path, monkeypatc
     assert maps["peak torque, ankle (N m)\npassive"].norm.vmax == 0.5  # colours of nothing but zeros
 
 
+@pytest.mark.slow
 def test_where_nothing_finished(tmp_path: Path) -> None:
     for text in (GRID, SEEDS, "controller = { position_gain = [2, 4] }"):
         study, rows = rows_of(text)

@@ -44,6 +44,7 @@ def test_a_robots_name_can_vary_with_its_parameters() -> None:
     assert law.robot == mjbiped.KneedBiped(3.0, 1.0, 0.0, thigh_centre=0.25, shank_centre=0.25)
 
 
+@pytest.mark.slow
 def test_each_kind_of_robot_has_its_own_controllers_settings() -> None:
     study = planned("""
         engine = "hybrid"

@@ -197,6 +197,7 @@ def test_worker_of_another_version_is_refused(file: Path) -> None:
         running.walk_batch(running.row_of, read_study(file).cells[:1], {"sources": "others", "versions": {}})
 
 
+@pytest.mark.slow
 def test_worker_that_dies_loses_nothing_that_had_ended(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -117,6 +117,7 @@ def test_pauses_speeds_strides_and_restarts_change_nothing(controller: AdaptiveC
     live.close()
 
 
+@pytest.mark.slow
 def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: AdaptiveController) -> None:
     live = LiveWalk(planned(controller))
     pull = mujoco.MjvPerturb()

@@ -92,6 +92,7 @@ def struck(controller: AdaptiveController) -> mjbiped.Walk:
     return mjbiped.walk(controller, terrain, engine="hybrid", steps=5, sample_period=SAMPLE_PERIOD)
 
 
+@pytest.mark.slow
 def test_foot_leaves_the_face_when_it_presses_no_more(struck: mjbiped.Walk) -> None:
     walk, face, rise = struck, FACE, RISE
     assert walk.outcome == "finished"

@@ -280,6 +280,7 @@ def test_a_heavier_hip_walks_too() -> None:
     assert (walk.outcome, walk.robot) == ("finished", robot)
 
 
+@pytest.mark.slow
 def test_compiled_walks_are_those_of_plain_python(gait: mjbiped.KneedGait) -> None:
     plain = mjbiped.walk(Plain(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)
     fast = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=ROBOT, engine="hybrid", steps=20)

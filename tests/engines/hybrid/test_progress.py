@@ -48,6 +48,7 @@ def interrupted_after(seconds: float, error: type[BaseException] = KeyboardInter
         signal.signal(signal.SIGALRM, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "torque"),
     [

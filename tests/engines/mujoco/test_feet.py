@@ -28,7 +28,7 @@ def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **
 
 @pytest.fixture(scope="module")
 def level() -> mjbiped.Walk:
-    return on(mjbiped.Terrain.level())
+    return on(mjbiped.Terrain.level(), steps=1)
 
 
 def impact_errors(walk: mjbiped.Walk) -> list[float]:
@@ -38,8 +38,10 @@ def impact_errors(walk: mjbiped.Walk) -> list[float]:
     return [float(np.abs(dq - wanted).max() / np.abs(wanted).max()) for dq, wanted in found]
 
 
-def test_on_level_ground_it_walks_as_on_an_ideal_sole(level: mjbiped.Walk) -> None:
+@pytest.mark.slow
+def test_on_level_ground_it_walks_as_on_an_ideal_sole() -> None:
     """But for the ankle's height, by which the ground's friction turns the leg: 2 cm of a leg of 1 m, on 0.35 %."""
+    level = on(mjbiped.Terrain.level())
     ideal = mjbiped.walk(
         BoundedAnkleController(mjbiped.Compass(sole=(0.12, 0.12)), GAIT),
         mjbiped.Terrain.level(),
@@ -63,12 +65,14 @@ def test_a_standing_foot_does_not_tip(level: mjbiped.Walk) -> None:
     assert measures.summary(level)["verdict"] == measures.THROUGH
 
 
+@pytest.mark.slow
 def test_the_slope_is_told_by_the_ankles() -> None:
     """Within two contacts' micrometres: without a word of the terrain in it."""
     walk = on(mjbiped.Terrain.incline(3.0), steps=3)
     np.testing.assert_allclose(walk.touchdowns["slope"], math.radians(3.0), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_change_of_slope_lets_the_foot_slap() -> None:
     ground = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (5.0, 3.0, 0.0)])
     walk = on(ground, steps=3)
@@ -104,6 +108,7 @@ def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
     assert borne.shear == pytest.approx(-4.0)
 
 
+@pytest.mark.slow
 def test_plain_python_lands_as_compiled_code_does() -> None:
     """Bit by bit, over a touchdown, to which a passive motion leads in 0.13 s."""
     q, dq, _ = (each.tolist() for each in GAIT.reference(0.83 * GAIT.period))
@@ -143,7 +148,7 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
 
 def test_a_box_stands_on_level_ground_as_pads_do(level: mjbiped.Walk) -> None:
     """Its four corners are where the pads are."""
-    walk = on(mjbiped.Terrain.level(), robot=FootedCompass(underside="box"))
+    walk = on(mjbiped.Terrain.level(), steps=1, robot=FootedCompass(underside="box"))
     assert walk.settings["ground"] == "boxes"
     np.testing.assert_allclose(walk.touchdowns["dq"], level.touchdowns["dq"], atol=1e-3)
 

@@ -118,6 +118,7 @@ def test_same_walk_bitwise(name: str, controller: AdaptiveController, monkeypatc
     assert_same(walked, reference)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", ["boxes", "heightfield"])
 def test_same_walk_bitwise_on_either_ground(
     ground: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
@@ -356,6 +357,7 @@ def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None
     assert simulation.state.count > 6
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 def test_pictures_of_a_window_are_those_of_the_whole(
     controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch

@@ -134,6 +134,7 @@ class InPython(KneedController):
         """None."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "segments", [[(0.2, 1.0, 0.0), (20.0, 0.0, -0.02)], [(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)]], ids=["down", "up"]
 )

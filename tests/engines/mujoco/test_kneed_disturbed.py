@@ -112,6 +112,7 @@ def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
     assert (knee[later] > 1.9e-7).all()
 
 
+@pytest.mark.slow
 def test_no_torque_is_greater_than_the_limit() -> None:
     free, bound = (walked(Disturbances(torque_limit=limit, motor_bandwidth=50.0), 5) for limit in (100.0, 6.0))
     assert free.peak_torque.max() > 8.0
@@ -119,6 +120,7 @@ def test_no_torque_is_greater_than_the_limit() -> None:
     assert bound.peak_torque.max() <= 6.0
 
 
+@pytest.mark.slow
 def test_walks_converge_to_a_controller_that_never_pauses() -> None:
     """A torque that is held is late by half a period, less half a physics step of 1 ms: so early a leapfrog has it."""
     plain = walked(None, 5).end[0]

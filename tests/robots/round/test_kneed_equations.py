@@ -120,6 +120,7 @@ def state_of(locked: int, slope: float, y: Array | None = None, *, sliding: bool
     )
 
 
+@pytest.mark.slow
 @given(FOUR, RATES, FOUR, SLOPES)
 def test_a_locked_knee_makes_the_leg_one(q: Array, dq: Array, torques: Array, slope: float) -> None:
     """Free, locked, and resting on the stop, which only pushes: by the projection of the four segments' equations."""

@@ -13,6 +13,7 @@ from mjbiped.plotting import style as plot_style
 from scripts.studies import step_size_study as study
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_names_of_settings_stand_apart(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors by contact step or step, as measured, within a few percent; speeds by step."""

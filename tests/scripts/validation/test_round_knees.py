@@ -10,6 +10,7 @@ from scripts.validation.published import MCGEER_KNEED, MCGEER_KNEED_ROBOT, MCGEE
 from scripts.validation.round_knees import gait, multipliers
 
 
+@pytest.mark.slow
 def test_multipliers_of_three_numbers_are_those_of_four_but_for_zero() -> None:
     """By the finder's integration and by another one; both differentiate by 1e-4."""
     *three, none = multipliers()
