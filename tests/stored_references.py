@@ -29,7 +29,7 @@ def stored() -> list[dict[str, Any]]:
 def request(asked: dict[str, Any]) -> tuple[StepModel, Goal]:
     """What the optimiser takes."""
     robot = robot_from(asked["robot"])
-    step = KneedStep if isinstance(robot, KneedBiped) else CompassStep
+    step: type[StepModel] = KneedStep if isinstance(robot, KneedBiped) else CompassStep
     return step(robot), Goal(**asked["goal"])
 
 
