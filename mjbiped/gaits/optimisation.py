@@ -201,12 +201,18 @@ class Told(NamedTuple):
 def optimise(model: StepModel, goal: Goal) -> Array:
     """Search from several starts, and return the numbers of the cheapest reference; see `motion_of`.
 
+    Matrices are as small as is best for one thread, and the result does not depend on the number of cores.
+
     Raises:
         GaitError: None keeps the constraints; the message says what stands in the way, and what to do.
     """
-    found, broken = _best(model, goal)
-    if found is None:
-        raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
+    import scipy.optimize  # noqa: F401 (loads the BLAS that is limited)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1, "blas"):
+        found, broken = _best(model, goal)
+        if found is None:
+            raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
     return found
 
 

@@ -14,7 +14,7 @@ from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import TASKS, load
 from mjbiped.envs.load import _dm
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.rendering.gl import gl_available
+from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rules.termination import Outcome
 
 pytest.importorskip("dm_control", reason="mjbiped.envs.load needs dm_control, which pip does not install on 3.13")
@@ -256,6 +256,8 @@ def test_wrappers_of_dm_control() -> None:
 def test_the_viewers_runtime_runs_and_begins_again() -> None:
     """All of dm_control's viewer that needs no window."""
     env = load("walk_random", {"random": 0, "residual": True})
+    if gl_available():
+        ensure_gl()  # before the viewer's own, which would keep other tests of this process from drawing
     pytest.importorskip("dm_control.viewer")
     from dm_control.viewer import runtime
 
