@@ -101,6 +101,7 @@ def test_period_one_is_the_gait_of_scipy(sole: tuple[float, float] | None, gait:
     assert found.stable
 
 
+@pytest.mark.slow
 def test_a_landing_on_a_bent_knee_is_off_the_section(gait: mjbiped.KneedGait) -> None:
     """Where the swing leg rests at first, the foot comes down before the knee is straight."""
     places = np.array([[-0.2, gait.start[3], 0.0]])

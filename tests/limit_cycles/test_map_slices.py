@@ -20,7 +20,11 @@ def found(robot: Robot, degrees: float) -> MapSlices:
 
 @pytest.mark.parametrize(
     ("robot", "degrees"),
-    [(mjbiped.Compass(), 2.0), (mjbiped.KneedBiped(), 2.5), (WHEEL, 5.0)],
+    [
+        (mjbiped.Compass(), 2.0),
+        pytest.param(mjbiped.KneedBiped(), 2.5, marks=pytest.mark.slow),
+        pytest.param(WHEEL, 5.0, marks=pytest.mark.slow),
+    ],
     ids=lambda each: str(each)[:8],
 )
 def test_slices_meet_in_the_gait_and_walks_reach_it(robot: Robot, degrees: float) -> None:
@@ -45,6 +49,7 @@ def test_a_point_of_a_slice_is_a_step() -> None:
     assert np.isnan(slices.after[0, 0])  # 15 % longer a step does not land
 
 
+@pytest.mark.slow
 def test_the_wheels_map_is_its_closed_form() -> None:
     """The square of the rate after an impact is the one before it, and what falling adds, times the square kept."""
     slices = found(WHEEL, 5.0)

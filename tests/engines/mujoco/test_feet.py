@@ -125,6 +125,7 @@ def test_plain_python_lands_as_compiled_code_does() -> None:
     assert states[0] == states[1]
 
 
+@pytest.mark.slow
 def test_extra_forward_calls_change_nothing() -> None:
     q, dq = np.split(GAIT.start, 2)
     level, more = mjbiped.Terrain.level(), {"q": q.tolist(), "dq": dq.tolist(), "timestep": SHORT}

@@ -302,6 +302,7 @@ def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) ->
             np.testing.assert_array_equal(later.touchdowns[name], walks[0].touchdowns[name])
 
 
+@pytest.mark.slow
 def test_a_walk_goes_on_after_a_stub() -> None:
     """The toe, whose knee is bent, strikes the ground beside the stance foot and behind it."""
     ground = mjbiped.Terrain.from_segments([(0.9, 0.0, 0.0), (20.0, 0.0, 0.05)])
