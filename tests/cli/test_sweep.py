@@ -108,6 +108,7 @@ def test_scheduler_that_is_not_there(study: Path, monkeypatch: pytest.MonkeyPatc
     assert "no Dask scheduler answers" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_a_sweep_over_the_limits_of_a_walk_has_columns_for_both(tmp_path: Path) -> None:
     """What is asked for, and the measure of the same name."""

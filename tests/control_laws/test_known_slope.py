@@ -162,6 +162,7 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]
     agree()
 
 
+@pytest.mark.slow
 @each_kind
 def test_both_engines_walk_alike(kind: Callable[..., KnownSlopeController]) -> None:
     both = mjbiped.compare(in_plain_python(kind(ROBOT, GAIT)), Terrain.slopes(change_deg=-1), steps=10)

@@ -184,7 +184,12 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
+FIRST = [*REFUSED][:4]  # each compiles in a process of its own: the others are slow
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in FIRST else pytest.mark.slow) for name in REFUSED]
+)
 def test_says_what_is_missing(name: str, tmp_path: Path) -> None:
     text, message = REFUSED[name]
     assert text not in (KNEED, PINNED)

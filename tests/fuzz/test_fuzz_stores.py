@@ -161,6 +161,7 @@ def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
 # ---- the reproduction's ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A damaged record is walked again; a damaged table as well, or it is refused with a way out."""

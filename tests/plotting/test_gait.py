@@ -11,6 +11,7 @@ from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.width import figure_width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", ["single", "page"])
 def test_panels_with_knees(tmp_path: Path, width: str) -> None:
     gait = mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))

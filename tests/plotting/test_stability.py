@@ -21,6 +21,7 @@ def found(controller: AdaptiveController) -> Stability:
     return stability(mjbiped.walk(blind, terrain, engine="hybrid", steps=4, sample_period=0.01))
 
 
+@pytest.mark.slow
 def test_figure_shows_the_numbers(found: Stability, tmp_path: Path) -> None:
     path = tmp_path / "stability.png"
     figure = plot_stability({"a walk": found, "the same": found}, path)

@@ -20,6 +20,7 @@ STUDY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trajectories", [False, True])
 def test_the_size_is_that_of_the_files(trajectories: bool, tmp_path: Path, studies_in_threads: None) -> None:
     if trajectories:

@@ -60,12 +60,13 @@ SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
             marks=pytest.mark.slow,
         ),
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
-        (
+        pytest.param(
             'engine = ["mujoco", "hybrid"]\ncontroller = { position_gain = { from = 1, to = 40, count = 40 } }',
             ["line_controller.position_gain"],
+            marks=pytest.mark.slow,
         ),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
-        (SEEDS, ["histograms"]),
+        pytest.param(SEEDS, ["histograms"], marks=pytest.mark.slow),
         ("", ["histograms"]),
         pytest.param(
             "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"

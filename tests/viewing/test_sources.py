@@ -91,6 +91,7 @@ def test_callbacks_in_python_are_watched_too() -> None:
     assert same(seen_to_its_end(live), mjbiped.walk(PlainSpring(), terrain, steps=2))
 
 
+@pytest.mark.slow
 def test_pauses_speeds_strides_and_restarts_change_nothing(controller: AdaptiveController) -> None:
     live = LiveWalk(planned(controller))
     player = Player(live)
@@ -211,6 +212,7 @@ def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(controller: 
     assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
 
 
+@pytest.mark.slow
 def test_the_next_seed_is_another_ground_and_the_old_one_stays_where_there_is_none(
     controller: AdaptiveController,
 ) -> None:

@@ -103,7 +103,9 @@ def assert_same(one: dict[str, NDArray[np.float64]], other: dict[str, NDArray[np
         assert values.tobytes() == other[name].tobytes(), name
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in ("rough", "trail") else pytest.mark.slow) for name in LONG]
+)
 def test_same_walk_bitwise(name: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """No tolerance: pieces have the same numbers in every window, and MuJoCo orders contacts by geom."""
 
@@ -334,6 +336,7 @@ def test_python_callbacks_come_back() -> None:
         mujoco.set_mjcb_passive(None)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None:
     """A block inside another of the same walk: the outer one drives the new model, too."""

@@ -69,6 +69,7 @@ def test_who_hears_mujocos_warnings_hears_them_again() -> None:
     made.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_others_callbacks_are_asked_for_their_models_and_stay(threads: int) -> None:
     """The robots walk as they do without them, bit by bit."""
