@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import stored_references
+from threadpoolctl import threadpool_info
 
 import mjbiped
 from controllers import AdaptiveController, KineticEnergyController, LimitCycleController
@@ -62,6 +63,19 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
     here, there = (tell(model, goal, np.array(x)) for x in (optimise(model, goal), each["x"]))
     assert max(there.broken.values()) < TOLERANCE
     assert here.cost_of_transport == pytest.approx(there.cost_of_transport, rel=1e-4)  # 1e-9 is SLSQP's tolerance
+
+
+def test_one_thread_of_blas_searches(robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two, SLSQP rounded otherwise and took twice the processor's time."""
+    seen: list[int] = []
+
+    def best(model: Any, goal: Goal) -> tuple[Any, Any]:
+        seen.extend(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas")
+        return np.zeros(1), {}
+
+    monkeypatch.setattr("mjbiped.gaits.optimisation._best", best)
+    optimise(CompassStep(robot), Goal(**USUAL["goal"]))
+    assert set(seen) == {1}
 
 
 @pytest.mark.slow
