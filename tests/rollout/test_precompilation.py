@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from mjbiped.engines.compiling import VARIABLE
 from mjbiped.errors import InputError
 from mjbiped.rollout.precompilation import precompile
 
@@ -34,9 +35,9 @@ LONGEST = 900.0  # s; on a busy machine one law has taken 200
 @pytest.mark.slow
 def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
     """With values of settings and a ground that it knew nothing of; processes at once share one folder."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "COLUMNS": "200"}
 
-    def run(*words: str) -> subprocess.CompletedProcess[str]:
+    def run(*words: str, folder: str = "made") -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, VARIABLE: "always", "NUMBA_CACHE_DIR": str(tmp_path / folder), "COLUMNS": "200"}
         done = subprocess.run(
             [sys.executable, *words], env=environment, capture_output=True, text=True, timeout=LONGEST
         )
@@ -44,7 +45,7 @@ def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
         return done
 
     walked = ("-c", WALK, "mujoco", "kinetic-energy", "compass")
-    assert "compiled torque" in run(*walked).stdout  # the test can fail
+    assert "compiled torque" in run(*walked, folder="empty").stdout  # the test can fail
     printed = run("-m", "mjbiped", "compile", "kinetic-energy", "--engine", "mujoco").stdout
     assert printed.split() == ["compiled", "for", "the", "mujoco", "engine:", "kinetic-energy"]
     assert run(*walked).stdout == "walked\n"
@@ -55,7 +56,7 @@ def test_a_walk_after_it_compiles_nothing(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_nor_does_one_with_knees(engine: str, tmp_path: Path) -> None:
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    environment = {**os.environ, VARIABLE: "always", "NUMBA_CACHE_DIR": str(tmp_path)}
     made = [sys.executable, "-m", "mjbiped", "compile", "adaptive", "--engine", engine]
     subprocess.run(made, env=environment, check=True, capture_output=True, timeout=LONGEST)
     for name in ("adaptive", "passive"):  # the engine's code is there, and the passive controller has next to none
