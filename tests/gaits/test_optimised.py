@@ -65,6 +65,18 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
     assert here.cost_of_transport == pytest.approx(there.cost_of_transport, rel=1e-4)  # 1e-9 is SLSQP's tolerance
 
 
+@pytest.mark.parametrize("first", [0.04, 0.06])
+def test_the_cheapest_of_what_was_found_is_taken(
+    robot: mjbiped.Compass, first: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two that keep all constraints; lifting the foot by 6 cm costs more."""
+    wanted = [{**USUAL, "goal": {**USUAL["goal"], "clearance": clearance}} for clearance in (0.04, 0.06)]
+    low, high = (next(each["x"] for each in stored_references.stored() if each["asked"] == asked) for asked in wanted)
+    found = iter([np.array(low), np.array(high)] if first == 0.04 else [np.array(high), np.array(low)])
+    monkeypatch.setattr("mjbiped.gaits.optimisation._searched", lambda *_: next(found))
+    assert optimise(CompassStep(robot), Goal(**wanted[0]["goal"])).tolist() == low
+
+
 def test_one_thread_of_blas_searches(robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch) -> None:
     """With two, SLSQP rounded otherwise and took twice the processor's time."""
     seen: list[int] = []

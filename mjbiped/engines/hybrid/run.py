@@ -329,6 +329,7 @@ class HybridRun(Run):
         if self.compiled or not can_compile(self.plan):
             return False
         self.recorder = self._new_recorder()
+        vars(self).pop("code", None)  # an interpreted walk has none
         self._set_up(True)
         return self.compile()
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from standing import CONSTANTS, GROUND, LENGTH, SLOPE, Posture, begun, constants, limits, standing_at
 
@@ -107,6 +107,7 @@ def test_work_is_torque_times_what_was_turned(
 
 
 @given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
+@example(True, 1.0e-3, 0.0, 0.0)  # more than a thousandth of a leg of 0.9 m
 @settings(deadline=None, derandomize=True)
 def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
     lands: bool, along: float, across: float, turned: float
@@ -191,6 +192,14 @@ def test_the_scuffing_rule_lets_the_swing_foot_collide(enabled: int, reach: floa
     assert u.enabled == expected
 
 
+def test_the_scuffing_rule_counts_from_the_support_transfer() -> None:
+    u = begun(ahead(0.2))
+    u.transfer_time = 0.05
+    for time, expected in ((0.14, 0), (0.16, 1)):
+        observe(u, time, ahead(0.2))
+        assert u.enabled == expected
+
+
 def test_a_foot_that_slid_is_told_in_words() -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
     assert observation.warned({"other": 2}, u) == {"other": 2}
@@ -207,3 +216,12 @@ def test_a_push_begins_in_the_physics_step_at_its_time(late: float) -> None:
     motors.push(pushes, u)
     assert u.pushing == 1.0
     assert u.push == pytest.approx(0.5 * 2.0 / 0.1, rel=1e-8)
+
+
+def test_a_push_ends_when_nothing_but_rounding_is_left_of_its_impulse() -> None:
+    pushes, u = Pushes(np.array([0.3, 0.9]), np.array([2.0, -2.0]), 0.1, 0.0, 0.0, (0, 0)), State()
+    u.next_push, u.push_impulse, u.time = 0.3, 2.0, 0.4
+    u.planned = u.last_step = 1e-3
+    u.pushing, u.push_left = 1.0, 1.5e-12  # of 2 N s
+    motors.push(pushes, u)
+    assert (u.pushing, u.push, u.pushes, u.next_push, u.push_impulse) == (0.0, 0.0, 1.0, 0.9, -2.0)
