@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from mjbiped.reports.page import Panels, Shown, shares, span
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, values_of
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, tabulated, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED
 
@@ -62,12 +61,8 @@ def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: in
     panels = Panels()
     down = shares(groups.count, 0.3 / groups.count)[::-1]
     for name, across in zip(SHOWN, shares(len(SHOWN), 0.12), strict=True):
-        values = values_of(rows, name)
-        tables = np.full((groups.count, y.count, x.count), math.nan)
-        counts = np.zeros(tables.shape, dtype=int)
-        for k, j, i in np.ndindex(tables.shape):
-            cell = values[x.within(i, groups.bin == k) & y.within(j, groups.bin == k)]
-            tables[k, j, i], counts[k, j, i] = middle(cell, name), (~np.isnan(cell)).sum()
+        drawn = [tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)]
+        tables, counts = (np.array(each) for each in zip(*drawn, strict=True))
         known = tables[~np.isnan(tables)]
         ends = (0.0, 1.0) if name == FINISHED or not known.size else (float(known.min()), float(known.max()))
         first = next((k for k, table in enumerate(tables) if not np.isnan(table).all()), None)

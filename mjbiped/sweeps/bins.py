@@ -178,6 +178,17 @@ def middle(values: Array, name: str) -> float:
     return float(np.mean(values) if name == FINISHED else np.median(values))
 
 
+def tabulated(
+    axes: Sequence[Axis], group: NDArray[np.bool_], rows: Sequence[Row], name: str
+) -> tuple[Array, NDArray[np.int64]]:
+    """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
+    values = values_of(rows, name)
+    x, y = ([axis.within(i, group) for i in range(axis.count)] for axis in axes)
+    cells = [[values[column & line] for column in x] for line in y]
+    middles = np.array([[middle(cell, name) for cell in line] for line in cells])
+    return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
+
+
 def quartiles(values: Array) -> tuple[float, float]:
     """Lower and upper quartile of a measure; NaN without values."""
     values = values[~np.isnan(values)]

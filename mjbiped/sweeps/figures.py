@@ -20,7 +20,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, values_of
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, tabulated, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
 
@@ -84,7 +84,7 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
     """Draw a heat map for each group (downwards) and measure (to the right)."""
     panels = _panels(figure, measures, 3.1, groups.count)
     for place, name in enumerate(measures):
-        tables, counts = zip(*(_tables(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
+        tables, counts = zip(*(tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
         norm = _norm(tables, name)
         written = _format(tables, name, norm)
         for axes, table, count, kind in zip(panels[:, place], tables, counts, groups.ticks, strict=True):
@@ -94,17 +94,6 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
                 _number(axes, pair, table, count, norm, written)
     in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
     _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; small: number of walks")
-
-
-def _tables(
-    axes: Sequence[Axis], mine: NDArray[np.bool_], rows: Sequence[Row], name: str
-) -> tuple[Array, NDArray[np.int64]]:
-    """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
-    values = values_of(rows, name)
-    x, y = ([axis.within(i, mine) for i in range(axis.count)] for axis in axes)
-    cells = [[values[column & line] for column in x] for line in y]
-    middles = np.array([[middle(cell, name) for cell in line] for line in cells])
-    return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:

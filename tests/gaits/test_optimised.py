@@ -62,7 +62,8 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
     model, goal = stored_references.request(each["asked"])
     here, there = (tell(model, goal, np.array(x)) for x in (optimise(model, goal), each["x"]))
     assert max(there.broken.values()) < TOLERANCE
-    assert here.cost_of_transport == pytest.approx(there.cost_of_transport, rel=1e-4)  # 1e-9 is SLSQP's tolerance
+    # SLSQP stops where a step gains less than 1e-9; by other ways it ended within 1.4e-6 of the cost
+    assert here.cost_of_transport == pytest.approx(there.cost_of_transport, rel=1e-5)
 
 
 @pytest.mark.parametrize("first", [0.04, 0.06])
