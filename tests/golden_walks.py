@@ -1,0 +1,140 @@
+"""Walks whose records stay what they are while the inside of the house changes: robots, engines, grounds and laws.
+
+`python tests/golden_walks.py` walks all of them again and writes `golden_walks.npz`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mjbiped
+from mjbiped import Disturbances, Terrain
+from mjbiped.control.registry import make_controller
+from mjbiped.robots.robot import Robot
+
+FILE = Path(__file__).with_name("golden_walks.npz")
+STEPS = 12
+EVERY = 10  # one of so many samples is kept
+SAMPLED = ("time", "q", "dq", "torque", "slope_estimate")
+
+ROBOTS: dict[str, Robot] = {
+    "compass": mjbiped.Compass(),
+    "heavy hip": mjbiped.Compass(hip_mass=10.0),
+    "sole": mjbiped.Compass(sole=(0.1, 0.1)),
+    "kneed": mjbiped.KneedBiped(),
+    "kneed on soles": mjbiped.KneedBiped(sole=(0.1, 0.1)),
+    "footed": mjbiped.FootedCompass(),
+    "boxes": mjbiped.FootedCompass(underside="box"),
+    "round": mjbiped.RoundCompass(),
+    "round kneed": mjbiped.RoundKneed(),
+    "wheel": mjbiped.RimlessWheel(),
+}
+GROUNDS: dict[str, Terrain] = {
+    "level": Terrain.level(),
+    "2 down": Terrain.incline(2.0),
+    "3 down": Terrain.incline(3.0),
+    "3 up": Terrain.incline(-3.0),
+    "mixed": Terrain.mixed(),
+    "downstairs": Terrain.stairs(tread=1.8, rise=-0.03),
+    "upstairs": Terrain.stairs(tread=1.8, rise=0.01),
+    "random": Terrain.random(seed=3),
+    "8 down": Terrain.incline(8.0),
+    "treads": Terrain.treads(seed=1, tread=0.3, deviation=0.01),
+}
+DISTURBED = Disturbances(
+    angle_noise=1e-3, rate_noise=1e-2, delay=2e-3, control_period=1e-3, torque_limit=30.0, pushes=((0.5, 1.0),), seed=1
+)
+ENGINES: dict[str, Any] = {
+    "hybrid": "hybrid",
+    "mujoco": "mujoco",
+    "4 ms": mjbiped.Mujoco(timestep=4e-3),
+    "plain": mjbiped.Mujoco(timestep=1e-4, lands=False),
+    "motor": mjbiped.Mujoco(stance_knee="motor"),
+    "boxes": mjbiped.Mujoco(ground="boxes"),
+}
+BOTH = ("hybrid", "mujoco")
+
+
+class Case(NamedTuple):
+    """A walk; the names are those of the tables above."""
+
+    robot: str
+    law: str
+    ground: str
+    engine: str
+    disturbed: bool = False
+
+
+def _cases() -> list[Case]:
+    asked: list[tuple[str, str, tuple[str, ...], tuple[str, ...]]] = [
+        ("compass", "adaptive", ("level", "3 up", "mixed", "downstairs", "random"), BOTH),
+        ("compass", "passive", ("2 down", "3 down"), BOTH),
+        ("compass", "library", ("mixed",), BOTH),
+        ("compass", "policy", ("level",), BOTH),
+        ("compass", "passivity", ("level",), BOTH),
+        ("compass", "energy-constraint", ("level",), BOTH),
+        ("compass", "kinetic-energy", ("level",), BOTH),
+        ("compass", "limit-cycle", ("level",), BOTH),
+        ("compass", "adaptive", ("mixed",), ("4 ms", "plain", "boxes")),
+        ("heavy hip", "adaptive", ("3 down",), BOTH),
+        ("sole", "adaptive", ("level",), BOTH),
+        ("sole", "bounded-ankle", ("mixed",), BOTH),
+        ("sole", "supervised", ("mixed", "treads"), BOTH),
+        ("kneed", "adaptive", ("level", "mixed", "upstairs"), BOTH),
+        ("kneed", "adaptive", ("mixed",), ("motor",)),
+        ("kneed", "passive", ("3 down",), BOTH),
+        ("kneed on soles", "bounded-ankle", ("mixed",), BOTH),
+        ("footed", "bounded-ankle", ("level",), BOTH),
+        ("footed", "supervised", ("mixed",), BOTH),
+        ("boxes", "supervised", ("mixed",), BOTH),
+        ("round", "passive", ("2 down",), BOTH),
+        ("round kneed", "passive", ("2 down",), BOTH),
+        ("wheel", "passive", ("8 down",), BOTH),
+    ]
+    made = [
+        Case(robot, law, ground, engine)
+        for robot, law, grounds, engines in asked
+        for ground in grounds
+        for engine in engines
+    ]
+    return [*made, *(Case("compass", "adaptive", "mixed", engine, True) for engine in BOTH)]
+
+
+CASES = _cases()
+
+
+def walked(case: Case) -> mjbiped.Walk:
+    """Walk a case."""
+    return mjbiped.walk(
+        make_controller(case.law, ROBOTS[case.robot], {}),
+        GROUNDS[case.ground],
+        engine=ENGINES[case.engine],
+        robot=ROBOTS[case.robot],
+        steps=STEPS,
+        disturbances=DISTURBED if case.disturbed else None,
+    )
+
+
+def kept(walk: mjbiped.Walk) -> dict[str, NDArray[Any]]:
+    """What is compared of a walk: all columns of its touchdowns, and some samples."""
+    return {
+        "outcome": np.array(walk.outcome),
+        **{f"touchdowns {name}": column for name, column in walk.touchdowns.items()},
+        **{f"samples {name}": walk.samples[name][::EVERY] for name in SAMPLED},
+    }
+
+
+def stored(case: Case) -> dict[str, NDArray[Any]]:
+    """What the file holds of a case."""
+    prefix = f"{CASES.index(case)}/"
+    with np.load(FILE) as file:
+        return {name.removeprefix(prefix): file[name] for name in file.files if name.startswith(prefix)}
+
+
+if __name__ == "__main__":
+    found = {f"{number}/{name}": each for number, case in enumerate(CASES) for name, each in kept(walked(case)).items()}
+    np.savez_compressed(FILE, **found)
