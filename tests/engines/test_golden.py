@@ -21,16 +21,18 @@ IMPACTS = ("friction", "normal_force", "penetration", "pressure_ahead", "pressur
     ],
 )
 def test_a_walk_is_what_it_was(case: Case) -> None:
-    """Sums may be taken in another order: 1e-9 of a column's greatest number, 1e-7 where MuJoCo resolves an impact."""
+    """Sums may be taken in another order: 1e-9 of a column's greatest number, 1e-7 where MuJoCo resolves an impact.
+
+    What moves farther with the last bits of gravity may move ten times as far as four samples of those have shown.
+    """
     found, wanted = golden_walks.kept(golden_walks.walked(case)), golden_walks.stored(case)
-    assert set(found) >= set(wanted)
     for name, column in wanted.items():
+        if name.startswith("moved"):
+            continue
         if column.dtype.kind != "f":
             np.testing.assert_array_equal(found[name], column, err_msg=name)
             continue
         sensitive = case.engine != "hybrid" and name.split()[-1] in IMPACTS
-        finite = np.abs(column[np.isfinite(column)])
-        scale = max(finite.max(initial=0.0), 1e-3)
-        np.testing.assert_allclose(
-            found[name], column, rtol=0.0, atol=(1e-7 if sensitive else 1e-9) * scale, err_msg=name
-        )
+        scale = max(np.abs(column).max(initial=0.0, where=np.isfinite(column)), 1e-3)
+        allowed = max((1e-7 if sensitive else 1e-9) * scale, 10.0 * float(wanted[f"moved {name}"]))
+        np.testing.assert_allclose(found[name], column, rtol=0.0, atol=allowed, err_msg=name)
