@@ -1,8 +1,8 @@
 """Walks whose records stay what they are while the inside of the house changes: robots, engines, grounds and laws.
 
 `python tests/golden_walks.py` walks all of them again and writes `golden_walks.npz`: the columns of each walk, and how
-far each column moves where gravity differs by its last bits. Rounding decides now and then whether an integration step of
-the hybrid engine is rejected, after which peaks of forces are taken at other moments.
+far each column moves where gravity differs by its last bits. Rounding decides now and then whether an integration step
+of the hybrid engine is rejected, after which peaks of forces are taken at other moments.
 """
 
 from __future__ import annotations
