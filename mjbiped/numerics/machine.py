@@ -1,0 +1,131 @@
+"""Functions as machine code that Numba makes, kept on disk; and what of `blocks` means in machine code.
+
+This module imports Numba: import it where something is compiled, not before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from mjbiped.numerics import blocks, jit
+from mjbiped.numerics.one_module import pipeline
+
+# Numba has no types
+numba: Any = importlib.import_module("numba")
+extending: Any = importlib.import_module("numba.extending")
+imputils: Any = importlib.import_module("numba.core.imputils")
+cgutils: Any = importlib.import_module("numba.core.cgutils")
+templates: Any = importlib.import_module("numba.core.typing.templates")
+ir: Any = importlib.import_module("llvmlite.ir")
+populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
+types: Any = numba.types
+
+_FLOATS = types.Array(types.float64, 1, "C")
+
+
+def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: Callable[..., Any]) -> None:
+    """Say what a plain function means in machine code.
+
+    Args:
+        function: The function.
+        kinds: (types of the arguments) -> type of the result.
+        generate: (context, builder, signature, arguments) -> value, as Numba's `lower_builtin` has it.
+    """
+
+    class Template(templates.AbstractTemplate):  # type: ignore[misc]  # Numba has no types
+        key = function
+
+        def generic(self, given: Any, _named: Any) -> Any:
+            return kinds(*given)(*given)
+
+    templates.infer_global(function, types.Function(templates.infer(Template)))
+    imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
+
+
+def _view(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+    """Make an array that does not own its memory."""
+    made, word = context.make_array(_FLOATS)(context, builder), context.get_constant(types.intp, 8)
+    data = builder.inttoptr(arguments[0], made.data.type)
+    populate_array(made, data=data, shape=[arguments[1]], strides=[word], itemsize=word, meminfo=None)
+    return made._getvalue()
+
+
+def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
+    """Call the C function at an address; of an array its address is passed."""
+    passed = []
+    for kind, value in zip(signature.args[1:], arguments[1:], strict=True):
+        if isinstance(kind, types.Array):
+            value = builder.ptrtoint(context.make_array(kind)(context, builder, value).data, cgutils.intp_t)
+        passed.append(value)
+    nothing = signature.return_type == types.void
+    kind = ir.FunctionType(ir.VoidType() if nothing else ir.DoubleType(), [each.type for each in passed])
+    called = builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), passed)
+    return context.get_dummy_value() if nothing else called
+
+
+defined(blocks.numbers, lambda values, count: _FLOATS, _view)
+defined(blocks.call, lambda function, *arguments: types.void, _call)
+defined(blocks.call_for_float, lambda function, *arguments: types.float64, _call)
+
+
+@cache
+def read(entry: Callable[..., Any]) -> None:
+    """Let machine code call what `blocks.reader` has made."""
+    layout = blocks.dtype_of(entry.meant)  # type: ignore[attr-defined]
+    record = numba.from_dtype(layout)
+
+    def at(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+        offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
+        return builder.inttoptr(builder.add(arguments[0], offset), context.get_value_type(record))
+
+    defined(entry, lambda values, index: record, at)
+
+
+@cache
+def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = False) -> Any:
+    """Compile a function, or take it from the disk.
+
+    Args:
+        function: Plain Python; it and all that it calls stand at the top level of modules.
+        signature: Its types, integers (addresses among them) and floats, in Numba's words: "int64(int64, float64)".
+        for_c: Whether C calls it; else Python does, and other threads run meanwhile.
+
+    Returns:
+        A function for Python, or, for C, what has an `address`.
+    """
+    parts = [*jit._called(function, set())]
+    known = [_meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
+    digest = hashlib.sha256(repr((known, signature, jit.OPTIONS, numba.__version__, _OWN)).encode()).hexdigest()
+    name = f"{function.__name__}_{digest[:16]}"
+    renamed = FunctionType(jit._renamed(function.__code__, name), jit._here(function.__globals__), name)
+    exact = importlib.import_module("numba.core.sigutils")._parse_signature_string(signature)
+    if for_c:
+        return jit.c_function(renamed, exact, **jit.OPTIONS)
+    made = jit.jitted(renamed, nogil=True, **jit.OPTIONS)
+    made.compile(exact)
+    return made
+
+
+def _registered(part: Any) -> Any:
+    """Let machine code call a plain function; what determines what the function does."""
+    if part not in jit._registered:
+        extending.register_jitable(no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
+        jit._registered.add(part)
+    return jit.described(part)
+
+
+def _meant(part: Any) -> Any:
+    """Let machine code call a function of `blocks`; what determines what the function means."""
+    if part.meant is not None:
+        read(part)
+        return str(blocks.dtype_of(part.meant))
+    return part.__name__
+
+
+_OWN = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
