@@ -113,10 +113,11 @@ class Disturbances:
         return Pushes(
             np.array(times, dtype=np.float64),
             np.array(impulses, dtype=np.float64),
+            len(times),
             self.push_duration,
             self.push_impulse,
             self.push_interval or 0.0,
-            words_of(self.seed),
+            *words_of(self.seed),
         )
 
     @property

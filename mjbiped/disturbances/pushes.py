@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mjbiped.disturbances.chance import Seed, uniform
+from mjbiped.disturbances.chance import uniform
+from mjbiped.numerics.blocks import Floats, numbers
 
 _TIME, _SIGN = 1000, 1001  # channels of chance that no sensor has
 
@@ -19,35 +19,41 @@ class Pushes(NamedTuple):
     Attributes:
         times: Times at which pushes begin, s.
         impulses: Impulse of each push, N s.
+        count: Number of these.
         duration: Duration of each push, s.
         size: Impulse of random pushes, N s.
         interval: Mean time between random pushes, s; 0: there are none.
-        seed: Seed of random pushes.
+        seed_low: Seed of random pushes.
+        seed_high: The same.
     """
 
-    times: NDArray[np.float64]
-    impulses: NDArray[np.float64]
+    times: Floats
+    impulses: Floats
+    count: int
     duration: float
     size: float
     interval: float
-    seed: Seed
+    seed_low: int
+    seed_high: int
 
 
-NONE = Pushes(np.zeros(0), np.zeros(0), 1.0, 0.0, 0.0, (0, 0))
+NONE = Pushes(np.zeros(0), np.zeros(0), 0, 1.0, 0.0, 0.0, 0, 0)
 """No pushes."""
 
 
-def following(pushes: Pushes, number: int, after: float) -> tuple[float, float]:
+def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
     """Time at which a push begins (s), and its impulse (N s); the time is infinite after the last one.
 
     Args:
-        pushes: The pushes of the walk.
+        pushes: The `Pushes` of the walk.
         number: Index of the push, from 0 on.
         after: End of the push before it, s.
     """
     if pushes.interval > 0.0:
-        size = pushes.size if uniform(pushes.seed, number, _SIGN) < 0.5 else -pushes.size
-        return after - pushes.interval * math.log(uniform(pushes.seed, number, _TIME)), size
-    if number < len(pushes.times):
-        return float(pushes.times[number]), float(pushes.impulses[number])
+        seed = (pushes.seed_low, pushes.seed_high)
+        size = pushes.size if uniform(seed, number, _SIGN) < 0.5 else -pushes.size
+        return after - pushes.interval * math.log(uniform(seed, number, _TIME)), size
+    if number < pushes.count:
+        times, impulses = numbers(pushes.times, pushes.count), numbers(pushes.impulses, pushes.count)
+        return float(times[number]), float(impulses[number])
     return math.inf, 0.0

@@ -1,6 +1,6 @@
 """Named numbers for one source that runs as plain Python and as machine code.
 
-A *block* is a dataclass of numbers, of lists, and of lists of blocks. Plain Python works on the object itself. Machine
+A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object itself. Machine
 code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes one argument.
 What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
 `leg_at(block.legs, i)` with `leg_at = reader(Leg)`.
@@ -8,6 +8,7 @@ What Python writes as `values[i]` is written `numbers(block.values, count)[i]` f
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -22,18 +23,24 @@ Floats = Sequence[float]
 
 @cache
 def dtype_of(kind: type) -> np.dtype[Any]:
-    """Layout in C's memory of a dataclass: integers of 64 bits, truth values and addresses too, and floats."""
+    """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats."""
+    if issubclass(kind, ctypes.Structure):
+        return np.dtype(kind)
     hints = get_type_hints(kind)
-    words = [(field.name, np.float64 if hints[field.name] is float else np.int64) for field in dataclasses.fields(kind)]
-    return np.dtype(words, align=True)
+    return np.dtype([(name, np.float64 if hints[name] is float else np.int64) for name in _names(kind)])
+
+
+def _names(kind: type) -> Sequence[str]:
+    """Names of the fields of a block."""
+    return getattr(kind, "_fields", None) or [field.name for field in dataclasses.fields(kind)]
 
 
 def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
     """A copy of a block for machine code, and what has to live as long as the copy.
 
     Args:
-        block: A dataclass of floats, integers, truth values, arrays, sequences of floats, and sequences of blocks. An
-            array is not copied: machine code reads and writes the array itself, which must be contiguous.
+        block: Its fields are floats, integers, truth values, arrays, sequences of floats, and sequences of blocks. An
+            array is not copied: machine code reads and writes the array itself.
     """
     made, kept = np.zeros(1, dtype_of(type(block))), []
     for name in made.dtype.names or ():
@@ -49,9 +56,8 @@ def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
 def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
-        assert value.flags.c_contiguous
         return value, []
-    if len(value) and dataclasses.is_dataclass(value[0]):
+    if len(value) and not isinstance(value[0], float | int | np.number):
         parts = [packed(each) for each in value]
         return np.concatenate([part for part, _ in parts]), [each for _, kept in parts for each in kept]
     return np.array(value, dtype=np.float64), []
@@ -60,6 +66,31 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
 def numbers(values: Any, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
     """The floats of a list, or of what stands at an address."""
     return values
+
+
+def whole_numbers(values: Any, count: int) -> Any:  # noqa: ARG001
+    """The integers of 32 bits of an array, or of what stands at an address."""
+    return values
+
+
+def octets(values: Any, count: int) -> Any:  # noqa: ARG001
+    """The bytes of an array, or of what stands at an address."""
+    return values
+
+
+def borrowed(values: Any, count: int) -> Any:  # noqa: ARG001
+    """The floats of an array: for Python, which reads lists faster, a copy; for machine code what stands there."""
+    return values.tolist()
+
+
+def give_back(values: Any, changed: Any) -> None:
+    """Write what was borrowed into its array again, where it is a copy."""
+    values[:] = changed
+
+
+def first(values: Any, count: int) -> Any:
+    """The first floats of an array: for Python a copy, for machine code, which passes on an address, all of them."""
+    return values[:count]
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:
@@ -83,5 +114,5 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     return result
 
 
-for _each in (numbers, call, call_for_float):
+for _each in (numbers, whole_numbers, octets, borrowed, give_back, first, call, call_for_float):
     _each.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `machine`

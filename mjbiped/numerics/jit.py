@@ -110,7 +110,11 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
     parts = {part: None for root in roots for part in _called(root, set())}
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
-        if part not in _registered:
+        if hasattr(part, "meant"):
+            from mjbiped.numerics import machine
+
+            machine.meant(part)
+        elif part not in _registered:
             register_jitable(forceinline=part in hot, no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # the name contains a digest

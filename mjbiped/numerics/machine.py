@@ -26,8 +26,6 @@ ir: Any = importlib.import_module("llvmlite.ir")
 populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
 types: Any = numba.types
 
-_FLOATS = types.Array(types.float64, 1, "C")
-
 
 def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: Callable[..., Any]) -> None:
     """Say what a plain function means in machine code.
@@ -48,12 +46,19 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
     imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
 
 
-def _view(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
-    """Make an array that does not own its memory."""
-    made, word = context.make_array(_FLOATS)(context, builder), context.get_constant(types.intp, 8)
-    data = builder.inttoptr(arguments[0], made.data.type)
-    populate_array(made, data=data, shape=[arguments[1]], strides=[word], itemsize=word, meminfo=None)
-    return made._getvalue()
+def _array(function: Callable[..., Any], item: Any) -> None:
+    """Say that a function makes an array, which owns nothing, of an address and a count; an array it returns as it is."""
+    kind, size = types.Array(item, 1, "C"), item.bitwidth // 8
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
+        if isinstance(signature.args[0], types.Array):
+            return arguments[0]
+        made, width = context.make_array(kind)(context, builder), context.get_constant(types.intp, size)
+        data = builder.inttoptr(arguments[0], made.data.type)
+        populate_array(made, data=data, shape=[arguments[1]], strides=[width], itemsize=width, meminfo=None)
+        return made._getvalue()
+
+    defined(function, lambda values, count: values if isinstance(values, types.Array) else kind, generate)
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
@@ -69,7 +74,11 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) 
     return context.get_dummy_value() if nothing else called
 
 
-defined(blocks.numbers, lambda values, count: _FLOATS, _view)
+for _each in (blocks.numbers, blocks.borrowed, blocks.first):
+    _array(_each, types.float64)
+_array(blocks.whole_numbers, types.int32)
+_array(blocks.octets, types.uint8)
+defined(blocks.give_back, lambda values, changed: types.void, lambda context, *_: context.get_dummy_value())
 defined(blocks.call, lambda function, *arguments: types.void, _call)
 defined(blocks.call_for_float, lambda function, *arguments: types.float64, _call)
 
@@ -100,10 +109,11 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
         A function for Python, or, for C, what has an `address`.
     """
     parts = [*jit._called(function, set())]
-    known = [_meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
+    known = [meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
     digest = hashlib.sha256(repr((known, signature, jit.OPTIONS, numba.__version__, _OWN)).encode()).hexdigest()
     name = f"{function.__name__}_{digest[:16]}"
-    renamed = FunctionType(jit._renamed(function.__code__, name), jit._here(function.__globals__), name)
+    given = jit._here(function.__globals__), name, None, function.__closure__
+    renamed = FunctionType(jit._renamed(function.__code__, name), *given)
     exact = importlib.import_module("numba.core.sigutils")._parse_signature_string(signature)
     if for_c:
         return jit.c_function(renamed, exact, **jit.OPTIONS)
@@ -120,7 +130,7 @@ def _registered(part: Any) -> Any:
     return jit.described(part)
 
 
-def _meant(part: Any) -> Any:
+def meant(part: Any) -> Any:
     """Let machine code call a function of `blocks`; what determines what the function means."""
     if part.meant is not None:
         read(part)

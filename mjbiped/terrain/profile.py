@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from mjbiped.numerics.blocks import Floats, numbers
 
 EDGE = 5e-5
 """Depth under the upper edge of a step up to which a foot stands on it, m."""
@@ -17,9 +15,6 @@ BESIDE = 1e-3
 OVER = 1e-6
 """Distance beyond the upper edge up to which a foot still stands on it, m: it moves a little in the impact."""
 
-Floats: TypeAlias = Sequence[float] | NDArray[np.float64]
-
-
 class Profile(NamedTuple):
     """A terrain's segments; see `mjbiped.Terrain`.
 
@@ -27,24 +22,28 @@ class Profile(NamedTuple):
         x: Starts of the segments, ascending, m.
         z: Heights at the starts, m.
         gradient: Gradients dz/dx of the segments.
+        segments: Number of segments.
     """
 
     x: Floats
     z: Floats
     gradient: Floats
+    segments: int
 
 
 def height_of(ground: Any, segment: int, x: float) -> float:
     """Height of a segment's line at x, m; the ground is a `Profile`, or has its fields."""
-    return float(ground.z[segment] + ground.gradient[segment] * (x - ground.x[segment]))
+    starts, heights = numbers(ground.x, ground.segments), numbers(ground.z, ground.segments)
+    return float(heights[segment] + numbers(ground.gradient, ground.segments)[segment] * (x - starts[segment]))
 
 
 def segment_under(profile: Any, x: float) -> int:
     """Index of the segment at x, m; the first reaches backwards and the last forwards, NaN gives the last."""
-    low, high = 1, len(profile.x)
+    starts = numbers(profile.x, profile.segments)
+    low, high = 1, profile.segments
     while low < high:
         middle = (low + high) // 2
-        if x < profile.x[middle]:
+        if x < starts[middle]:
             high = middle
         else:
             low = middle + 1
@@ -53,9 +52,10 @@ def segment_under(profile: Any, x: float) -> int:
 
 def segment_near(profile: Any, x: float, index: int) -> int:
     """Index of the segment at x, m, searched from a segment nearby."""
-    while index + 1 < len(profile.x) and profile.x[index + 1] <= x:
+    starts = numbers(profile.x, profile.segments)
+    while index + 1 < profile.segments and starts[index + 1] <= x:
         index += 1
-    while index > 0 and profile.x[index] > x:
+    while index > 0 and starts[index] > x:
         index -= 1
     return index
 
@@ -86,8 +86,8 @@ def segment_stood_on(
     if -edge <= height <= edge:
         return here
     for there in (here - 1, here + 1):
-        if 0 <= there < len(ground.x):
-            face = ground.x[max(here, there)]
+        if 0 <= there < ground.segments:
+            face = numbers(ground.x, ground.segments)[max(here, there)]
             away = abs(x - face)
             if away <= beside:
                 drop = height_of(ground, here, face) - height_of(ground, there, face)

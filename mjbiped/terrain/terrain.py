@@ -217,7 +217,7 @@ class Terrain(Presets):
     @cached_property
     def profile(self) -> Profile:
         """Starts, heights and gradients of the segments, for code that runs at every physics step."""
-        return Profile(self.x, self.z, self.gradients)
+        return Profile(self.x, self.z, self.gradients, len(self.x))
 
     @cached_property
     def gradients(self) -> tuple[float, ...]:

@@ -204,7 +204,7 @@ def test_a_foot_stands_under_itself(
     for rise, width, gradient in zip(rises, widths, gradients, strict=False):
         x.append(x[-1] + width)
         z.append(z[-1] + gradient * width + rise)
-    profile = Profile(x, z, gradients[: len(x)])
+    profile = Profile(x, z, gradients[: len(x)], len(x))
     at = x[min(nearest, len(rises)) if nearest else 1] + away
     height = height_of(profile, segment_under(profile, at), at) + lift
     under, on = segment_under(profile, at), segment_stood_on(profile, at, height)

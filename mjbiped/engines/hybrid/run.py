@@ -147,7 +147,7 @@ class HybridRun(Run):
         # plain Python reads arrays slower than lists
         kind = partial(np.array, dtype=np.float64) if self.compiled else list
         return Tables(
-            ground=Ground(*(kind(each) for each in ground)),
+            ground=Ground(*map(kind, ground[:-1]), ground.segments),
             pushes=plan.disturbances.schedule,
             rows=np.zeros((_ROWS if self.compiled else 1, rows.touched)),
             samples=np.zeros((samples, rows.sampled + self._own)),
@@ -417,7 +417,7 @@ def raised(terrain: Terrain, height: float) -> Ground:
         meets = (np.array(terrain.rises[1:]) == 0.0) & (change != 0.0)
         x[1:][meets] -= height * (np.diff(slant)[meets] / change[meets])
         z += terrain.gradients * (x - terrain.x)
-    return Ground(x, z, terrain.gradients, terrain.angle)
+    return Ground(x, z, terrain.gradients, terrain.angle, len(x))
 
 
 def _stall_time(robot: Robot) -> float:
@@ -444,6 +444,6 @@ def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:
         from it. Keep block and arrays alive while the engine runs.
     """
     packer = Packer()
-    shared = Tables(Ground(*map(Shared, tables.ground)), tables.pushes, Shared(tables.rows), Shared(tables.samples))
+    shared = Tables(Ground(*map(Shared, tables.ground[:-1]), tables.ground.segments), tables.pushes, Shared(tables.rows), Shared(tables.samples))
     unpack = unpacking(packer.add(shared), tuple(packer.classes.items()))
     return packer.record(), unpack

@@ -208,12 +208,14 @@ class Ground(NamedTuple):
         z: Heights there, m.
         gradient: dz/dx.
         angle: Slopes, rad.
+        segments: Number of segments.
     """
 
     x: Any
     z: Any
     gradient: Any
     angle: Any
+    segments: int
 
 
 class Tables(NamedTuple):

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.feet import bear, stands, weigh_shear
-from mjbiped.engines.mujoco.state import Constants, foot_of, stance_of, swing_of
+from mjbiped.engines.mujoco.state import foot_of, stance_leg, swing_leg
 from mjbiped.records.pressure import BINS, note_pressure
-from mjbiped.rules.termination import LIGHT_CONTACT, Limits
+from mjbiped.rules.termination import LIGHT_CONTACT
 
 FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
 AIRBORNE = 0.06
@@ -21,7 +21,7 @@ sliding foot last half as long."""
 CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
 
 
-def weigh(u: Any, limits: Limits, moment: float) -> None:
+def weigh(c: Any, u: Any, moment: float) -> None:
     """Take the stance foot's force in the physics step before into its averages, and its friction.
 
     A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
@@ -36,18 +36,18 @@ def weigh(u: Any, limits: Limits, moment: float) -> None:
     u.stretch += effective_step
     u.least_ratio = min(u.least_ratio, u.ratio)
     u.ratio_time += effective_step
-    if u.ratio_time >= limits.sustained:
+    if u.ratio_time >= c.sustained:
         u.friction = max(u.friction, u.least_ratio)
         u.least_ratio, u.ratio_time = math.inf, 0.0
     u.without_contact = 0.0 if force > 0.0 else u.without_contact + effective_step
-    if u.without_contact >= limits.airborne:
+    if u.without_contact >= c.airborne:
         u.normal_force = 0.0
-    elif force > 0.0 and u.stretch >= limits.averaged:
+    elif force > 0.0 and u.stretch >= c.averaged:
         average = u.impulse / u.stretch
         if average < u.normal_force:
             u.normal_force = average
-        torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * limits.weight
-        note_pressure(u.pressure, 0, 2, torque, average, light, limits.leg_length, u.stretch)
+        torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * c.weight
+        note_pressure(u.pressure, 0, 2, torque, average, light, c.leg_length, u.stretch)
         weigh_shear(u)
         u.impulse = u.ankle_impulse = u.stretch = 0.0
 
@@ -64,23 +64,21 @@ def least_normal_force(u: Any) -> float:
     return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
 
 
-def read_contacts(constants: Constants, u: Any, readings: Any) -> Felt:
+def read_contacts(c: Any, u: Any, readings: Any) -> Felt:
     """Note what the feet feel in the step just resolved; returns what the swing foot does."""
-    places = constants.places
-    leg = places.legs[swing_of(u, places.legs)]
-    stance = felt(readings, places.legs[stance_of(u)].contacts, places.slots)
-    swing = felt(readings, leg.contacts, places.slots)
-    able = stands(constants, u, readings) if constants.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
-    note_contacts(constants, u, stance, swing, able)
-    if constants.feet:
-        bear(constants, u, readings)
+    leg = swing_leg(c, u)
+    stance = felt(readings, stance_leg(c, u).contacts, c.slots)
+    swing = felt(readings, leg.contacts, c.slots)
+    able = stands(c, u, readings) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    note_contacts(c, u, stance, swing, able)
+    if c.feet:
+        bear(c, u, readings)
     return swing
 
 
-def note_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
+def note_contacts(c: Any, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
     """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
-    legs = constants.places.legs
-    x, _ = foot_of(legs[swing_of(u, legs)], u.q)
+    x, _ = foot_of(swing_leg(c, u), u.q)
     noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
     u.noted = 1.0 if noted else 0.0
     if u.clear > CLEAR:
@@ -92,12 +90,12 @@ def note_contacts(constants: Constants, u: Any, stance: Felt, swing: Felt, able:
     elif swing.ground and not u.touching:
         u.stubs += 1.0
         u.touching = 1.0
-    feel_stance(u, constants.limits, stance, noted)
+    feel_stance(c, u, stance, noted)
 
 
-def feel_stance(u: Any, limits: Limits, stance: Felt, noted: bool) -> None:
+def feel_stance(c: Any, u: Any, stance: Felt, noted: bool) -> None:
     """Note the stance foot's force, friction and depth in the step just resolved, or in that of the touchdown noted."""
     u.force, u.ratio = stance.pressure, 0.0
     if stance.ground and not noted:
         u.penetration = max(u.penetration, stance.depth)
-        u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * limits.weight)
+        u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * c.weight)

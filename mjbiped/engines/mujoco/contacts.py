@@ -1,19 +1,16 @@
-"""Contacts of the feet: which pairs of geoms collide, and the forces of the physics step just resolved."""
+"""Contacts of the feet: which geoms collide, and the forces of the physics step just resolved."""
 
 from __future__ import annotations
 
 import math
 from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco.state import Constants, Places, stance_of, swing_of
-from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
 READING = 11
 """Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
 FOUND, FORCE_SHOWN, DISTANCE, POSITION, NORMAL = 0, 1, 4, 5, 8
 
 SMALLEST_UPWARD_NORMAL = 0.7  # below it, a contact is with a riser's face or a heightfield's inner edge
-SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 
 
 class Felt(NamedTuple):
@@ -108,63 +105,3 @@ def friction_ratio(foot: Felt, slope: float, light: float) -> float:
     sine, cosine = math.sin(slope), math.cos(slope)
     normal = foot.downward * cosine - foot.forward * sine
     return abs(foot.forward * cosine + foot.downward * sine) / normal if normal > light else 0.0
-
-
-def refuses(constants: Constants, u: Any, centres: Any, first: int, second: int) -> bool:
-    """Whether a pair of geoms does not collide, for MuJoCo's `mjcb_contactfilter`.
-
-    A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it collides as a
-    point: with the piece of ground below it and with a riser beside it (`profile.segment_met`), never with a corner.
-
-    The resting stance foot collides with all ground except what rises beside it: risers and higher pieces.
-
-    The feet of all other legs pass through everything. A box meets what it comes to, whatever part of it does.
-
-    A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot
-    that leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
-
-    Args:
-        constants: Constants of the walk.
-        u: State, after the observation.
-        centres: Centres of all geoms, shape (geoms, 3), m.
-        first: Index of one geom.
-        second: Index of the other.
-    """
-    places = constants.places
-    foot, other = (first, second) if places.owner[first] >= 0.0 else (second, first)
-    leg, stance, lifted = int(places.owner[foot]), stance_of(u), int(u.lifted)
-    if leg < 0:
-        return False
-    if constants.box and places.risers[other] >= 0.0:  # whose upper ends would bear it without friction
-        return True
-    x, z = centres[foot, 0], centres[foot, 2]
-    if leg == swing_of(u, places.legs):
-        return lifted == leg or not u.collides or not (constants.box or meets(places, x, z, other))
-    if leg != stance:
-        return True
-    if constants.box:
-        return lifted == stance
-    if u.time == u.transfer_time and u.count > 0.0:  # the foot collides as when it landed
-        return not meets(places, x, z, other)
-    return lifted == stance or beside(constants, x, z, other)
-
-
-def meets(places: Places, x: float, z: float, geom: int) -> bool:
-    """Whether a foot at x, z (m) can meet a geom of the ground."""
-    segment = segment_met(places.profile, x, z)
-    riser = int(places.risers[geom])
-    if riser >= 0:
-        return (segment < riser) == (places.rises[riser] > 0.0)
-    return bool(places.first[geom] <= segment <= places.last[geom])
-
-
-def beside(constants: Constants, x: float, z: float, geom: int) -> bool:
-    """Whether a geom of the ground lies beside, not under, a standing foot at x, z (m), at most `SUNK` deep."""
-    places = constants.places
-    if places.risers[geom] >= 0.0:
-        return constants.scuffs or not meets(places, x, z, geom)
-    segment = segment_stood_on(places.profile, x, z, SUNK)
-    if places.first[geom] <= segment <= places.last[geom]:
-        return False
-    nearest = int(places.first[geom]) if segment < places.first[geom] else int(places.last[geom])
-    return height_of(places.profile, nearest, x) > z + SUNK

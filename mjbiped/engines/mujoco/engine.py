@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.compiling import Costs
-from mjbiped.engines.mujoco.compiled.registry import require_no_callbacks, walking
+from mjbiped.engines.mujoco.callback import require_none, walking
 from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
@@ -159,5 +159,5 @@ class Mujoco(Options, Engine):
         if walking():
             raise MjbipedError("a walk cannot be started from inside another's controller")
         if many:
-            require_no_callbacks()
+            require_none()
         yield

@@ -13,7 +13,7 @@ from typing import Any
 
 from mjbiped.engines.mujoco.contacts import Borne, borne
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
-from mjbiped.engines.mujoco.state import Constants, Leg, Servo, foot_of, stance_of, swing_of
+from mjbiped.engines.mujoco.state import Leg, foot_of, stance_leg, swing_leg
 from mjbiped.robots.bodies import Foot
 from mjbiped.terrain.profile import height_over_ground
 
@@ -38,10 +38,10 @@ def for_feet(options: Options, foot: Foot) -> Options:
     return replace(options, timestep=min(options.timestep, LONGEST), lands=False, ground=ground)
 
 
-def foot_servo(foot: Foot, leg_length: float, gravity: float) -> Servo:
-    """The servo that holds a swing foot, critically damped."""
+def foot_servo(foot: Foot, leg_length: float, gravity: float) -> tuple[float, float]:
+    """Stiffness (N m/rad) and damping (N m s/rad) of the servo that holds a swing foot, critically damped."""
     frequency = RESPONSE * math.sqrt(gravity / leg_length)
-    return Servo(foot.inertia * frequency**2, 2.0 * foot.inertia * frequency)
+    return foot.inertia * frequency**2, 2.0 * foot.inertia * frequency
 
 
 def sole_angle(leg: Leg, q: Any) -> float:
@@ -54,14 +54,13 @@ def sole_rate(leg: Leg, rates: Any) -> float:
     return float(rates[leg.hip] + rates[leg.sole])
 
 
-def gaps(constants: Constants, leg: Leg, q: Any) -> tuple[float, float]:
+def gaps(c: Any, leg: Leg, q: Any) -> tuple[float, float]:
     """Heights of heel and toe over the ground, m."""
     x, z = foot_of(leg, q)
     angle = sole_angle(leg, q)
     sine, cosine = math.sin(angle), math.cos(angle)
-    profile = constants.places.profile
-    heel = height_over_ground(profile, x - leg.behind * cosine, z + leg.behind * sine)
-    return heel, height_over_ground(profile, x + leg.ahead * cosine, z - leg.ahead * sine)
+    heel = height_over_ground(c, x - leg.behind * cosine, z + leg.behind * sine)
+    return heel, height_over_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine)
 
 
 def begin_flat(u: Any) -> None:
@@ -69,9 +68,9 @@ def begin_flat(u: Any) -> None:
     u.stood = u.level = u.slope
 
 
-def see_stance_foot(constants: Constants, u: Any) -> None:
+def see_stance_foot(c: Any, u: Any) -> None:
     """Take the slope from the foot that stands, and note how long it stood on one side alone, and how far it tipped."""
-    tip = sole_angle(constants.places.legs[stance_of(u)], u.q) - u.stood
+    tip = sole_angle(stance_leg(c, u), u.q) - u.stood
     u.slope = u.level + tip
     u.tipped = max(u.tipped, abs(tip))
     if not (u.flat or u.noted):
@@ -88,40 +87,37 @@ def stand_flat(u: Any, new: float) -> None:
     u.stood = new
 
 
-def felt_by(constants: Constants, u: Any, readings: Any, leg: Leg) -> Borne:
+def felt_by(c: Any, u: Any, readings: Any, leg: Leg) -> Borne:
     """How the ground bears a leg's foot, by its contact sensors."""
-    return borne(readings, leg.contacts, constants.places.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
+    return borne(readings, leg.contacts, c.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
 
 
-def lands_flat(constants: Constants, u: Any, x: float) -> bool:
+def lands_flat(c: Any, u: Any, x: float) -> bool:
     """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
     if not (u.collides and x > u.foot_x):
         return False
-    legs = constants.places.legs
-    heel, toe = gaps(constants, legs[swing_of(u, legs)], u.q)
-    return -constants.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
+    heel, toe = gaps(c, swing_leg(c, u), u.q)
+    return -c.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
 
 
-def stands(constants: Constants, u: Any, readings: Any) -> bool:
+def stands(c: Any, u: Any, readings: Any) -> bool:
     """Whether the ground bears the swing foot on both sides of its ankle, by its sensors; notes its first contact."""
-    legs = constants.places.legs
-    felt = felt_by(constants, u, readings, legs[swing_of(u, legs)])
+    felt = felt_by(c, u, readings, swing_leg(c, u))
     if max(felt.behind, felt.ahead) > 0.0:
         u.down = u.time
         if math.isnan(u.touched):
             u.touched = u.time
-    elif u.time - u.down > constants.limits.airborne:
+    elif u.time - u.down > c.airborne:
         u.touched = math.nan
     return bool(min(felt.behind, felt.ahead) > 0.0)
 
 
-def bear(constants: Constants, u: Any, readings: Any) -> None:
+def bear(c: Any, u: Any, readings: Any) -> None:
     """Note how the ground bears the stance foot in the step just resolved, and a foot that comes to stand in it."""
-    legs = constants.places.legs
     if u.noted:
-        new = felt_by(constants, u, readings, legs[swing_of(u, legs)])
+        new = felt_by(c, u, readings, swing_leg(c, u))
         u.support_behind, u.support_ahead = new.behind, new.ahead
-    felt = felt_by(constants, u, readings, legs[stance_of(u)])
+    felt = felt_by(c, u, readings, stance_leg(c, u))
     u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
     u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
 
@@ -133,14 +129,13 @@ def weigh_shear(u: Any) -> None:
     u.shear_impulse = 0.0
 
 
-def swing_foot_torque(constants: Constants, u: Any) -> float:
+def swing_foot_torque(c: Any, u: Any) -> float:
     """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle.
 
     It is that of an error of `PLAUSIBLE` at most: a foot that lands across an edge must be able to turn to lie on it.
     """
-    legs = constants.places.legs
-    stance, swing = legs[stance_of(u)], legs[swing_of(u, legs)]
+    stance, swing = stance_leg(c, u), swing_leg(c, u)
     # joints tell angles from the foot that stands, which may tip
     error = min(max(sole_angle(swing, u.q) - u.slope, -PLAUSIBLE), PLAUSIBLE)
     rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
-    return float(constants.foot_servo.stiffness * error + constants.foot_servo.damping * rate)
+    return float(c.foot_stiffness * error + c.foot_damping * rate)

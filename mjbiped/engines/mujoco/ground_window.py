@@ -12,16 +12,16 @@ from __future__ import annotations
 import cmath
 import math
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
+from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
-from mjbiped.engines.mujoco.state import Leg, Places
+from mjbiped.engines.mujoco.state import Leg
 from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
-from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
@@ -87,7 +87,7 @@ class GroundWindows:
 
     def about(self, x: float) -> Scene:
         """Build the scene about a hip at x (m)."""
-        with python_callbacks_removed():
+        with python_removed():
             return self._compose(self.segments_about(x))
 
     def inside(self, scene: Scene) -> tuple[float, float]:
@@ -96,34 +96,38 @@ class GroundWindows:
         return -math.inf if first else scene.start + self._margin, math.inf if last else scene.end - self._margin
 
 
-def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> Places:
-    """Where things are in a scene: the segments that it shows of a terrain, joints, geoms, and sensor data."""
-    model, bodies = scene.model, robot.bodies
-    begin = scene.segments.start
+def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
+    """Where things are in a scene, as fields of `state.Constants`: ground, joints, geoms, and sensor data."""
+    model, bodies, begin = scene.model, robot.bodies, scene.segments.start
     shown = slice(begin, scene.segments.stop)
-    names = [model.geom(index).name for index in range(model.ngeom)]
-    whole = range(begin, scene.segments.stop)  # what is none of the ground's pieces can be met anywhere
-    pieces = [scene.pieces.get(name, whole) for name in names]
-    owners = {name: float(n) for n, limb in enumerate(bodies.limbs) for name in bodies.feet(limb)}
-    profile = Profile(*(values[shown] for values in terrain.profile))
-    return Places(
+    x, z, gradient = map(np.array, terrain.profile[:3])
+    pieces = [(model.geom(name).id, piece) for name, piece in scene.pieces.items()]
+    grounds = [next((geom, piece) for geom, piece in pieces if segment in piece) for segment in scene.segments]
+    risers = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"riser_{segment}") for segment in scene.segments]
+    return {
+        "legs": [_leg_in(model, limb, robot) for limb in bodies.limbs],
+        "leg_count": len(bodies.limbs),
+        "order": [float(model.joint(name).qposadr[0]) for name in robot.places],
+        "coordinates": model.nq,
+        "angles": len(robot.angles),
+        "hip": mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
+        "slots": int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
+        "sensed": model.nsensordata,
+        "actuators": model.nu,
+        "geoms": model.ngeom,
+        "joints": model.njnt,
+        "locks": model.neq,
+        "x": x[shown].tolist(),
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
-        profile=profile._replace(z=profile.z + robot.radius * np.hypot(1.0, profile.gradient)),
-        rises=terrain.rises[shown],
-        legs=tuple(_leg_in(model, limb, robot) for limb in bodies.limbs),
-        hip=mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
-        order=tuple(int(model.joint(name).qposadr[0]) for name in robot.places),
-        slots=int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
-        readings=model.nsensordata,
-        actuators=model.nu,
-        locks=model.neq,
-        owner=tuple(owners.get(name, -1.0) for name in names),
-        risers=tuple(
-            float(int(name.removeprefix("riser_")) - begin) if name.startswith("riser_") else -1.0 for name in names
-        ),
-        first=tuple(float(piece[0] - begin) for piece in pieces),
-        last=tuple(float(piece[-1] - begin) for piece in pieces),
-    )
+        "z": (z[shown] + robot.radius * np.hypot(1.0, gradient[shown])).tolist(),
+        "gradient": gradient[shown].tolist(),
+        "segments": len(scene.segments),
+        "rises": [float(rise) for rise in terrain.rises[shown]],
+        "pieces": [float(geom) for geom, _ in grounds],
+        "firsts": [float(max(piece[0] - begin, 0)) for _, piece in grounds],
+        "lasts": [float(min(piece[-1] - begin, len(scene.segments) - 1)) for _, piece in grounds],
+        "risers": [float(geom) for geom in risers],
+    }
 
 
 def _lengths(robot: Robot) -> list[float]:
@@ -137,31 +141,23 @@ def _leg_in(model: mujoco.MjModel, limb: Limb, robot: Robot) -> Leg:
     name, lengths, turns = limb.name, _lengths(robot), [segment.turn for segment in robot.bodies.leg]
     foot, geoms = robot.bodies.foot, [int(model.geom(part).id) for part in robot.bodies.feet(limb)]
     straight = sum(length * cmath.exp(1j * turn) for length, turn in zip(lengths, turns, strict=True))
-    leg = Leg(
+    more: dict[str, Any] = {}
+    if foot is not None:
+        more = {"height": foot.height, "behind": foot.behind, "ahead": foot.ahead}
+        more |= {"sole": int(model.joint(f"{name}_foot").qposadr[0]), "toe": geoms[1] if len(geoms) > 1 else -1}
+    if len(lengths) > 1:
+        knee = model.joint(f"{name}_knee")
+        more |= {"knee": int(knee.qposadr[0]), "lower": lengths[1], "bend": turns[1], "stop": int(knee.id)}
+        more |= {"motor": int(model.actuator(f"{name}_knee").id), "lock": int(model.equality(f"{name}_lock").id)}
+    return Leg(
         hip=int(model.joint(limb.hinge).qposadr[0]),
         offset=limb.offset,
         lap=limb.lap,
-        knee=-1,
         upper=lengths[0],
-        lower=0.0,
         foot=geoms[0],
         contacts=int(model.sensor(f"{name}_contact").adr[0]),
         ankle=int(model.actuator(limb.ankle).id),
         turn=turns[0],
         reach=abs(straight),
-    )
-    if foot is not None:
-        ankle = int(model.joint(f"{name}_foot").qposadr[0])
-        toe = geoms[1] if len(geoms) > 1 else -1
-        leg = leg._replace(sole=ankle, toe=toe, height=foot.height, behind=foot.behind, ahead=foot.ahead)
-    if len(lengths) == 1:
-        return leg
-    knee = model.joint(f"{name}_knee")
-    return leg._replace(
-        knee=int(knee.qposadr[0]),
-        lower=lengths[1],
-        motor=int(model.actuator(f"{name}_knee").id),
-        stop=int(knee.id),
-        lock=int(model.equality(f"{name}_lock").id),
-        bend=turns[1],
+        **more,
     )

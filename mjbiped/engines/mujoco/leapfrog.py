@@ -25,18 +25,17 @@ step, and by that of the centre of a sphere that rolls, the solver takes both aw
 was.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
-integrator. So in `mjcb_sensor`'s position stage `qvel` is *shown* other rates, and in `mjcb_control`, which comes
-between the two, it is put back. What is shown differs from the state's rates by the lag of the legs, and by a velocity
+integrator. So the velocity stage alone is *shown* other rates (`step.step`). What is shown differs from the state's rates by the lag of the legs, and by a velocity
 of the hip, of which no Coriolis force depends. A step that makes an impact is MuJoCo's own.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
 from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco.state import Constants, X, Z, stance_of, turning_of
+from mjbiped.engines.mujoco.state import X, Z, stance_leg, turning_of
 from mjbiped.rules.termination import STALL_TIME
 
 
@@ -45,27 +44,26 @@ def effective_step(plain: float, before: float, length: float) -> float:
     return length if plain else 0.5 * (before + length)
 
 
-def note_lag(constants: Constants, u: Any, length: float, coordinates: int) -> None:
+def note_lag(c: Any, u: Any, length: float) -> None:
     """Note what the rates will lack after this step.
 
     Args:
-        constants: The walk's.
+        c: The walk's constants.
         u: State, after `bearing.read_contacts` of this time.
         length: Of the step, s.
-        coordinates: Number of the robot's.
     """
     impact = u.noted or u.struck or u.plain
     lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
-    falling = STALL_TIME / constants.limits.stall_time
-    for index in range(2, coordinates):  # the hip's is not shown
+    falling = STALL_TIME / c.stall_time
+    for index in range(2, c.coordinates):  # the hip's is not shown
         acceleration = u.qacc[index]
         if u.smooth:
             acceleration = limited(acceleration, u.acceleration[index], falling * falling)
         u.lag_next[index] = lag * acceleration
     u.smooth_next = 0.0 if impact else 1.0
-    if constants.servo.stiffness > 0.0:
+    if c.knee_stiffness > 0.0:
         # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
-        u.lag_next[constants.places.legs[stance_of(u)].knee] = 0.0
+        u.lag_next[stance_leg(c, u).knee] = 0.0
 
 
 def limited(acceleration: float, before: float, least: float) -> float:
@@ -74,29 +72,21 @@ def limited(acceleration: float, before: float, least: float) -> float:
     return min(max(acceleration, before - room), before + room)
 
 
-def show(constants: Constants, u: Any, qpos: Sequence[float], qvel: MutableSequence[float]) -> None:
-    """`mjcb_sensor` at the position stage, after `motors.arrive`: let `qvel` be what the velocity stage is to see.
+def show(c: Any, u: Any, qvel: MutableSequence[float]) -> None:
+    """Let rates be what MuJoCo's velocity stage is to see.
 
     Args:
-        constants: The walk's.
-        u: State, where the rates are kept meanwhile.
-        qpos: The robot's coordinates.
-        qvel: Their rates, to be changed.
+        c: The walk's constants.
+        u: State, after the observation of this time.
+        qvel: The robot's rates, to be changed.
     """
-    if not u.running:
-        return
-    for index in range(len(qvel)):
-        u.qvel[index] = qvel[index]
     if u.plain:
         return
-    u.shown = 1.0
-    stance = constants.places.legs[stance_of(u)]
-    limits = constants.limits
-    slope = u.old_slope if constants.scuffs else u.slope
-    foot = Foot(u.reach, limits.foot_radius, limits.rolling_radius, slope)
+    stance = stance_leg(c, u)
+    foot = Foot(u.reach, c.foot_radius, c.rolling_radius, u.old_slope if c.scuffs else u.slope)
     turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
-    shown_x, shown_z = held(foot, qpos[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
-    for index in range(2, len(qvel)):
+    shown_x, shown_z = held(foot, u.q[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
+    for index in range(2, c.coordinates):
         qvel[index] += u.lag[index]
     qvel[X] += shown_x
     qvel[Z] += shown_z
@@ -142,11 +132,3 @@ def held(foot: Foot, leg: float, rate: float, lag: float, length: float, before:
         foot.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(foot.slope),
         foot.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(foot.slope),
     )
-
-
-def put_back(u: Any, qvel: MutableSequence[float]) -> None:
-    """Let `qvel` be the state's rates again."""
-    if u.shown:
-        for index in range(len(qvel)):
-            qvel[index] = u.qvel[index]
-        u.shown = 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from contextlib import AbstractContextManager
 from dataclasses import asdict
 from typing import Any
 
@@ -15,8 +14,6 @@ from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
 from mjbiped.engines.mujoco.bearing import pressure_times
-from mjbiped.engines.mujoco.compiled import registry
-from mjbiped.engines.mujoco.motors import told
 from mjbiped.engines.mujoco.observation import warned
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
@@ -80,12 +77,8 @@ class MujocoRun(Run):
         self.simulation = Simulation(self.plan, self._options, compile=True)
         return self.compile()
 
-    def sharing(self) -> AbstractContextManager[None]:
-        """The trampolines of compiled callbacks, installed for all threads."""
-        return registry.compiled()
-
     def shares_with(self, other: Run) -> bool:
-        """Whether this walk has compiled callbacks, too."""
+        """Whether this walk is machine code, too."""
         return self.simulation.compiled
 
     def message(self, error: BaseException) -> str:
@@ -101,7 +94,7 @@ class MujocoRun(Run):
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
-        return np.array(told(self.simulation.state.peak, self.simulation.constants.joints))
+        return np.array(self.simulation.state.peak[: self.simulation.constants.angles])
 
     def pressure_times(self) -> NDArray[np.float64]:
         """How long the centre of pressure was where so far, s."""
@@ -110,7 +103,12 @@ class MujocoRun(Run):
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         simulation = self.simulation
-        return {**asdict(simulation.options), "warnings": warned(simulation.warnings, simulation.state)}
+        words = simulation.warnings
+        if simulation.outcome is Outcome.DIVERGED:
+            fault = _fault(simulation)
+            if fault or not words:
+                words[fault or _MISSED] = 1
+        return {**asdict(simulation.options), "warnings": warned(words, simulation.state)}
 
 
 def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:
@@ -136,8 +134,6 @@ def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = Non
 def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:
     """Step a simulation until its walk ends, as `simulate` does, giving back the control after each block of steps.
 
-    The simulation's callbacks are installed until the walk has ended or the generator is closed.
-
     Args:
         simulation: See `simulate`.
         recorder: See `simulate`.
@@ -149,70 +145,31 @@ def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) ->
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
-    simulation.move_on()
-    with simulation.callbacks():
-        blocks = _Blocks(simulation, most)
-        try:
-            while not simulation.over:
-                if simulation.move_on():
-                    blocks = _Blocks(simulation, most)
-                recorder.cancellation()
-                blocks.advance()
-                yield simulation.take(recorder)
-        finally:
-            if simulation.state.outcome == Outcome.INTERRUPTED:
-                simulation.sample()
-            simulation.finish(recorder)
+    u = simulation.state
+    try:
+        while not simulation.over:
+            simulation.move_on()
+            recorder.cancellation()
+            u = simulation.state
+            written = u.rows, u.samples
+            try:
+                simulation.advance(min(BLOCK, most))
+            except BaseException:
+                if not simulation.compiled:
+                    pass
+                raise
+            yield simulation.take(recorder)
+    finally:
+        if simulation.state.outcome == Outcome.INTERRUPTED:
+            simulation.sample()
+        simulation.finish(recorder)
     if simulation.state.outcome == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")
-    if simulation.outcome is Outcome.DIVERGED:
-        fault = _fault(simulation)
-        if fault or not simulation.warnings:
-            simulation.warnings[fault or _MISSED] += 1
 
 
 def _fault(simulation: Simulation) -> str:
     """Which torque was no number at the controller's last tick, in words; empty if none was."""
     u, controller = simulation.state, simulation.controller
-    torque, q, dq = (told(each, simulation.constants.joints) for each in (u.torque, u.angles, u.turning))
+    torque, q, dq = (tuple(each[: simulation.constants.angles]) for each in (u.torque, u.angles, u.turning))
     own = controller.inner if isinstance(controller, SampledController) else controller
     return fault_in(own, torque, u.time - u.transfer_time, q, dq)
-
-
-class _Blocks:
-    """Steps a simulation, a block of many steps at once where its callbacks are compiled.
-
-    A block in which the walk's end lies, or a warning of MuJoCo's, is taken back and made step by step. A controller in
-    plain Python, which may notice that it is asked again, makes all steps one by one.
-    """
-
-    def __init__(self, simulation: Simulation, most: int) -> None:
-        self._simulation, self._model, self._data = simulation, simulation.model, simulation.data
-        self._state = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        self._steps = min(BLOCK, most)
-
-    def advance(self) -> None:
-        """Make at least one step, at most so many as the recording has room for."""
-        model, data, simulation = self._model, self._data, self._simulation
-        if not simulation.compiled:
-            for _ in range(self._steps):
-                u = simulation.state
-                written = u.rows, u.samples
-                mujoco.mj_step(model, data)
-                try:
-                    simulation.check()
-                except BaseException:
-                    u.rows, u.samples = written  # what the step under way has written is not whole
-                    raise
-                if simulation.over:
-                    break
-            return
-        warnings, numbers = simulation.warnings.copy(), data.warning.number.copy()
-        mujoco.mj_getState(model, data, self._state, WHOLE_STATE)
-        mujoco.mj_step(model, data, nstep=self._steps)
-        if not simulation.over:
-            return
-        mujoco.mj_setState(model, data, self._state, WHOLE_STATE)
-        simulation.warnings, data.warning.number[:] = warnings, numbers  # the steps made again warn again
-        while not simulation.over:
-            mujoco.mj_step(model, data)

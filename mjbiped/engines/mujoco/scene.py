@@ -42,13 +42,6 @@ CORNERS = 16
 COARSE = 64
 """Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
 
-RECORDS = "walks"
-"""The model's one numeric field, of so many numbers; see `mjbiped.engines.mujoco.compiled.callbacks`."""
-RECORDS_SIZE = 7
-ARRIVE, CONTROL, SENSOR, FILTER, OWNER, TABLE, COUNT = range(RECORDS_SIZE)
-"""Addresses of the walk's functions, of the model itself and of the table of its records, and their number."""
-
-
 @dataclass(frozen=True)
 class Scene:
     """A compiled scene.
@@ -87,7 +80,6 @@ def compose_scene(
     """
     spec = scene_spec(robot, ground, segments, timestep=timestep)
     spec.nuserdata = userdata
-    spec.add_numeric(name=RECORDS, size=RECORDS_SIZE, data=[0.0] * RECORDS_SIZE)
     if scenery:
         begins = segments[0] == 0
         add_section(spec, ground.profile(segments), robot.leg_length, begins=begins)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjbiped.engines.mujoco.state import Leg, Servo
+from mjbiped.engines.mujoco.state import Leg
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import chain_of
 from mjbiped.robots.robot import Robot
@@ -21,20 +21,18 @@ STIFFNESS = 30.0
 LONGEST = 0.75
 """Greatest product of timestep and natural frequency: critically damped, an explicit step is stable to 0.83."""
 
-NONE = Servo(0.0, 0.0)
-
 
 def frequency_of(robot: Robot) -> float:
     """Natural frequency of the servo while the foot is off the ground, which is its highest, rad/s."""
     return math.sqrt(_stiffness(robot) / free_inertia(robot))
 
 
-def servo_of(robot: Robot) -> Servo:
-    """The servo of a robot, critically damped while the foot is off the ground.
+def servo_of(robot: Robot) -> tuple[float, float]:
+    """Stiffness (N m/rad) and damping (N m s/rad) of a robot's servo, critically damped while the foot is off the ground.
 
     A foot that slides or hops leaves the servo little more than the shank to move: more damping would then be unstable.
     """
-    return Servo(_stiffness(robot), 2.0 * math.sqrt(_stiffness(robot) * free_inertia(robot)))
+    return (_stiffness(robot), 2.0 * math.sqrt(_stiffness(robot) * free_inertia(robot)))
 
 
 def _stiffness(robot: Robot) -> float:
@@ -68,6 +66,6 @@ def lean_on(leg: Leg, u: Any) -> None:
     u.share = leg.lower * (leg.lower + leg.upper * math.cos(flexion)) / (reach * reach)
 
 
-def torque(servo: Servo, leg: Leg, u: Any) -> float:
+def torque(c: Any, leg: Leg, u: Any) -> float:
     """Torque of the servo at a leg's knee now, N m, against its flexion."""
-    return float(servo.stiffness * (u.q[leg.knee] - u.rest) + servo.damping * u.rates[leg.knee])
+    return float(c.knee_stiffness * (u.q[leg.knee] - u.rest) + c.knee_damping * u.rates[leg.knee])

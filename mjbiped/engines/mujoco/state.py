@@ -1,8 +1,9 @@
-"""What a walk consists of in MuJoCo: the robot's legs, the places in its scene, and what is remembered between steps.
+"""What a walk in MuJoCo works on: its state, which lasts from step to step, and its constants.
 
 `State` stands at the beginning of `mjData.userdata`, so that a walk can be copied, saved and resumed with MuJoCo's own
 state functions. Behind it stand the last touchdown's row, the controller's memory, and the rates of its integrated
-states. One source works on all of it as plain Python and compiled, bit by bit the same.
+states. One source works on all of it in plain Python and as machine code, bit by bit the same
+(`mjbiped.numerics.blocks`).
 """
 
 from __future__ import annotations
@@ -10,14 +11,12 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import MutableSequence, Sequence
-from typing import Any, NamedTuple
-
-import numpy as np
+from dataclasses import dataclass
+from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes
+from mjbiped.numerics.blocks import Floats, reader
 from mjbiped.records.pressure import BINS
-from mjbiped.rules.termination import Limits
-from mjbiped.terrain.profile import Floats, Profile
 
 COORDINATES = 6
 """Room for as many coordinates of a robot: hip x and z, and the angles of its legs' joints."""
@@ -25,6 +24,9 @@ ANGLES = 3
 """Room for as many angles, and joints with motors."""
 
 X, Z = 0, 1
+
+MARK = 7.385102934e-305
+"""What tells the userdata of a walk from those of somebody else's model."""
 
 
 class State(ctypes.Structure):
@@ -34,10 +36,10 @@ class State(ctypes.Structure):
     `Robot.joints` where it is of torques.
     """
 
-    running: float  # 0 in zeroed userdata: then nothing acts
+    mark: float  # `MARK`; 0 in zeroed userdata, where nothing acts
+    walk: float  # address or number of the walk's `Constants`; see `callback`
     time: float  # of the last observation, s
     asked: float  # time of the last control callback, s
-    record: float  # which of its model's records holds for this walk where the callbacks are compiled
     planned: float  # length of the physics step from the observation on that its contacts are made for, s
     planned_next: float  # length of the step after it, s
     plain: float  # 1: the effective step is as long as the step itself
@@ -46,8 +48,6 @@ class State(ctypes.Structure):
     last_step: float  # length of the step before, s; 0 just after an impact
     smooth: float  # 1: the accelerations of the step before are those of a motion without an impact
     smooth_next: float  # whether those of this step are
-    prepared: float  # 1: what `step_size.soften` writes is written for this step
-    shown: float  # 1: `mjData.qvel` is what MuJoCo's velocity stage is to see
     stance: float  # number of the leg that stands: the remainder of `count` by the number of legs
     transfer_time: float  # of the last support transfer, s
     next_control: float  # when the controller ticks next, s
@@ -96,6 +96,8 @@ class State(ctypes.Structure):
     locked: float  # 1: the swing knee is, against its stop
     opened: float  # 1: it has been bent in this gait step
     strikes: float  # 1: it strikes its stop in the step under way
+    softened: float  # 1: it is locked for that by what `step_size.soften` has written last
+    acted: float  # 1: by what that has written before
     strikes_next: float  # 1: it does in the step after it
     struck: float  # 1: it did in the step last resolved
     strike_untold: float  # 1: the controller does not know of the strike yet
@@ -136,7 +138,7 @@ class State(ctypes.Structure):
     old_q: Coordinates  # qpos at the observation before
     old_rates: Coordinates
     rates_before: Coordinates  # rates when the swing foot was last not about to stand flat
-    qvel: Coordinates  # `mjData.qvel` where it shows something else meanwhile
+    qvel: Coordinates  # `mjData.qvel` then, which shows the velocity stage other rates
     qacc: Coordinates  # accelerations in the step last resolved
     acceleration: Coordinates  # those of the step before it, where `smooth` says so
     lag: Coordinates  # what `qvel` lacks to be the rates of the observation's time; see `leapfrog`
@@ -152,7 +154,6 @@ class State(ctypes.Structure):
     strike_rates: Angles  # their rates, rad/s
     struck_q: Angles  # angles just after it, rad
     struck_rates: Angles  # their rates, rad/s
-    posture: Coordinates  # in the order of `Robot.places`
     pressure: Pressure  # greatest distances of the centre of pressure ahead of the ankle and behind it, m, then times
     """Times by places of the centre of pressure, s; see `records.pressure`."""
 
@@ -173,19 +174,20 @@ Angles = MutableSequence[float]
 Pressure = MutableSequence[float]
 
 
-class Leg(NamedTuple):
+@dataclass(slots=True)
+class Leg:
     """A leg: a chain of one segment or two that hangs at the hip, with a foot at its end.
 
     Attributes:
         hip: Index in qpos of the hinge that turns its upper segment.
         offset: Angle of its upper segment from the vertical where that of the hinge is zero, rad.
         lap: What is added to that with each round in which all legs have stood, rad.
-        knee: Index in qpos of its knee's flexion; -1: it is straight, and has none.
         upper: Length of its upper segment, m.
-        lower: Length of its lower segment, m.
         foot: Geom.
         contacts: Index in the sensor data where the foot's contacts begin.
         ankle: Actuator.
+        knee: Index in qpos of its knee's flexion; -1: it is straight, and has none.
+        lower: Length of its lower segment, m.
         motor: Actuator of the knee.
         stop: Joint of the knee, which has a limit.
         lock: Equality constraint of the knee.
@@ -202,12 +204,12 @@ class Leg(NamedTuple):
     hip: int
     offset: float
     lap: float
-    knee: int
     upper: float
-    lower: float
     foot: int
     contacts: int
     ankle: int
+    knee: int = -1
+    lower: float = 0.0
     motor: int = -1
     stop: int = -1
     lock: int = -1
@@ -221,168 +223,230 @@ class Leg(NamedTuple):
     reach: float = 0.0
 
 
-class Places(NamedTuple):
-    """Where things are in a scene.
+@dataclass(slots=True)
+class Constants:
+    """What does not change in a walk while its scene is the same, and where things are.
 
     Attributes:
-        profile: The ground, as far as it was built.
-        rises: Steps up at the starts of its segments, m.
+        data: Address of the mjData.
+        state: The walk's `State`, alone in a list.
+        row: Of the last touchdown, in the order of the record's columns; behind the state in userdata.
+        memory: The controller's memory, behind that.
+        rates: Of its integrated states, held between ticks, behind that.
+        time: `mjData.time`.
+        timestep: `mjModel.opt.timestep`.
+        warnings: Kind and number of each of MuJoCo's warnings in turn.
+        qpos: See MuJoCo for this and all that follow.
+        qvel: See there.
+        qacc: See there.
+        ctrl: See there.
+        applied: Forces at the degrees of freedom; that at hip x is a push's, N.
+        readings: Data of all sensors.
+        contype: Contact bits of geoms.
+        conaffinity: The same.
+        geom_solref: Softness of contacts, two numbers a geom.
+        jnt_solref: Softness of the joints' limits, two numbers a joint.
+        eq_solref: Softness of equality constraints, two numbers each.
+        eq_data: `EQ_DATA` numbers of each, the flexion first at which a lock holds.
+        eq_active: Whether each is switched on.
+
         legs: The robot's legs, in the order in which they stand.
-        hip: Actuator between the legs; -1: there is none.
+        leg_count: Their number.
         order: For each of the robot's `places` its index in qpos.
+        coordinates: Number of these.
+        angles: Number of the robot's angles, and of its joints with motors.
+        hip: Actuator between the legs; -1: there is none.
         slots: Floats of one foot's contacts in the sensor data.
-        readings: Floats of all sensor data.
+        sensed: Floats of all sensor data.
         actuators: Number of actuators.
+        geoms: Number of geoms.
+        joints: Number of joints.
         locks: Number of equality constraints.
-        owner: For each geom the number of the leg whose foot it is of; -1 for the others.
-        risers: For each geom the segment at whose start it is the riser; -1 for the others.
-        first: For each geom the first of the segments that it is the ground of; all are where it is none.
-        last: The last of them.
-    """
+        x: Starts of the ground's segments, m; with the three that follow it is a `terrain.profile.Profile`.
+        z: Heights there, m.
+        gradient: dz/dx.
+        segments: Number of segments, as far as the ground was built.
+        rises: Steps up at the starts of segments, m.
+        pieces: For each segment the geom that is its ground.
+        firsts: For each segment the first one that shares its geom.
+        lasts: The last one.
+        risers: For each segment the geom that is the riser at its start; -1: there is none.
+        marked: Number of geoms of the ground whose contact bits are set, then these geoms.
 
-    profile: Profile
-    rises: Floats
-    legs: tuple[Leg, ...]
-    hip: int
-    order: tuple[int, ...]
-    slots: int
-    readings: int
-    actuators: int
-    locks: int
-    owner: Floats
-    risers: Floats
-    first: Floats
-    last: Floats
-
-
-def in_arrays(places: Places) -> Places:
-    """The same places as compiled code reads them; plain Python reads tuples faster."""
-    return places._replace(
-        profile=Profile(*(np.array(values, dtype=np.float64) for values in places.profile)),
-        rises=np.array(places.rises),
-        owner=np.array(places.owner),
-        risers=np.array(places.risers),
-        first=np.array(places.first),
-        last=np.array(places.last),
-    )
-
-
-class Servo(NamedTuple):
-    """A servo at the knee.
-
-    Attributes:
-        stiffness: N m/rad; 0: there is none, and the stance knee is locked.
-        damping: N m s/rad.
-    """
-
-    stiffness: float
-    damping: float
-
-
-class Constants(NamedTuple):
-    """What does not change in a walk while its scene is the same, beside the controller's parameters.
-
-    Attributes:
-        limits: Limits at which the walk ends.
-        places: In the scene.
-        joints: As many zeros as the robot has angles and joints with motors: a tuple's length is part of its type.
+        leg_length: Of a leg, m.
+        lowest_hip: Height of the hip over the ground below which the robot has fallen, m.
+        foot_radius: Of the sphere that stands on the ground, m.
+        rolling_radius: On which a standing foot rolls, m: 0 where the sphere's centre is held.
+        weight: Of the robot, N.
+        reach: Distance of the scuffing rule, m.
+        delay: Time of the scuffing rule, s.
+        stall_time: Longest time without touchdown, s.
+        averaged: Least time over which the stance foot's normal force is averaged, s.
+        airborne: Time without contact after which a stance foot is off the ground, s.
+        sustained: Time for which friction must be asked for to count, s.
+        start: Where the ground begins, x in m.
+        end: Where it ends, x in m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Position of the stance foot at which it is finished, x in m.
         scuffs: Whether the scuffing rule says when the swing foot collides; else it always does.
         stepped: Whether there are steps in the ground.
         deepest: No foot is deeper in the ground than this in the first step of a contact, m.
-        timestep: Longest physics step, s.
-        contact_timestep: Length of the step that makes an impact, s.
+        longest: Longest physics step, s.
+        shortest: Length of the step that makes an impact, s.
         sliding: Length of the steps in which the swing foot slides on a riser's face, s: no longer step is made there.
         lands: Whether steps end at impacts; else they all are of one length, and MuJoCo's own.
+        radius: Of round feet, m; 0: point feet.
+        feet: Whether feet turn about ankles.
+        box: Whether these stand on all of their soles.
+        behind: Distance from the ankle to the heel of a massless sole, m; infinity without one.
+        ahead: Distance from the ankle to its toe, m.
+        knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
+        knee_stiffness: Of the servo at the stance knee, N m/rad; 0: there is none, and the stance knee is locked.
+        knee_damping: N m s/rad.
+        foot_stiffness: Of the servo of the swing foot, N m/rad.
+        foot_damping: N m s/rad.
+
+        parameters: Of the controller's law; see `mjbiped.control.controller.Law` for this and all that follow.
+        torque: See there.
+        touchdown: See there.
+        slope_estimate: See there.
+        tick: See there.
+        knee_strike: See there.
+        room: `ROOM_BEHIND` floats and more, into which `torque` writes.
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
         states: Number of its integrated states.
         sampled: Whether its law has a tick.
-        estimates: Indices of the slope estimates before and after a touchdown in its row.
-        touched: Floats of that row.
-        sampled_columns: Floats of a sample; the controller's integrated states stand behind them.
-        pushes: At the hip.
-        servo: At the stance knee.
-        behind: Distance from the ankle to the heel of the sole, m; infinity without a sole.
-        ahead: Distance from the ankle to its toe, m.
-        radius: Of round feet, m; 0: point feet.
-        feet: Whether feet turn about ankles.
-        box: Whether these stand on all of their soles.
         support: See `Controller.support`.
-        foot_servo: That holds the swing foot, if they do.
-        knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
+        pushes: Pushes at the hip, alone in a list; see `disturbances.pushes.Pushes`.
+
+        sample_period: Time between two samples, s; each is taken at the first physics step from then on.
+        samples: Rows of samples, one behind the other, which whoever takes them counts in `State.samples`.
+        rows: Rows of touchdowns, the same.
+        sample_room: Number of rows of samples that there is room for; more are not written.
+        row_room: Number of rows of touchdowns.
+        sample_width: Floats of a sample; the controller's integrated states stand at its end.
+        row_width: Floats of a touchdown.
+        estimate_at: Index in a touchdown of the slope estimate before its update; that after it follows.
     """
 
-    limits: Limits
-    places: Places
-    joints: tuple[float, ...]
+    data: int
+    state: Any
+    row: Floats
+    memory: Floats
+    rates: Floats
+    time: Floats
+    timestep: Floats
+    warnings: Any
+    qpos: Floats
+    qvel: Floats
+    qacc: Floats
+    ctrl: Floats
+    applied: Floats
+    readings: Floats
+    contype: Any
+    conaffinity: Any
+    geom_solref: Floats
+    jnt_solref: Floats
+    eq_solref: Floats
+    eq_data: Floats
+    eq_active: Any
+    legs: Sequence[Leg]
+    leg_count: int
+    order: Floats
+    coordinates: int
+    angles: int
+    hip: int
+    slots: int
+    sensed: int
+    actuators: int
+    geoms: int
+    joints: int
+    locks: int
+    x: Floats
+    z: Floats
+    gradient: Floats
+    segments: int
+    rises: Floats
+    pieces: Floats
+    firsts: Floats
+    lasts: Floats
+    risers: Floats
+    marked: Floats
+    leg_length: float
+    lowest_hip: float
+    foot_radius: float
+    rolling_radius: float
+    weight: float
+    reach: float
+    delay: float
+    stall_time: float
+    averaged: float
+    airborne: float
+    sustained: float
+    start: float
+    end: float
+    steps: float
+    distance: float
     scuffs: bool
     stepped: bool
     deepest: float
-    timestep: float
-    contact_timestep: float
+    longest: float
+    shortest: float
     sliding: float
     lands: bool
+    radius: float
+    feet: bool
+    box: bool
+    behind: float
+    ahead: float
+    knee_opens: bool
+    knee_stiffness: float
+    knee_damping: float
+    foot_stiffness: float
+    foot_damping: float
+    parameters: Any
+    torque: Any
+    touchdown: Any
+    slope_estimate: Any
+    tick: Any
+    knee_strike: Any
+    room: Floats
     control_period: float
     memory_size: int
     states: int
     sampled: bool
-    estimates: tuple[int, int]
-    touched: int
-    sampled_columns: int
-    pushes: Pushes
-    servo: Servo
-    behind: float
-    ahead: float
-    radius: float
-    feet: bool
-    box: bool
     support: int
-    foot_servo: Servo
-    knee_opens: bool
+    pushes: Sequence[Pushes]
+    sample_period: float
+    samples: Floats
+    rows: Floats
+    sample_room: int
+    row_room: int
+    sample_width: int
+    row_width: int
+    estimate_at: int
 
 
-class Userdata(NamedTuple):
-    """The parts of `mjData.userdata`.
-
-    Attributes:
-        u: The state.
-        row: Of the last touchdown, in the order of the record's columns.
-        memory: The controller's memory.
-        rates: Of its integrated states, held between ticks.
-    """
-
-    u: Any
-    row: Any
-    memory: Any
-    rates: Any
+leg_at = reader(Leg)
+state_at = reader(State)
+constants_at = reader(Constants)
+pushes_at = reader(Pushes)
 
 
-class Softness(NamedTuple):
-    """What is written into a model and its data before a step's constraints are made, arrays that show its memory.
-
-    Attributes:
-        geom_solref: Softness of contacts, by geom.
-        jnt_solref: Softness of the joints' limits.
-        eq_solref: Softness of equality constraints.
-        eq_data: Of each, the flexion first at which a lock holds.
-        eq_active: Whether each is switched on.
-    """
-
-    geom_solref: Any
-    jnt_solref: Any
-    eq_solref: Any
-    eq_data: Any
-    eq_active: Any
+def stance_leg(c: Any, u: Any) -> Any:
+    """The leg that stands."""
+    return leg_at(c.legs, int(u.stance))
 
 
-def stance_of(u: Any) -> int:
-    """Index of the leg that stands."""
-    return int(u.stance)
+def swing_index(c: Any, u: Any) -> int:
+    """Number of the leg that stands next."""
+    return int((int(u.stance) + 1) % c.leg_count)
 
 
-def swing_of(u: Any, legs: Sequence[Leg]) -> int:
-    """Index of the leg that stands next."""
-    return (int(u.stance) + 1) % len(legs)
+def swing_leg(c: Any, u: Any) -> Any:
+    """The leg that stands next."""
+    return leg_at(c.legs, swing_index(c, u))
 
 
 def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
@@ -405,33 +469,33 @@ def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tu
     return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
-def angles_of(legs: Sequence[Leg], q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
+def angles_of(c: Any, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
 
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
 
     Args:
-        legs: The robot's.
-        q: Its coordinates.
+        c: The walk's constants.
+        q: The robot's coordinates.
         count: Touchdowns so far, which tell the legs' roles.
         tilt: Of the line from stance foot to hip, from the stance thigh, rad.
         slope: Of the ground, rad.
     """
-    swinging = legs[(count + 1) % len(legs)]
-    thigh = upper_angle(legs, q, count + 1)
+    swinging = leg_at(c.legs, (count + 1) % c.leg_count)
+    thigh = upper_angle(c, q, count + 1)
     shank = thigh + q[swinging.knee] if swinging.knee >= 0 else thigh
-    return upper_angle(legs, q, count) + tilt - slope, thigh - slope, shank - slope
+    return upper_angle(c, q, count) + tilt - slope, thigh - slope, shank - slope
 
 
-def upper_angle(legs: Sequence[Leg], q: Any, count: int) -> float:
+def upper_angle(c: Any, q: Any, count: int) -> float:
     """Angle from the vertical of the upper segment of the leg that stands after so many touchdowns, rad."""
-    leg, laps = legs[count % len(legs)], count // len(legs)
+    leg, laps = leg_at(c.legs, count % c.leg_count), count // c.leg_count
     return float(q[leg.hip] + (leg.offset + laps * leg.lap))
 
 
-def rates_of(legs: Sequence[Leg], rates: Any, stance: int, share: float) -> tuple[float, float, float]:
+def rates_of(c: Any, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
     """Rates of these angles, rad/s; `share` is that of the stance knee's rate."""
-    standing, swinging = legs[stance], legs[(stance + 1) % len(legs)]
+    standing, swinging = leg_at(c.legs, stance), leg_at(c.legs, (stance + 1) % c.leg_count)
     thigh = rates[swinging.hip]
     shank = thigh + rates[swinging.knee] if swinging.knee >= 0 else thigh
     return turning_of(standing, rates, share), thigh, shank

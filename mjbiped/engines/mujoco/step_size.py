@@ -6,8 +6,7 @@ the impact. MuJoCo's Euler step is known before it is made: with the acceleratio
 
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
-so the length t that leads to the ground is found exactly, in the sensor callback, where the integrator has not yet read
-`opt.timestep` and `qacc`. What k is, and what else steps of changing length need, says `leapfrog`.
+so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`. What k is, and what else steps of changing length need, says `leapfrog`.
 
 **Approach.** Before the touchdown, steps become shorter by a factor of 4 each: the impact is made of rates half a
 step old, and a foot that happens to be out of contact falls meanwhile.
@@ -30,8 +29,10 @@ from mjbiped.engines.mujoco.bearing import read_contacts
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
 from mjbiped.engines.mujoco.observation import SHORTEST
-from mjbiped.engines.mujoco.state import Constants, Places, Softness, X, Z, end_of_leg, stance_of, swing_of
+from mjbiped.engines.mujoco.state import Leg, X, Z, end_of_leg, leg_at, swing_leg
+from mjbiped.numerics.blocks import borrowed, numbers, octets
 from mjbiped.terrain.profile import height_over_ground, segment_under
+from mjbiped.utils.mujoco import mujoco
 
 STIFFNESS = 1e3
 """Of a contact over the mass it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, so a standing foot sinks by
@@ -50,6 +51,7 @@ HALVINGS = 50  # of a step, until only rounding is left
 LOOK_AHEAD = 1.5
 """Times the distance to the ground that a step and its approach may take: it is foreseen a step earlier."""
 TOUCHING = 4.0  # steps are so many times shorter while the swing foot drags along the ground, ...
+EQ_DATA = int(mujoco.mjNEQDATA)  # floats of an equality constraint
 SLIDING = 16.0  # ... or on a riser's face, where it may do so
 
 
@@ -67,192 +69,173 @@ class Lengths(NamedTuple):
     reached: bool
 
 
-def soften(constants: Constants, u: Any, into: Softness) -> None:
-    """Write how soft contacts are in the step under way: plastic within it. And what `hold_knees` writes.
+def soften(c: Any, u: Any) -> None:
+    """Write how soft contacts, locks and stops are in the step to come: plastic within it. And which knees are locked.
 
     Args:
-        constants: The walk's.
+        c: The walk's constants.
         u: State, after the observation.
-        into: To be written; it is the same however often that is done.
     """
-    if u.prepared:
-        return
-    u.prepared = 1.0
-    places = constants.places
-    damping = -1.0 / effective_step(u.plain, u.last_step, u.planned)
-    if into.geom_solref[places.legs[0].foot, 1] != damping:
-        for leg in places.legs:
-            into.geom_solref[leg.foot, 0], into.geom_solref[leg.foot, 1] = -STIFFNESS, damping
-        if not constants.scuffs:
-            for geom in range(len(places.risers)):
-                if places.risers[geom] >= 0.0:  # they decide about their contacts
-                    into.geom_solref[geom, 0], into.geom_solref[geom, 1] = PUSHED_OUT * damping, damping
-    locked = u.locked != 0.0 or u.bent != 0.0
-    hold_knees(constants, u, into, damping, locked, u.bend if u.bent else 0.0, u.lifted == u.stance)
+    u.acted, u.softened = u.softened, u.strikes
+    solref, damping = numbers(c.geom_solref, 2 * c.geoms), -1.0 / effective_step(u.plain, u.last_step, u.planned)
+    if solref[2 * leg_at(c.legs, 0).foot + 1] != damping:
+        for index in range(c.leg_count):
+            leg = leg_at(c.legs, index)
+            solref[2 * leg.foot], solref[2 * leg.foot + 1] = -STIFFNESS, damping
+        if not c.scuffs:  # risers decide about their contacts
+            risers = numbers(c.risers, c.segments)
+            for segment in range(c.segments):
+                geom = int(risers[segment])
+                if geom >= 0:
+                    solref[2 * geom], solref[2 * geom + 1] = PUSHED_OUT * damping, damping
+    for index in range(c.leg_count):
+        leg = leg_at(c.legs, index)
+        if leg.knee >= 0:
+            _hold_knee(c, u, leg, index == int(u.stance), damping)
 
 
-def hold_knees(
-    constants: Constants, u: Any, into: Softness, damping: float, locked: bool, bend: float, lands: bool
-) -> None:
-    """Write which knees are locked in a step, at which flexion, and how soft locks and stops are.
+def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
+    """Write whether a knee is locked in the step to come, at which flexion, and how soft lock and stop are.
+
+    A stance knee with a servo is locked in the step alone in which the swing foot lands, and one that opens in a
+    touchdown is held by its stop alone.
 
     Args:
-        constants: The walk's.
-        u: State.
-        into: To be written.
+        c: The walk's constants.
+        u: State, after the observation.
+        leg: With the knee.
+        stands: Whether the leg is the stance leg.
         damping: Of constraints that are plastic within the step, as MuJoCo has it.
-        locked: Whether the swing knee is.
-        bend: Flexion at which it is then, rad.
-        lands: Whether the swing foot lands in the step: a stance knee with a servo is locked in that one alone, and
-            one that opens in a touchdown is held by its stop alone.
     """
-    legs = constants.places.legs
-    for index in range(len(legs)):
-        leg = legs[index]
-        if leg.knee < 0:
-            continue
-        into.jnt_solref[leg.stop, 0], into.jnt_solref[leg.stop, 1] = -LOCK_STIFFNESS, damping
-        into.eq_solref[leg.lock, 0], into.eq_solref[leg.lock, 1] = -LOCK_STIFFNESS, damping
-        if index != stance_of(u):
-            active, flexion = locked, bend
-        elif constants.knee_opens and lands:
-            active, flexion = False, 0.0
-        elif constants.servo.stiffness > 0.0:
-            active, flexion = lands, u.q[leg.knee] if lands else 0.0
-        else:
-            active, flexion = True, u.rest
-        into.eq_active[leg.lock], into.eq_data[leg.lock, 0] = 1 if active else 0, flexion
+    stop, lock = numbers(c.jnt_solref, 2 * c.joints), numbers(c.eq_solref, 2 * c.locks)
+    stop[2 * leg.stop], stop[2 * leg.stop + 1] = -LOCK_STIFFNESS, damping
+    lock[2 * leg.lock], lock[2 * leg.lock + 1] = -LOCK_STIFFNESS, damping
+    lands = u.lifted == u.stance
+    if not stands:
+        active, flexion = u.locked != 0.0 or u.bent != 0.0, u.bend if u.bent else 0.0
+    elif c.knee_opens and lands:
+        active, flexion = False, 0.0
+    elif c.knee_stiffness > 0.0:
+        active, flexion = lands, u.q[leg.knee] if lands else 0.0
+    else:
+        active, flexion = True, u.rest
+    octets(c.eq_active, c.locks)[leg.lock] = 1 if active else 0
+    numbers(c.eq_data, EQ_DATA * c.locks)[EQ_DATA * leg.lock] = flexion
 
 
-def resolve(constants: Constants, u: Any, readings: Any, qacc: Any, into: Softness) -> float:
-    """`mjcb_sensor` at the acceleration stage, after MuJoCo has filled its own contact sensors.
+def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
+    """Take in what the step under way has shown: its contacts' forces. Say how long it is, and plan the next one.
 
-    Notes what the step's forces are, plans the next step, and scales the accelerations to the time for which they act.
+    Accelerations are scaled to the time for which they act.
 
     Args:
-        constants: The walk's.
-        u: State, after the control callback of this time.
-        readings: Sensor data.
-        qacc: Accelerations; changed.
-        into: What of the model is written for the next step, in case nothing touches then.
-
-    Returns:
-        Length of the physics step from now on, s; 0: it is not for this walk to say.
+        c: The walk's constants; MuJoCo's data hold the step's accelerations and sensor data.
+        u: State.
+        struck: Whether the knee was locked at its stop in the step.
+        ahead: In steps of one length, how many of them later a knee can be locked.
     """
-    if not u.running:
-        return 0.0
-    for index in range(len(qacc)):
+    qacc, readings = numbers(c.qacc, c.coordinates), borrowed(c.readings, c.sensed)
+    for index in range(c.coordinates):
         u.qacc[index] = qacc[index]
-    u.struck, u.strikes_next, u.prepared = u.strikes, 0.0, 0.0
-    found = step_lengths(constants, u, read_contacts(constants, u, readings))
+    u.struck, u.strikes_next = struck, 0.0
+    found = step_lengths(c, u, read_contacts(c, u, readings), ahead)
     length = found.length
     u.planned_next, u.plain_next = found.following, 1.0 if found.reached else 0.0
     u.effective_step = effective_step(u.plain, u.last_step, length)
-    note_lag(constants, u, length, len(qacc))
+    note_lag(c, u, length)
     weight = u.effective_step / length
     if weight != 1.0:
-        for index in range(len(qacc)):
+        for index in range(c.coordinates):
             qacc[index] *= weight
-    expect(constants, u, into, u.time + length)
-    return length
+    numbers(c.timestep, 1)[0] = length
 
 
-def expect(constants: Constants, u: Any, into: Softness, time: float) -> None:
-    """Write what `hold_knees` writes for the step from a time on (s), which is not observed yet.
-
-    The contact filter writes it anew, but is asked only where something is near the ground. A touchdown always is.
-    """
-    if not u.noted:
-        before = 0.0 if u.struck or u.time < 0.0 else time - u.time
-        damping = -1.0 / effective_step(u.plain_next, before, u.planned_next)
-        hold_knees(constants, u, into, damping, u.locked != 0.0 or u.strikes_next != 0.0, 0.0, False)
-
-
-def step_lengths(constants: Constants, u: Any, toe: Felt) -> Lengths:
+def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
     """How long this step and the next one are.
 
     Args:
-        constants: The walk's.
+        c: The walk's constants.
         u: State, with the accelerations of this step; it is noted whether the knee strikes in the next one.
         toe: What the swing foot feels.
+        ahead: See `resolve`.
     """
-    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    planned, usual, shortest = u.planned, c.longest, c.shortest
     free = u.opened != 0.0 and not u.locked and not u.noted
-    if not constants.lands:
-        u.strikes_next = 1.0 if free and knee_after(constants, u, usual) <= 0.0 else 0.0
+    if not c.lands:
+        u.strikes_next = 1.0 if free and knee_after(c, u, ahead * usual) <= 0.0 else 0.0
         return Lengths(usual, usual, True)
-    found = _to_the_ground(constants, u, toe)
+    found = _to_the_ground(c, u, toe)
     if u.struck:
         return found
     if free:
-        if knee_after(constants, u, 0.0) > 0.0:
-            stop = approach(stop_gap, constants, u)
+        if knee_after(c, u, 0.0) > 0.0:
+            stop = approach(stop_gap, c, u)
         else:
             stop = Lengths(planned, shortest, True)
         found = sooner(found, stop, planned)
         u.strikes_next = 1.0 if stop.reached and stop.length == found.length else 0.0
     # an impact is not cut in two; the tick waits for its end
-    if constants.control_period > 0.0 and not u.noted:
+    if c.control_period > 0.0 and not u.noted:
         due = u.next_control - u.time
         if due < found.length - SHORTEST:
             u.strikes_next = 0.0
             found = Lengths(due, planned, False)
-    return _at_a_face(constants, u, toe, found)
+    return _at_a_face(c, u, toe, found)
 
 
-def _to_the_ground(constants: Constants, u: Any, toe: Felt) -> Lengths:
+def _to_the_ground(c: Any, u: Any, toe: Felt) -> Lengths:
     """What the gap between the swing foot and the ground asks for."""
-    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    planned, usual, shortest = u.planned, c.longest, c.shortest
     if u.noted or u.struck or not u.enabled:
         return Lengths(planned, usual, False)
-    height = swing_height(constants, u, 0.0)
+    height = swing_height(c, u, 0.0)
     if height > 0.0:
-        return approach(swing_gap, constants, u)
+        return approach(swing_gap, c, u)
     if toe.ground:
         return Lengths(planned, max(usual / TOUCHING, shortest), False)
-    if swing_height(constants, u, planned) > height:  # it has left the ground
+    if swing_height(c, u, planned) > height:  # it has left the ground
         return Lengths(planned, usual, False)
     return Lengths(planned, shortest, True)  # it lies lower than where its contact should have been felt
 
 
-def _at_a_face(constants: Constants, u: Any, toe: Felt, found: Lengths) -> Lengths:
+def _at_a_face(c: Any, u: Any, toe: Felt, found: Lengths) -> Lengths:
     """What a riser near the swing foot makes of the lengths that were found."""
-    shortest = constants.contact_timestep
-    if not (constants.stepped and u.enabled):
+    shortest = c.shortest
+    if not (c.stepped and u.enabled):
         return found
     length, following, reached = found
-    if not u.noted and length > constants.sliding and _reaches_face(constants, u, length):
+    if not u.noted and length > c.sliding and _reaches_face(c, u, length):
         length = shortest
-    if not reached and _near_face(constants, u, length):
+    if not reached and _near_face(c, u, length):
         # the first of them still has half a long step's accelerations to come
-        following = constants.sliding if toe.face else shortest
+        following = c.sliding if toe.face else shortest
         reached = length <= shortest and following <= shortest
     return Lengths(length, following, reached)
 
 
-def approach(gap: Callable[..., float], constants: Any, u: Any) -> Lengths:
+def approach(gap: Callable[..., float], c: Any, u: Any) -> Lengths:
     """The steps that a gap asks for.
 
     Args:
-        gap: (constants, u, t): what it is after a step of a length t in s, if it is made now; positive while it is
+        gap: (c, u, t): what it is after a step of a length t in s, if it is made now; positive while it is
             open, as it is at 0.
-        constants: The walk's.
+        c: The walk's constants.
         u: State. The step under way may become shorter than planned, or half as long again.
     """
-    planned, usual, shortest = u.planned, constants.timestep, constants.contact_timestep
+    planned, usual, shortest = u.planned, c.longest, c.shortest
     shorter = max(planned / SHORTER, shortest)
     rest, part = 0.0, planned  # of the approach
     while part > shortest:
         part = max(part / SHORTER, shortest)
         rest += part
     above, below = 0.0, planned
-    if gap(constants, u, below) > 0.0:
+    if gap(c, u, below) > 0.0:
         below = LOOK_AHEAD * (planned + rest)  # which may be behind an edge already
-        if gap(constants, u, below) > 0.0:
+        if gap(c, u, below) > 0.0:
             return Lengths(planned, usual, False)
     for _ in range(HALVINGS):
         middle = 0.5 * (above + below)
-        if gap(constants, u, middle) > 0.0:
+        if gap(c, u, middle) > 0.0:
             above = middle
         else:
             below = middle
@@ -287,57 +270,55 @@ def after(u: Any, index: int, t: float) -> float:
     return float(u.q[index] + t * (u.qvel[index] + k * u.qacc[index]))
 
 
-def foot_after(constants: Constants, u: Any, t: float) -> tuple[float, float]:
+def foot_after(c: Any, u: Any, t: float) -> tuple[float, float]:
     """Place of the swing foot after such a step, x and z in m."""
-    legs = constants.places.legs
-    leg = legs[swing_of(u, legs)]
+    leg = swing_leg(c, u)
     flexion = after(u, leg.knee, t) if leg.knee >= 0 else 0.0
     return end_of_leg(leg, after(u, X, t), after(u, Z, t), after(u, leg.hip, t), flexion)
 
 
-def swing_height(constants: Constants, u: Any, t: float) -> float:
+def swing_height(c: Any, u: Any, t: float) -> float:
     """Height of the swing foot over the ground after such a step, m."""
-    x, z = foot_after(constants, u, t)
-    return height_over_ground(constants.places.profile, x, z)
+    x, z = foot_after(c, u, t)
+    return height_over_ground(c, x, z)
 
 
-def swing_gap(constants: Constants, u: Any, t: float) -> float:
+def swing_gap(c: Any, u: Any, t: float) -> float:
     """What closes where a step may end for the foot's contact, m."""
-    return swing_height(constants, u, t) + DEPTH
+    return swing_height(c, u, t) + DEPTH
 
 
-def knee_after(constants: Constants, u: Any, t: float) -> float:
+def knee_after(c: Any, u: Any, t: float) -> float:
     """Flexion of the swing knee after such a step, rad."""
-    legs = constants.places.legs
-    return after(u, legs[swing_of(u, legs)].knee, t)
+    return after(u, swing_leg(c, u).knee, t)
 
 
-def stop_gap(constants: Constants, u: Any, t: float) -> float:
+def stop_gap(c: Any, u: Any, t: float) -> float:
     """What closes where a step may end for the knee's stop, rad."""
-    return knee_after(constants, u, t) + STOPPED
+    return knee_after(c, u, t) + STOPPED
 
 
-def _near_face(constants: Constants, u: Any, t: float) -> bool:
+def _near_face(c: Any, u: Any, t: float) -> bool:
     """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    x, z = foot_after(constants, u, t)
-    further, _ = foot_after(constants, u, t + 2.0 * constants.timestep)
+    x, z = foot_after(c, u, t)
+    further, _ = foot_after(c, u, t + 2.0 * c.longest)
     margin = MARGIN + abs(further - x)
-    return face_between(constants.places, x, z, x - margin, x + margin, margin)
+    return face_between(c, x, z, x - margin, x + margin, margin)
 
 
-def _reaches_face(constants: Constants, u: Any, t: float) -> bool:
+def _reaches_face(c: Any, u: Any, t: float) -> bool:
     """Whether the swing foot comes to a riser within this step of length t."""
-    here, _ = foot_after(constants, u, 0.0)
-    x, z = foot_after(constants, u, t)
-    return face_between(constants.places, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
+    here, _ = foot_after(c, u, 0.0)
+    x, z = foot_after(c, u, t)
+    return face_between(c, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
 
 
-def face_between(places: Places, x: float, z: float, low: float, high: float, margin: float) -> bool:
+def face_between(c: Any, x: float, z: float, low: float, high: float, margin: float) -> bool:
     """Whether the face behind or ahead of a foot at x, z lies between two places, and the foot no higher than that."""
-    profile, rises = places.profile, places.rises
-    segment = segment_under(profile, x)
-    for index in range(segment, min(segment + 2, len(profile.x))):
-        rise, top = rises[index], profile.z[index]
-        if rise != 0.0 and low < profile.x[index] < high and z < max(top, top - rise) + margin:
+    starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)
+    segment = segment_under(c, x)
+    for index in range(segment, min(segment + 2, c.segments)):
+        rise, top = rises[index], heights[index]
+        if rise != 0.0 and low < starts[index] < high and z < max(top, top - rise) + margin:
             return True
     return False

@@ -1,0 +1,104 @@
+"""Which feet may collide with which pieces of the ground in a step, written into MuJoCo's contact bits.
+
+A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it collides as a
+point: with the piece of ground below it and with a riser beside it (`profile.segment_met`), never with a corner.
+
+The resting stance foot collides with all ground except what rises beside it: risers and higher pieces. A box meets what
+it comes to, whatever part of it does, but risers, whose upper ends would bear it without friction. The feet of all
+other legs pass through everything.
+
+A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot that
+leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.engines.mujoco.feet import sole_angle
+from mjbiped.engines.mujoco.state import Leg, foot_of, leg_at, stance_leg, swing_index
+from mjbiped.numerics.blocks import numbers, whole_numbers
+from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
+
+SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
+STANCE, SWING = 1, 4  # contact bits of the two feet; that of a toe is twice as great
+ALL = 15  # of a piece of ground that all feet collide with
+MARKS = 25  # room for geoms of the ground whose bits are set: five of each foot's sphere
+
+
+def write_contact_bits(c: Any, u: Any) -> None:
+    """Let the feet collide as they may in the step to come; the state is that of its beginning."""
+    contype = whole_numbers(c.contype, c.geoms)
+    _clear(c, contype)
+    stance, swing = stance_leg(c, u), leg_at(c.legs, swing_index(c, u))
+    if u.collides and u.lifted != swing_index(c, u):
+        _let_collide(c, contype, swing, u.q, SWING, True)
+    lands = u.time == u.transfer_time and u.count > 0.0  # the foot collides as when it landed
+    if u.lifted != u.stance or (lands and not c.box):
+        _let_collide(c, contype, stance, u.q, STANCE, lands)
+
+
+def _clear(c: Any, contype: Any) -> None:
+    """Let nothing collide."""
+    conaffinity, marked = whole_numbers(c.conaffinity, c.geoms), numbers(c.marked, MARKS)
+    for mark in range(int(marked[0])):
+        conaffinity[int(marked[1 + mark])] = 0
+    marked[0] = 0.0
+    for index in range(c.leg_count):
+        leg = leg_at(c.legs, index)
+        contype[leg.foot] = 0
+        if leg.toe >= 0:
+            contype[leg.toe] = 0
+
+
+def _let_collide(c: Any, contype: Any, leg: Leg, q: Any, bit: int, lands: bool) -> None:
+    """Let a leg's foot collide: as one that lands, or as one that stands."""
+    contype[leg.foot] = bit
+    if c.box:
+        return
+    x, z = foot_of(leg, q)
+    if leg.toe < 0:
+        _mark_ground(c, x, z, bit, lands)
+        return
+    contype[leg.toe] = 2 * bit
+    angle = sole_angle(leg, q)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    _mark_ground(c, x - leg.behind * cosine, z + leg.behind * sine, bit, lands)
+    _mark_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine, 2 * bit, lands)
+
+
+def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
+    """Let the pieces of ground that a sphere at x, z (m) can meet collide with it."""
+    if lands:
+        segment = segment_met(c, x, z)
+        _mark(c, numbers(c.pieces, c.segments)[segment], bit)
+        _mark_risers(c, segment, bit)
+        return
+    if not c.scuffs:
+        _mark_risers(c, segment_met(c, x, z), bit)
+    segment = segment_stood_on(c, x, z, SUNK)
+    _mark(c, numbers(c.pieces, c.segments)[segment], bit)
+    before, behind = int(numbers(c.firsts, c.segments)[segment]) - 1, int(numbers(c.lasts, c.segments)[segment]) + 1
+    if before >= 0 and height_of(c, before, x) <= z + SUNK:
+        _mark(c, numbers(c.pieces, c.segments)[before], bit)
+    if behind < c.segments and height_of(c, behind, x) <= z + SUNK:
+        _mark(c, numbers(c.pieces, c.segments)[behind], bit)
+
+
+def _mark_risers(c: Any, segment: int, bit: int) -> None:
+    """Let the risers ahead of a segment and behind it collide, where they rise from it."""
+    risers, rises = numbers(c.risers, c.segments), numbers(c.rises, c.segments)
+    if rises[segment] < 0.0:
+        _mark(c, risers[segment], bit)
+    if segment + 1 < c.segments and rises[segment + 1] > 0.0:
+        _mark(c, risers[segment + 1], bit)
+
+
+def _mark(c: Any, geom: float, bit: int) -> None:
+    """Set a contact bit of a geom of the ground; -1: there is none."""
+    if geom >= 0.0:
+        marked, number = numbers(c.marked, MARKS), int(geom)
+        whole_numbers(c.conaffinity, c.geoms)[number] |= bit
+        marked[0] += 1.0
+        marked[int(marked[0])] = geom

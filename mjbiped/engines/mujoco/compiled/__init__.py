@@ -1,1 +1,0 @@
-"""Callbacks as machine code."""

@@ -1,0 +1,135 @@
+"""One physics step of a walk, of MuJoCo's own stages, and what happens between them.
+
+The stages one after the other are bitwise `mujoco.mj_step`. In plain Python they are MuJoCo's functions; what they mean
+in machine code stands in `native`.
+
+`mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `forward_from_velocity`. In a loop of
+somebody's own `mujoco.mj_step` there is nothing but that callback. It then does in one what stands around the stages
+here; contacts are as the state of the step before says, which is 0.1 ms old.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mjbiped.engines.mujoco.collisions import write_contact_bits
+from mjbiped.engines.mujoco.leapfrog import show
+from mjbiped.engines.mujoco.motors import NOW, control
+from mjbiped.engines.mujoco.observation import observe
+from mjbiped.engines.mujoco.record import keep_touchdown
+from mjbiped.engines.mujoco.state import state_at
+from mjbiped.engines.mujoco.step_size import resolve, soften
+from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
+from mjbiped.rules.termination import Outcome
+from mjbiped.utils.mujoco import mujoco
+
+WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
+INTERRUPTED = float(Outcome.INTERRUPTED)
+
+
+def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
+    """Make steps until the walk ends, MuJoCo warns, or the record or the time is full.
+
+    Args:
+        c: The walk's `Constants`.
+        model: The mjModel.
+        data: The mjData.
+        steps: Number of steps, at most.
+        until: Time from which on no step begins, s.
+
+    Returns:
+        Number of steps that were made.
+    """
+    u, time = state_at(c.state, 0), numbers(c.time, 1)
+    for made in range(steps):
+        if u.outcome or warned(c) or time[0] > until - NOW:
+            return made
+        step(c, u, model, data)
+    return steps
+
+
+def step(c: Any, u: Any, model: Any, data: Any) -> None:
+    """Make one step."""
+    time = numbers(c.time, 1)[0]
+    if time > u.time:
+        arrive(c, u, time)
+    soften(c, u)
+    write_contact_bits(c, u)
+    check(model, data)
+    position(model, data)
+    qvel = numbers(c.qvel, c.coordinates)
+    show(c, u, qvel)
+    velocity(model, data)
+    for index in range(c.coordinates):
+        qvel[index] = u.qvel[index]
+    forward_from_velocity(model, data)
+    resolve(c, u, u.softened, 1.0)
+    integrate(model, data)
+
+
+def arrive(c: Any, u: Any, time: float) -> None:
+    """Take in the state at a new time (s): the controller's states, touchdowns, and the walk's end."""
+    if u.time >= 0.0:
+        memory, rates = borrowed(c.memory, c.memory_size), numbers(c.rates, c.states)
+        for index in range(c.states):
+            memory[index] += (time - u.time) * rates[index]
+        give_back(c.memory, memory)
+    if u.transferred and u.noted:
+        keep_touchdown(c, u)  # of which the controller is never told
+    observe(c, u, time)
+
+
+def on_control(c: Any, time: float) -> None:
+    """`mjcb_control` of a walk at a time (s)."""
+    u = state_at(c.state, 0)
+    if time > u.time:  # in a loop of somebody's own
+        if u.time >= 0.0:
+            resolve(c, u, u.acted, 2.0)
+        arrive(c, u, time)
+        control(c, u, time)
+        soften(c, u)
+        write_contact_bits(c, u)
+    else:
+        control(c, u, time)
+
+
+def warned(c: Any) -> bool:
+    """Whether MuJoCo has warned of anything in this walk."""
+    warnings = whole_numbers(c.warnings, 2 * WARNINGS)
+    for kind in range(WARNINGS):
+        if warnings[2 * kind + 1] != 0:
+            return True
+    return False
+
+
+def check(model: Any, data: Any) -> None:
+    """Look for positions and rates that are no numbers."""
+    mujoco.mj_checkPos(model, data)
+    mujoco.mj_checkVel(model, data)
+
+
+def position(model: Any, data: Any) -> None:
+    """Kinematics, collisions, constraints, and sensors of positions."""
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_sensorPos(model, data)
+
+
+def velocity(model: Any, data: Any) -> None:
+    """Coriolis forces, the constraints' reference accelerations, and sensors of velocities."""
+    mujoco.mj_fwdVelocity(model, data)
+    mujoco.mj_sensorVel(model, data)
+
+
+def forward_from_velocity(model: Any, data: Any) -> None:
+    """`mjcb_control`, forces of motors, accelerations, contact forces, and their sensors."""
+    mujoco.mj_forwardSkip(model, data, mujoco.mjtStage.mjSTAGE_VEL, 0)
+
+
+def integrate(model: Any, data: Any) -> None:
+    """Look for accelerations that are no numbers, and move the robot."""
+    mujoco.mj_checkAcc(model, data)
+    mujoco.mj_Euler(model, data)
+
+
+for _stage in (check, position, velocity, forward_from_velocity, integrate):
+    _stage.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `native`
