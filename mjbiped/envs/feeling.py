@@ -1,6 +1,6 @@
 """Observation and reward of a robot when its next action is due, as plain functions of numbers.
 
-The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.advance`), after the steps of each robot.
+The same source runs in Python and as machine code, after the steps of each robot (`mjbiped.envs.ticks`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.sensors import TICK, Angles, Sensors, at_touchdown, sensed
-from mjbiped.engines.mujoco.compiled.advance import After, Sizes
+from mjbiped.engines.mujoco.state import MARK
 from mjbiped.rules.termination import Outcome
 
 HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X, FELT = range(8)
@@ -73,9 +73,9 @@ def bounds(joints: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.repeat(low, sizes), np.repeat(high, sizes)
 
 
-def sizes_of(joints: int) -> Sizes:
+def sizes_of(joints: int) -> tuple[int, int, int]:
     """Numbers that are given, kept and filled for a robot."""
-    return Sizes(inputs=joints, kept=_KEPT, out=FELT + len(bounds(joints)[0]))
+    return joints, _KEPT, FELT + len(bounds(joints)[0])
 
 
 def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
@@ -84,14 +84,24 @@ def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
     kept[SENSORS:_KEPT] = *sensors[:-1], *sensors.seed
 
 
-def feel_straight(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
-    """`feel` for straight legs."""
-    q, dq = (now.angles[0], now.angles[1]), (now.turning[0], now.turning[1])
-    before, after = (now.told_before[0], now.told_before[1]), (now.told_q[0], now.told_q[1])
-    _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1]))
+def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float], joints: int) -> None:
+    """Fill in a robot's observation, and its reward since the last call.
+
+    Args:
+        now: `State` of its walk as the next tick will find it.
+        kept: Numbers of this robot by the indices above, some of which are updated.
+        out: Numbers to fill.
+        joints: Number of its motors.
+    """
+    if joints < 3:
+        q, dq = (now.angles[0], now.angles[1]), (now.turning[0], now.turning[1])
+        before, after = (now.told_before[0], now.told_before[1]), (now.told_q[0], now.told_q[1])
+        _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1]))
+    else:
+        _feel_kneed(now, kept, out)
 
 
-def feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+def _feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
     """`feel` for legs with knees."""
     q = now.angles[0], now.angles[1], now.angles[2]
     dq = now.turning[0], now.turning[1], now.turning[2]
@@ -99,14 +109,6 @@ def feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[floa
     after = now.told_q[0], now.told_q[1], now.told_q[2]
     _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1], now.told_dq[2]))
     out[len(out) - 1] = now.locked if out[OUTCOME] != _DIVERGED else 0.0
-
-
-FEEL: Mapping[int, After] = {2: feel_straight, 3: feel_kneed}
-"""Functions by the number of motors. They fill `out` with a robot's observation and its reward since the last call.
-
-Their arguments are the `State` of its walk as the next tick will find it; numbers of this robot by the indices above,
-some of which are updated; and the numbers to fill.
-"""
 
 
 def _feel(
@@ -136,7 +138,7 @@ def _feel(
             before, after, _ = at_touchdown(sensors, side, int(now.count) - 1, before, after, rates_after)
     kept[TICK_NUMBER] += kept[TICKS]
 
-    sound = now.running != 0.0  # MuJoCo resets what diverges, and notices it in the step after
+    sound = now.mark == MARK
     for joint in range(joints):
         at = FELT + joint
         sound = _put(out, at, q[joint], _ANGLE) and sound

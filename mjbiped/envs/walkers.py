@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.engines.compiling import compiles
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
-from mjbiped.engines.mujoco.ticks import Ticks
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.envs import feeling
 from mjbiped.envs.tasks import AHEAD, Episode, WalkTask
+from mjbiped.envs.ticks import Ticks
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
@@ -64,7 +64,7 @@ class Walkers:
         self.task = task
         self._recorded, self._threads = recorded, threads
         self.joints = joints = len(task.model.joints)
-        self._ticks = Ticks(count, feeling.sizes_of(joints), feeling.FEEL[joints], threads=threads, ticks=task.ticks)
+        self._ticks = Ticks(count, feeling.sizes_of(joints), threads=threads, ticks=task.ticks)
         self.actions = self._ticks.inputs
         self._out = self._ticks.out
         self._shapes = ((count, joints), *([(joints,)] if count == 1 else []))  # of actions
@@ -144,14 +144,9 @@ class Walkers:
         if None in self._runs:
             raise MjbipedError(_NO_EPISODE)
         ticks, out, began = self._ticks, self._out, time.perf_counter()
-        warned = ticks.advance()
+        ticks.advance()
         if not self._compiled:
             self._interpreting += time.perf_counter() - began
-        if warned:
-            for index in range(len(out)):
-                if self.simulation(index).outcome is Outcome.DIVERGED:
-                    out[index] = 0.0
-                    out[index, feeling.OUTCOME] = float(Outcome.DIVERGED)
         self._since_taken += 1
         if self._recorded and self._since_taken >= self._taken_every:
             self._since_taken = 0
@@ -216,7 +211,7 @@ class Walkers:
         """
         plan, out = self.plan(index), self._out[index]
         places = out[feeling.FOOT_X] + _AHEAD * plan.robot.leg_length
-        heights = plan.terrain.height(places) - self._ticks.now[index].foot_z
+        heights = plan.terrain.height(places) - self._ticks.now(index).foot_z
         return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
 
     def episode(self, index: int = 0) -> Episode:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
+from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
@@ -90,7 +90,7 @@ class PosedScene:
         data.ctrl[:] = 0.0
         for name, value in torques.items():
             data.actuator(name).ctrl[:] = value
-        with python_callbacks_removed():
+        with python_removed():
             mujoco.mj_forward(model, data)
 
 

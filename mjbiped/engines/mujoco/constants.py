@@ -117,6 +117,7 @@ def memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory: 
     return {
         "data": data._address,
         "state": [State.from_buffer(userdata)],
+        "whole": userdata[:row],
         "row": userdata[SIZE:row],
         "memory": userdata[row : row + memory],
         "rates": userdata[row + memory :],

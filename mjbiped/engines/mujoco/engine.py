@@ -30,6 +30,8 @@ from mjbiped.utils import domains
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
 
+PLAIN = 1e-4
+"""Longest step of plain `mujoco.mj_step`, s: with longer ones impacts err (docs/convergence.md)."""
 _GAIT_STEP = 2.4  # duration of a gait step, sqrt(l / g)
 _LANDING = 60  # short physics steps about a touchdown
 _PHYSICS_STEP, _WITH_KNEES = 3.2e-4, 7.0e-4  # of CPU, interpreted, s
@@ -124,7 +126,7 @@ class Mujoco(Options, Engine):
         disturbances: Disturbances | None = None,
         compile: bool | None = None,
     ) -> Simulation:
-        """A robot on its ground, to be stepped by `mujoco.mj_step` in a loop of your own.
+        """A robot on its ground, to be stepped by `mujoco.mj_step` in a loop of your own: in steps of `PLAIN` or less.
 
         Args:
             controller: See `mjbiped.walk` for this and all that follow but the last.
@@ -140,10 +142,10 @@ class Mujoco(Options, Engine):
             InputError: An argument is outside its domain.
             GaitError: `initial="gait"` with a controller that imitates none, on a slope that has no passive gait.
         """
-        terms = Terms(self, steps, None, robot, sample_period, ScuffingRule())
-        return Simulation(
-            make_plan(terms, controller, terrain, initial, disturbances=disturbances), self, compile=compile
-        )
+        engine = replace(self, timestep=min(self.timestep, PLAIN), lands=False)
+        terms = Terms(engine, steps, None, robot, sample_period, ScuffingRule())
+        plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
+        return Simulation(plan, engine, compile=compile)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         """Build the scene; see `Engine.start`."""

@@ -6,6 +6,8 @@ import ctypes
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from mjbiped.control import adapters
 from mjbiped.control.controller import Controller
 
@@ -19,6 +21,7 @@ class Functions(NamedTuple):
     slope_estimate: Any
     tick: Any
     knee_strike: Any
+    failed: Any
 
 
 def _torque(controller: Controller, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
@@ -44,7 +47,7 @@ def _strike(controller: Controller, memory: Any, t: float, q: Any, dq: Any) -> N
 
 
 def methods(controller: Controller) -> Functions:
-    return Functions(controller, _torque, _touchdown, _slope, _tick, _strike)
+    return Functions(controller, _torque, _touchdown, _slope, _tick, _strike, [0.0])
 
 
 class Called:
@@ -52,6 +55,7 @@ class Called:
 
     def __init__(self, controller: Controller) -> None:
         self.error: BaseException | None = None
+        self.failed: Any = np.zeros(1)
         n, states = len(controller.joints), len(controller.states)
         number, word = ctypes.c_double, ctypes.c_int64
         self._memory = number * controller.memory_size
@@ -71,7 +75,7 @@ class Called:
             made[name] = ctypes.CFUNCTYPE(returned, *kind)(self._behind(name, getattr(plain, name), controller))
         self._made = made
         self.functions = Functions(
-            0, **{name: ctypes.cast(each, ctypes.c_void_p).value for name, each in made.items()}
+            0, **{name: ctypes.cast(each, ctypes.c_void_p).value for name, each in made.items()}, failed=self.failed
         )
 
     def _behind(self, name: str, function: Callable[..., Any], controller: Controller) -> Any:
@@ -91,7 +95,7 @@ class Called:
                     held[:] = own
                     return 0.0 if found is None else float(found)
                 except BaseException as error:
-                    self.error = error
+                    self.error, self.failed[0] = error, 1.0
             if name == "torque":
                 self._out.from_address(given[-1])[:] = [float("nan")] * len(self._out.from_address(given[-1]))
             return float("nan")

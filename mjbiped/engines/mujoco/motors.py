@@ -13,9 +13,11 @@ from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
 from mjbiped.engines.mujoco.state import angles_of, pushes_at, stance_leg, swing_leg
 from mjbiped.numerics.blocks import borrowed, call, call_for_float, first, give_back, numbers
 from mjbiped.rules.sole import bounded
+from mjbiped.rules.termination import Outcome
 
 NOTHING_LEFT = 1e-12  # of a push's impulse: rounding
 NOW = 1e-9  # times so close are the same, s
+INTERRUPTED = float(Outcome.INTERRUPTED)
 SPARE = 64  # floats behind torques and rates into which a law may write intermediate results
 
 
@@ -42,6 +44,9 @@ def control(c: Any, u: Any, time: float) -> None:
         u.bound_time += u.effective_step
     if due or (u.transferred and u.outcome):  # the last touchdown is told at once: its row is whole
         _tick(c, u, memory)
+        if numbers(c.failed, 1)[0] != 0.0:
+            u.outcome = INTERRUPTED
+            return
         give_back(c.memory, memory)
     # the force of the step before; that of an impact tells nothing of the step to come
     u.torque[0] = bounded(u.ankle, u.force if u.turns else 0.0, c.behind, c.ahead)
@@ -90,6 +95,7 @@ def push(c: Any, u: Any) -> None:
 def _tick(c: Any, u: Any, memory: Any) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     n, row, rates = c.angles, numbers(c.row, c.row_width), numbers(c.rates, c.states)
+    told = u.transferred != 0.0
     if u.strike_untold:
         u.strike_untold = 0.0
         call(c.knee_strike, c.parameters, memory, u.strike_time, first(u.struck_q, n), first(u.struck_rates, n))
@@ -102,12 +108,13 @@ def _tick(c: Any, u: Any, memory: Any) -> None:
         before, q, dq = first(u.told_before, n), first(u.told_q, n), first(u.told_dq, n)
         call(c.touchdown, c.parameters, memory, before, q, dq)
         row[c.estimate_at + 1] = call_for_float(c.slope_estimate, c.parameters, memory)
-        keep_touchdown(c, u)
     q, dq, t = first(u.angles, n), first(u.turning, n), u.time - u.transfer_time
     if c.sampled:
         call(c.tick, c.parameters, memory, t, q, dq)
     given = numbers(c.room, n + c.states + SPARE)
     call(c.torque, c.parameters, memory, t, q, dq, given)
+    if told and numbers(c.failed, 1)[0] == 0.0:
+        keep_touchdown(c, u)
     for index in range(c.states):
         rates[index] = given[n + index]
     for joint in range(n):

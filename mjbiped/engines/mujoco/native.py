@@ -30,7 +30,7 @@ _STAGES = {
 
 
 @cache
-def _define_stages() -> None:
+def define_stages() -> None:
     """Let machine code call MuJoCo's stages by their names, in the library that Python's bindings have loaded."""
     (library,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     llvm.load_library_permanently(str(library))
@@ -61,7 +61,7 @@ def advance(constants: int, model: int, data: int, steps: int, until: float) -> 
 @cache
 def advancing() -> Any:
     """`advance` as machine code."""
-    _define_stages()
+    define_stages()
     return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
 
 
@@ -90,7 +90,7 @@ def control_callback(userdata: int) -> Any:
     Args:
         userdata: See `place_of_userdata`.
     """
-    _define_stages()
+    define_stages()
 
     def on_control(model: int, data: int) -> None:  # noqa: ARG001 (MuJoCo gives both)
         u = state_at(word_at(data, userdata).value, 0)

@@ -148,7 +148,7 @@ def observe(c: Any, u: Any, time: float) -> None:
         if swing_foot_collides(c.reach, c.delay, time - u.transfer_time, x - foot_x, clear):
             u.enabled = 1.0
     judge(c, u, foot_x, foot_z)
-    lift(c, u, x)
+    lift(c, u, 0.0)
 
 
 def turn_to(c: Any, u: Any, time: float) -> None:
@@ -173,7 +173,7 @@ def see_posture(c: Any, u: Any) -> None:
     put(u.turning, rates_of(c, u.rates, int(u.stance), u.share))
 
 
-def lift(c: Any, u: Any, x: float) -> None:
+def lift(c: Any, u: Any, ahead: float) -> None:
     """Say which foot leaves the ground in the step to come, and passes through it; see `collisions`.
 
     That of the stance leg does where the other one lands. A swing knee that is free is then locked as it is: with the
@@ -182,9 +182,10 @@ def lift(c: Any, u: Any, x: float) -> None:
     Args:
         c: The walk's constants.
         u: State.
-        x: Place of the swing foot, m.
+        ahead: When the step begins, s from now on.
     """
-    u.lifted = NOBODY
+    u.lifted, leg = NOBODY, swing_leg(c, u)
+    x, z = foot_after(u, leg, ahead)
     if c.feet:
         if lands_flat(c, u, x):
             u.lifted = u.stance
@@ -192,14 +193,12 @@ def lift(c: Any, u: Any, x: float) -> None:
             for index in range(c.coordinates):
                 u.rates_before[index] = u.rates[index]
         return
-    if not (u.collides and -c.deepest < u.clear < 0.0):
+    clear = height_over_ground(c, x, z)
+    if not (u.collides and -c.deepest < clear < 0.0):
         return
-    leg = swing_leg(c, u)
-    later_x, later_z = end_of_leg(
-        leg, _later(u, X), _later(u, Z), _later(u, leg.hip), _later(u, leg.knee) if leg.knee >= 0 else 0.0
-    )
     straight = leg.knee < 0 or u.locked != 0.0
-    if height_over_ground(c, later_x, later_z) > u.clear:
+    later_x, later_z = foot_after(u, leg, ahead + SHORTEST)
+    if height_over_ground(c, later_x, later_z) > clear:
         u.lifted = float(swing_index(c, u))
     elif x > u.foot_x and (straight or not (u.touching or c.knee_opens)):
         # a foot that drags along with its knee bent goes on so
@@ -208,8 +207,13 @@ def lift(c: Any, u: Any, x: float) -> None:
             u.bent, u.bend = 1.0, u.q[leg.knee]
 
 
-def _later(u: Any, index: int) -> float:
-    return float(u.q[index] + SHORTEST * u.rates[index])
+def foot_after(u: Any, leg: Any, t: float) -> tuple[float, float]:
+    """Place of a leg's foot a short time from now on (s), by the present rates: x and z in m."""
+    if t == 0.0:
+        return foot_of(leg, u.q)
+    flexion = u.q[leg.knee] + t * u.rates[leg.knee] if leg.knee >= 0 else 0.0
+    angle = u.q[leg.hip] + t * u.rates[leg.hip]
+    return end_of_leg(leg, u.q[X] + t * u.rates[X], u.q[Z] + t * u.rates[Z], angle, flexion)
 
 
 def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:

@@ -145,19 +145,11 @@ def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) ->
     Raises:
         MjbipedError: A compiled law raised an exception.
     """
-    u = simulation.state
     try:
         while not simulation.over:
             simulation.move_on()
             recorder.cancellation()
-            u = simulation.state
-            written = u.rows, u.samples
-            try:
-                simulation.advance(min(BLOCK, most))
-            except BaseException:
-                if not simulation.compiled:
-                    pass
-                raise
+            simulation.advance(min(BLOCK, most))
             yield simulation.take(recorder)
     finally:
         if simulation.state.outcome == Outcome.INTERRUPTED:

@@ -159,12 +159,26 @@ class Simulation:
         with announced_for(self.plan), refused_in_words(self.controller, law):
             if self._law is None:
                 self._law = laws.Called(self.controller)
-            state = np.frombuffer(self.constants.state[0])
-            packable = replace(self.constants, state=state, **self._law.functions._asdict())
-            self._block, self._kept = packed(packable)
+            self._block, self._kept = self.packed(self.constants)
             self._advance = native.advancing()
             with callback.python_removed():
                 self._native = native.control_callback(native.place_of_userdata(self.data))
+
+    def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
+        """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
+        assert self._law is not None
+        return packed(replace(constants, state=constants.whole, **self._law.functions._asdict()))
+
+    def ahead(self) -> Constants:
+        """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
+        whole: Any = np.zeros(SIZE + self._touched)
+        return replace(self.constants, whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
+
+    @property
+    def block(self) -> NDArray[Any] | None:
+        """The constants for machine code; None where the walk is interpreted."""
+        block: NDArray[Any] | None = self._block
+        return block
 
     @property
     def compiled(self) -> bool:
@@ -246,7 +260,7 @@ class Simulation:
         Returns:
             Number of steps that were made.
         """
-        with self._acting():
+        with self.acting():
             if self._block is not None:
                 made: int = self._advance(
                     self._block.ctypes.data, self.model._address, self.data._address, steps, until
@@ -257,7 +271,7 @@ class Simulation:
         return made
 
     @contextmanager
-    def _acting(self) -> Iterator[None]:
+    def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile."""
         walk = self.state.walk
         mine = float(self._number if self._block is None else self._block.ctypes.data)
@@ -274,7 +288,7 @@ class Simulation:
 
         An exception in a controller's Python method ends the walk, and is raised at the end of the block.
         """
-        with self._acting():
+        with self.acting():
             if self.state.walk and not self.move_on():
                 self._look_again()
             yield
@@ -284,7 +298,7 @@ class Simulation:
         """Raise the exception of a Python method that machine code has called; the walk can then continue."""
         if self._law is not None and self._law.error is not None:
             error, self._law.error = self._law.error, None
-            self.state.outcome = 0.0
+            self._law.failed[0] = self.state.outcome = 0.0
             raise error
 
     @property

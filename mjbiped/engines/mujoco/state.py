@@ -230,6 +230,7 @@ class Constants:
     Attributes:
         data: Address of the mjData.
         state: The walk's `State`, alone in a list.
+        whole: The state and the row in one.
         row: Of the last touchdown, in the order of the record's columns; behind the state in userdata.
         memory: The controller's memory, behind that.
         rates: Of its integrated states, held between ticks, behind that.
@@ -312,7 +313,8 @@ class Constants:
         slope_estimate: See there.
         tick: See there.
         knee_strike: See there.
-        room: `ROOM_BEHIND` floats and more, into which `torque` writes.
+        failed: A float that is not zero once a law has raised an exception.
+        room: `motors.SPARE` floats and more, into which `torque` writes.
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
         states: Number of its integrated states.
@@ -332,6 +334,7 @@ class Constants:
 
     data: int
     state: Any
+    whole: Floats
     row: Floats
     memory: Floats
     rates: Floats
@@ -411,6 +414,7 @@ class Constants:
     slope_estimate: Any
     tick: Any
     knee_strike: Any
+    failed: Floats
     room: Floats
     control_period: float
     memory_size: int

@@ -10,21 +10,21 @@ here; contacts are as the state of the step before says, which is 0.1 ms old.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.leapfrog import show
 from mjbiped.engines.mujoco.motors import NOW, control
-from mjbiped.engines.mujoco.observation import observe
+from mjbiped.engines.mujoco.observation import lift, observe
 from mjbiped.engines.mujoco.record import keep_touchdown
-from mjbiped.engines.mujoco.state import state_at
+from mjbiped.engines.mujoco.state import MARK, SIZE, state_at
 from mjbiped.engines.mujoco.step_size import resolve, soften
 from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
-from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
 
 WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
-INTERRUPTED = float(Outcome.INTERRUPTED)
+MANY = 1 << 60
 
 
 def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
@@ -46,6 +46,30 @@ def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
             return made
         step(c, u, model, data)
     return steps
+
+
+def advance_ticks(c: Any, model: Any, data: Any, ticks: int) -> None:
+    """Make steps from one tick of the controller to a later one, or until the walk ends."""
+    u = state_at(c.state, 0)
+    for _ in range(ticks):
+        advance(c, model, data, 1, math.inf)  # in which it ticks
+        advance(c, model, data, MANY, u.next_control)
+
+
+def look_ahead(c: Any, ahead: Any) -> None:
+    """Say on a copy of the state what the controller will be told at its next tick, and whether the walk is over.
+
+    Args:
+        c: The walk's `Constants`.
+        ahead: The same, but for the state and the row of the last touchdown, which are overwritten.
+    """
+    count = SIZE + c.row_width
+    source, into = numbers(c.whole, count), numbers(ahead.whole, count)
+    for index in range(count):
+        into[index] = source[index]
+    seen, time = state_at(ahead.state, 0), numbers(c.time, 1)[0]
+    if seen.mark == MARK and not seen.outcome and time > seen.time and not warned(c):
+        observe(ahead, seen, time)
 
 
 def step(c: Any, u: Any, model: Any, data: Any) -> None:
@@ -87,6 +111,7 @@ def on_control(c: Any, time: float) -> None:
             resolve(c, u, u.acted, 2.0)
         arrive(c, u, time)
         control(c, u, time)
+        lift(c, u, c.longest)  # what is written here acts in the next step
         soften(c, u)
         write_contact_bits(c, u)
     else:
