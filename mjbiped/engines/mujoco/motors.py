@@ -95,7 +95,10 @@ def push(c: Any, u: Any) -> None:
 def _tick(c: Any, u: Any, memory: Any) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     n, row, rates = c.angles, numbers(c.row, c.row_width), numbers(c.rates, c.states)
-    told = u.transferred != 0.0
+    told, since = u.transferred != 0.0, u.time - u.ticked
+    if told or u.strike_untold or c.sampled:
+        since = 0.0  # the rates of the last tick are not those of the same motion
+    u.ticked = u.time
     if u.strike_untold:
         u.strike_untold = 0.0
         call(c.knee_strike, c.parameters, memory, u.strike_time, first(u.struck_q, n), first(u.struck_rates, n))
@@ -115,7 +118,8 @@ def _tick(c: Any, u: Any, memory: Any) -> None:
     call(c.torque, c.parameters, memory, t, q, dq, given)
     if told and numbers(c.failed, 1)[0] == 0.0:
         keep_touchdown(c, u)
-    for index in range(c.states):
+    for index in range(c.states):  # the rates of the last tick have acted all the time: now the mean of both does
+        memory[index] += 0.5 * since * (given[n + index] - rates[index])
         rates[index] = given[n + index]
     for joint in range(n):
         u.torque[joint] = given[joint]

@@ -51,6 +51,7 @@ class State(ctypes.Structure):
     stance: float  # number of the leg that stands: the remainder of `count` by the number of legs
     transfer_time: float  # of the last support transfer, s
     next_control: float  # when the controller ticks next, s
+    ticked: float  # when it ticked last, s
     next_sample: float  # when a sample is due, s
     samples: float  # number that waits to be taken from the recording
     rows: float  # number of touchdowns that waits there
