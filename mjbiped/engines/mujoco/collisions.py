@@ -24,7 +24,7 @@ from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 STANCE, SWING = 1, 4  # contact bits of the two feet; that of a toe is twice as great
 ALL = 15  # of a piece of ground that all feet collide with
-MARKS = 25  # room for geoms of the ground whose bits are set: five of each foot's sphere
+MARKS = 33  # room for geoms of the ground whose bits are set, at most eight for each foot's sphere
 
 
 def write_contact_bits(c: Any, u: Any) -> None:
@@ -73,12 +73,14 @@ def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
     if lands:
         segment = segment_met(c, x, z)
         _mark(c, numbers(c.pieces, c.segments)[segment], bit)
-        _mark_risers(c, segment, bit)
+        _mark_beside(c, numbers(c.risers, c.segments), segment, bit)
+        _mark_beside(c, numbers(c.sills, c.segments), segment, bit)
         return
     if not c.scuffs:
-        _mark_risers(c, segment_met(c, x, z), bit)
+        _mark_beside(c, numbers(c.risers, c.segments), segment_met(c, x, z), bit)
     segment = segment_stood_on(c, x, z, SUNK)
     _mark(c, numbers(c.pieces, c.segments)[segment], bit)
+    _mark_beside(c, numbers(c.sills, c.segments), segment, bit)
     before, behind = int(numbers(c.firsts, c.segments)[segment]) - 1, int(numbers(c.lasts, c.segments)[segment]) + 1
     if before >= 0 and height_of(c, before, x) <= z + SUNK:
         _mark(c, numbers(c.pieces, c.segments)[before], bit)
@@ -86,13 +88,13 @@ def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
         _mark(c, numbers(c.pieces, c.segments)[behind], bit)
 
 
-def _mark_risers(c: Any, segment: int, bit: int) -> None:
-    """Let the risers ahead of a segment and behind it collide, where they rise from it."""
-    risers, rises = numbers(c.risers, c.segments), numbers(c.rises, c.segments)
+def _mark_beside(c: Any, geoms: Any, segment: int, bit: int) -> None:
+    """Let the risers or the sills ahead of a segment and behind it collide, where the ground rises from it."""
+    rises = numbers(c.rises, c.segments)
     if rises[segment] < 0.0:
-        _mark(c, risers[segment], bit)
+        _mark(c, geoms[segment], bit)
     if segment + 1 < c.segments and rises[segment + 1] > 0.0:
-        _mark(c, risers[segment + 1], bit)
+        _mark(c, geoms[segment + 1], bit)
 
 
 def _mark(c: Any, geom: float, bit: int) -> None:

@@ -174,7 +174,7 @@ def prepare(model: mujoco.MjModel, fields: dict[str, Any]) -> None:
         model: The scene's, to be changed.
         fields: Of `state.Constants`.
     """
-    ground = np.array(fields["pieces"] + [geom for geom in fields["risers"] if geom >= 0.0], dtype=int)
-    model.geom_conaffinity[ground] = 0
+    ground = np.array([*fields["pieces"], *fields["risers"], *fields["sills"]], dtype=int)
+    model.geom_conaffinity[ground[ground >= 0]] = 0
     if fields["box"]:
         model.geom_conaffinity[np.array(fields["pieces"], dtype=int)] = ALL

@@ -4,6 +4,8 @@
 * a stretch between two steps becomes a **box** per segment where it is level, and **heightfields** where it is not: a
   tilted box has leaning ends, and a step beside it would stand before or behind its place;
 * a step gets a frictionless **riser**, a plate behind its face by the foot's radius: the end of the leg meets it there;
+* behind a riser the lower ground goes on a little, as its **sill**: a foot that comes down along the riser would else be
+  held between that and the end of the lower piece, as in a vice;
 * every slope change and step edge gets a stripe that only the eye meets.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
@@ -44,6 +46,7 @@ HALF_WIDTH = 0.6
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
 _RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
+_SILL = 4e-3  # of lower ground behind a riser, m
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 Point = tuple[float, float]
@@ -143,6 +146,15 @@ class Ground:
                 _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
                 if abs(rise) > EDGE:
                     _add_riser(spec, f"riser_{index}", self.terrain, index)
+                    self._add_sill(spec, index)
+
+    def _add_sill(self, spec: mujoco.MjSpec, index: int) -> None:
+        """The lower ground behind the face of the step at a segment's start."""
+        up = self.terrain.rises[index] > 0.0
+        slope = self.terrain.angle[index - 1 if up else index]
+        x, z = self._corners(index - 1)[1] if up else self._corners(index)[0]
+        beyond = (x + _SILL, z - math.tan(slope) * _SILL) if up else (x - _SILL, z + math.tan(slope) * _SILL)
+        _add_box(spec, f"sill_{index}", *sorted([(x, z), beyond]), slope)
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""

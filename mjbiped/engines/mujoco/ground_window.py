@@ -103,7 +103,10 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
     x, z, gradient = map(np.array, terrain.profile[:3])
     pieces = [(model.geom(name).id, piece) for name, piece in scene.pieces.items()]
     grounds = [next((geom, piece) for geom, piece in pieces if segment in piece) for segment in scene.segments]
-    risers = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"riser_{segment}") for segment in scene.segments]
+    risers, sills = (
+        [float(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{kind}_{segment}")) for segment in scene.segments]
+        for kind in ("riser", "sill")
+    )
     return {
         "legs": [_leg_in(model, limb, robot) for limb in bodies.limbs],
         "leg_count": len(bodies.limbs),
@@ -126,7 +129,8 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
         "pieces": [float(geom) for geom, _ in grounds],
         "firsts": [float(max(piece[0] - begin, 0)) for _, piece in grounds],
         "lasts": [float(min(piece[-1] - begin, len(scene.segments) - 1)) for _, piece in grounds],
-        "risers": [float(geom) for geom in risers],
+        "risers": risers,
+        "sills": sills,
     }
 
 

@@ -273,6 +273,7 @@ class Constants:
         firsts: For each segment the first one that shares its geom.
         lasts: The last one.
         risers: For each segment the geom that is the riser at its start; -1: there is none.
+        sills: For each segment the geom of the lower ground behind that riser; -1: there is none.
         marked: Number of geoms of the ground whose contact bits are set, then these geoms.
 
         leg_length: Of a leg, m.
@@ -376,6 +377,7 @@ class Constants:
     firsts: Floats
     lasts: Floats
     risers: Floats
+    sills: Floats
     marked: Floats
     leg_length: float
     lowest_hip: float
