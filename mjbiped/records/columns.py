@@ -129,6 +129,9 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
         "sole_bound_time": _from_controller(
             "s", "time since the start in which the sole did not transmit the ankle torque asked for", since=6
         ),
+        "contact_force": _from_controller(
+            "N", "greatest normal force of all contacts, averaged over 5 ms, without touchdowns", since=7, optional=True
+        ),
     }
     if "knee" in robot.joints:
         touchdowns |= {

@@ -34,6 +34,11 @@ def weigh(c: Any, u: Any, moment: float) -> None:
     u.shear_impulse += effective_step * u.shear
     u.ankle_impulse += effective_step * moment
     u.stretch += effective_step
+    u.load += effective_step * u.pressing
+    u.load_time += effective_step
+    if u.load_time >= c.averaged:
+        u.contact_force = max(u.contact_force, u.load / u.load_time)
+        u.load = u.load_time = 0.0
     u.least_ratio = min(u.least_ratio, u.ratio)
     u.ratio_time += effective_step
     if u.ratio_time >= c.sustained:
@@ -69,7 +74,8 @@ def read_contacts(c: Any, u: Any, readings: Any) -> Felt:
     leg = swing_leg(c, u)
     stance = felt(readings, stance_leg(c, u).contacts, c.slots)
     swing = felt(readings, leg.contacts, c.slots)
-    able = stands(c, u, readings) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    able = stands(c, u, readings, swing.pressure) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    u.pressing = stance.pressure + swing.pressure
     note_contacts(c, u, stance, swing, able)
     if c.feet:
         bear(c, u, readings)

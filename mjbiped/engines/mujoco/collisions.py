@@ -17,6 +17,7 @@ import math
 from typing import Any
 
 from mjbiped.engines.mujoco.feet import sole_angle
+from mjbiped.engines.mujoco.ground import SILL
 from mjbiped.engines.mujoco.state import Leg, foot_of, leg_at, stance_leg, swing_index
 from mjbiped.numerics.blocks import numbers, whole_numbers
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
@@ -24,7 +25,8 @@ from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 STANCE, SWING = 1, 4  # contact bits of the two feet; that of a toe is twice as great
 ALL = 15  # of a piece of ground that all feet collide with
-MARKS = 33  # room for geoms of the ground whose bits are set, at most eight for each foot's sphere
+MARKS = 25  # room for geoms of the ground whose bits are set: at most five for each foot's sphere, and their number
+NEAR = 0.5 * SILL  # m
 
 
 def write_contact_bits(c: Any, u: Any) -> None:
@@ -72,15 +74,13 @@ def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
     """Let the pieces of ground that a sphere at x, z (m) can meet collide with it."""
     if lands:
         segment = segment_met(c, x, z)
-        _mark(c, numbers(c.pieces, c.segments)[segment], bit)
-        _mark_beside(c, numbers(c.risers, c.segments), segment, bit)
-        _mark_beside(c, numbers(c.sills, c.segments), segment, bit)
+        _mark(c, _ground_of(c, segment, x), bit)
+        _mark_risers(c, segment, bit)
         return
     if not c.scuffs:
-        _mark_beside(c, numbers(c.risers, c.segments), segment_met(c, x, z), bit)
+        _mark_risers(c, segment_met(c, x, z), bit)
     segment = segment_stood_on(c, x, z, SUNK)
-    _mark(c, numbers(c.pieces, c.segments)[segment], bit)
-    _mark_beside(c, numbers(c.sills, c.segments), segment, bit)
+    _mark(c, _ground_of(c, segment, x), bit)
     before, behind = int(numbers(c.firsts, c.segments)[segment]) - 1, int(numbers(c.lasts, c.segments)[segment]) + 1
     if before >= 0 and height_of(c, before, x) <= z + SUNK:
         _mark(c, numbers(c.pieces, c.segments)[before], bit)
@@ -88,13 +88,24 @@ def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
         _mark(c, numbers(c.pieces, c.segments)[behind], bit)
 
 
-def _mark_beside(c: Any, geoms: Any, segment: int, bit: int) -> None:
-    """Let the risers or the sills ahead of a segment and behind it collide, where the ground rises from it."""
-    rises = numbers(c.rises, c.segments)
+def _ground_of(c: Any, segment: int, x: float) -> float:
+    """Geom of a segment's ground at x (m): its piece, but the sill near a riser's face."""
+    starts, rises, sills = numbers(c.x, c.segments), numbers(c.rises, c.segments), numbers(c.sills, c.segments)
+    if rises[segment] < 0.0 and abs(x - starts[segment]) < NEAR and sills[segment] >= 0.0:
+        return float(sills[segment])
+    after = segment + 1
+    if after < c.segments and rises[after] > 0.0 and abs(x - starts[after]) < NEAR and sills[after] >= 0.0:
+        return float(sills[after])
+    return float(numbers(c.pieces, c.segments)[segment])
+
+
+def _mark_risers(c: Any, segment: int, bit: int) -> None:
+    """Let the risers ahead of a segment and behind it collide, where they rise from it."""
+    risers, rises = numbers(c.risers, c.segments), numbers(c.rises, c.segments)
     if rises[segment] < 0.0:
-        _mark(c, geoms[segment], bit)
+        _mark(c, risers[segment], bit)
     if segment + 1 < c.segments and rises[segment + 1] > 0.0:
-        _mark(c, geoms[segment + 1], bit)
+        _mark(c, risers[segment + 1], bit)
 
 
 def _mark(c: Any, geom: float, bit: int) -> None:

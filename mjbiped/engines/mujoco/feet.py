@@ -24,6 +24,7 @@ degrees presses with a fifth of the weight before it lies flat."""
 NEAR = 1e-4
 """Of heel and toe, the second one counts as landing this high over the ground, m: the first one, which bears load
 already, is out of contact for single physics steps."""
+MOST = 0.5  # of the weight that a foot bears which stands alone
 PLAUSIBLE = 0.08
 """Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
 cm on an edge of 2 cm is tilted by more."""
@@ -100,8 +101,12 @@ def lands_flat(c: Any, u: Any, x: float) -> bool:
     return -c.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
 
 
-def stands(c: Any, u: Any, readings: Any) -> bool:
-    """Whether the ground bears the swing foot on both sides of its ankle, by its sensors; notes its first contact."""
+def stands(c: Any, u: Any, readings: Any, pressure: float) -> bool:
+    """Whether the swing foot has come to stand; notes its first contact.
+
+    It has where the ground bears the foot on both sides of its ankle. A foot with an edge close to its ankle may never
+    be borne so: it stands once it bears most of the weight (pressure, N) and the other foot has borne none for a while.
+    """
     felt = felt_by(c, u, readings, swing_leg(c, u))
     if max(felt.behind, felt.ahead) > 0.0:
         u.down = u.time
@@ -109,7 +114,8 @@ def stands(c: Any, u: Any, readings: Any) -> bool:
             u.touched = u.time
     elif u.time - u.down > c.airborne:
         u.touched = math.nan
-    return bool(min(felt.behind, felt.ahead) > 0.0)
+    alone = u.without_contact >= c.airborne and pressure > MOST * c.weight
+    return bool(alone or min(felt.behind, felt.ahead) > 0.0)
 
 
 def bear(c: Any, u: Any, readings: Any) -> None:

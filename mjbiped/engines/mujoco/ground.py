@@ -4,8 +4,8 @@
 * a stretch between two steps becomes a **box** per segment where it is level, and **heightfields** where it is not: a
   tilted box has leaning ends, and a step beside it would stand before or behind its place;
 * a step gets a frictionless **riser**, a plate behind its face by the foot's radius: the end of the leg meets it there;
-* behind a riser the lower ground goes on a little, as its **sill**: a foot that comes down along the riser would else be
-  held between that and the end of the lower piece, as in a vice;
+* about a riser's face the lower ground is a box of its own, the **sill**, which goes on behind the face. A foot that comes
+  down along a riser would be held between the riser and the end of a piece of ground, as in a vice;
 * every slope change and step edge gets a stripe that only the eye meets.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
@@ -46,7 +46,8 @@ HALF_WIDTH = 0.6
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
 _RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
-_SILL = 4e-3  # of lower ground behind a riser, m
+SILL = 4e-3
+"""Of lower ground to either side of a riser's face, m, in half of which a foot meets this box in the piece's place."""
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 Point = tuple[float, float]
@@ -149,12 +150,14 @@ class Ground:
                     self._add_sill(spec, index)
 
     def _add_sill(self, spec: mujoco.MjSpec, index: int) -> None:
-        """The lower ground behind the face of the step at a segment's start."""
+        """The lower ground about the face of the step at a segment's start."""
         up = self.terrain.rises[index] > 0.0
-        slope = self.terrain.angle[index - 1 if up else index]
-        x, z = self._corners(index - 1)[1] if up else self._corners(index)[0]
-        beyond = (x + _SILL, z - math.tan(slope) * _SILL) if up else (x - _SILL, z + math.tan(slope) * _SILL)
-        _add_box(spec, f"sill_{index}", *sorted([(x, z), beyond]), slope)
+        low = index - 1 if up else index
+        slope, (start, stop) = self.terrain.angle[low], self._corners(low)
+        x, z = stop if up else start
+        back = min(SILL, stop[0] - start[0])
+        ends = (x - back, x + SILL) if up else (x - SILL, x + back)
+        _add_box(spec, f"sill_{index}", *((end, z - math.tan(slope) * (end - x)) for end in ends), slope)
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""

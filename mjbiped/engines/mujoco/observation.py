@@ -56,6 +56,12 @@ OPENED = 1e-4  # a knee that is bent less rests against its stop and cannot stri
 NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
 SHORTEST = 1e-9  # no step is shorter, s
 
+SQUEEZED = 20.0  # weights: no walk presses so hard for 5 ms, but between two geoms
+
+SQUEEZING_WORDS = (
+    f"contacts pressed on the feet with more than {SQUEEZED:g} weights for 5 ms: a foot was held between two pieces of "
+    "ground, and the motion there is none"
+)
 SLIDING_WORDS = (
     f"the stance foot slid by more than {SLID:g} leg lengths in a step: impacts and work there are not those of a foot "
     "that stands"
@@ -94,7 +100,7 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
 
 def begin_step(u: Any) -> None:
     """Begin anew what is told of one gait step alone; the new swing foot leaves the ground."""
-    u.slip = u.penetration = u.friction = u.face_impacts = 0.0
+    u.slip = u.penetration = u.friction = u.face_impacts = u.contact_force = 0.0
     u.impulse = u.ankle_impulse = u.shear_impulse = u.stretch = u.without_contact = u.ratio_time = 0.0
     u.normal_force = u.least_ratio = math.inf
     u.pressure[0] = u.pressure[1] = -math.inf
@@ -248,9 +254,9 @@ def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:
 
 
 def warned(warnings: dict[str, int], u: Any) -> dict[str, int]:
-    """Warnings of a walk, with that of steps in which the stance foot slid, if there were any."""
-    slides = int(u.slides)
-    return {**warnings, **({SLIDING_WORDS: slides} if slides else {})}
+    """Warnings of a walk, with those of steps in which the stance foot slid or a foot was squeezed, if there were any."""
+    found = {SLIDING_WORDS: int(u.slides), SQUEEZING_WORDS: int(u.squeezes)}
+    return {**warnings, **{words: count for words, count in found.items() if count}}
 
 
 def note_strike(c: Any, u: Any) -> None:
@@ -293,6 +299,7 @@ def transfer(c: Any, u: Any) -> None:
     u.foot_x, u.foot_z, u.foot_angle = x, z, u.q[leg.hip]
     u.count += 1.0
     write_touchdown(c, u)
+    u.squeezes += 1.0 if u.contact_force > SQUEEZED * c.weight else 0.0
     # until the controller ticks: the motors that drive other joints now are off, the hip's goes on
     u.ankle = 0.0
     put(u.torque, (0.0, -u.torque[1], 0.0))

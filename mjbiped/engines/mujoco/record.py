@@ -26,7 +26,8 @@ def write_touchdown(c: Any, u: Any) -> None:
     row[at + 7] = row[at + 8] = math.nan
     row[at + 9] = least_normal_force(u)
     row[at + 10], row[at + 11], row[at + 12] = u.pressure[0], u.pressure[1], u.bound_time
-    at += 13
+    row[at + 13] = u.contact_force
+    at += 14
     if n > 2:
         row[at] = u.strike_time
         at = _write(row, at + 1, u.strike_q, n)

@@ -80,6 +80,11 @@ class State(ctypes.Structure):
     force: float  # normal force of the stance foot in the physics step last resolved, N
     impulse: float  # of that force since the last stretch ended over which it is averaged, N s
     stretch: float  # how long that is ago, s
+    pressing: float  # normal forces of all contacts of both feet in the physics step last resolved, N
+    load: float  # impulse of these since a stretch ended over which they are averaged, N s
+    load_time: float  # how long that is ago, s
+    contact_force: float  # greatest average of these in this gait step, N
+    squeezes: float  # gait steps in which that was more than any motion asks for
     without_contact: float  # how long the stance foot has had none, s
     normal_force: float  # least average in this gait step, N
     ankle_impulse: float  # of the ankle's torque over the same stretch, N m s
