@@ -159,6 +159,12 @@ def _touchdowns_of(robot: type[Robot]) -> dict[str, Column]:
             "slap": Column(1, "s", "time from the new stance foot's first contact until heel and toe were down"),
             "support_behind": Column(1, "m", "distance behind its ankle at which the ground bears the new stance foot"),
             "support_ahead": Column(1, "m", "distance ahead of its ankle at which it does"),
+            "intrusion": _from_controller(
+                "m",
+                "height of an edge of the ground over the line from heel to toe of the new stance foot",
+                since=7,
+                optional=True,
+            ),
         }
     return touchdowns
 

@@ -14,8 +14,9 @@ from typing import Any
 from mjbiped.engines.mujoco.contacts import Borne, borne
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import Leg, foot_of, stance_leg, swing_leg
+from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
-from mjbiped.terrain.profile import height_over_ground
+from mjbiped.terrain.profile import height_over_ground, segment_under
 
 LONGEST = 1e-4  # physics step, s
 RESPONSE = 60.0
@@ -86,6 +87,19 @@ def stand_flat(u: Any, new: float) -> None:
     if min(abs(new - u.level), abs(new - u.stood)) < PLAUSIBLE:
         u.level = new
     u.stood = new
+
+
+def intrusion(c: Any, leg: Leg, q: Any) -> float:
+    """How high edges of the ground stand over the line from a foot's heel to its toe, m; 0: none does."""
+    (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
+    starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)
+    heel, fall, highest = x - leg.behind * math.cos(angle), math.tan(angle), 0.0
+    segment = segment_under(c, heel) + 1
+    while segment < c.segments and starts[segment] < x + leg.ahead * math.cos(angle):
+        edge = max(heights[segment], heights[segment] - rises[segment])
+        highest = max(highest, edge - (z - fall * (starts[segment] - x)))
+        segment += 1
+    return highest
 
 
 def felt_by(c: Any, u: Any, readings: Any, leg: Leg) -> Borne:

@@ -19,6 +19,7 @@ from mjbiped.engines.mujoco.bearing import weigh
 from mjbiped.engines.mujoco.feet import (
     begin_flat,
     gaps,
+    intrusion,
     lands_flat,
     see_stance_foot,
     sole_angle,
@@ -57,7 +58,12 @@ NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
 SHORTEST = 1e-9  # no step is shorter, s
 
 SQUEEZED = 20.0  # weights: no walk presses so hard for 5 ms, but between two geoms
+INTRUDES = 5e-3  # an edge that stands higher in a foot would have turned a foot with a sole, m
 
+INTRUSION_WORDS = (
+    f"footholds in which an edge of the ground stood more than {1e3 * INTRUDES:g} mm inside the foot, between its pads: a "
+    'foot with a sole would stand otherwise there; see underside="box"'
+)
 SQUEEZING_WORDS = (
     f"contacts pressed on the feet with more than {SQUEEZED:g} weights for 5 ms: a foot was held between two pieces of "
     "ground, and the motion there is none"
@@ -255,7 +261,7 @@ def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:
 
 def warned(warnings: dict[str, int], u: Any) -> dict[str, int]:
     """Warnings of a walk, with those of steps in which the stance foot slid or a foot was squeezed, if there were any."""
-    found = {SLIDING_WORDS: int(u.slides), SQUEEZING_WORDS: int(u.squeezes)}
+    found = {SLIDING_WORDS: int(u.slides), SQUEEZING_WORDS: int(u.squeezes), INTRUSION_WORDS: int(u.intrusions)}
     return {**warnings, **{words: count for words, count in found.items() if count}}
 
 
@@ -293,6 +299,8 @@ def transfer(c: Any, u: Any) -> None:
     if c.feet:
         stand_flat(u, sole_angle(leg, u.q))
         slope = u.level
+        u.intrusion = intrusion(c, leg, u.q)
+        u.intrusions += 1.0 if u.intrusion > INTRUDES else 0.0
     put(u.told_q, angles_of(c, u.q, count + 1, u.tilt, slope))
     put(u.told_dq, rates_of(c, u.rates, new, u.share))
     u.stance, u.slope, u.transfer_time, u.transferred = float(new), slope, u.time, 1.0

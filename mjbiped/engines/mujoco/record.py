@@ -38,7 +38,7 @@ def write_touchdown(c: Any, u: Any) -> None:
         row[at + 2], row[at + 3] = u.peak_hold if servo else math.nan, u.work_hold if servo else math.nan
     if c.feet:
         row[at], row[at + 1], row[at + 2] = u.tipped, u.one_sided, u.time - u.touched
-        row[at + 3], row[at + 4] = u.support_behind, u.support_ahead
+        row[at + 3], row[at + 4], row[at + 5] = u.support_behind, u.support_ahead, u.intrusion
 
 
 def keep_touchdown(c: Any, u: Any) -> None:

@@ -134,6 +134,8 @@ class State(ctypes.Structure):
     down: float  # when it touched it last, s
     support_behind: float  # how far behind its ankle the ground bore the stance foot when it came to stand, m
     support_ahead: float  # how far ahead of it
+    intrusion: float  # how high the ground stood over the line from its heel to its toe, m
+    intrusions: float  # number of footholds where that was more than `observation.INTRUDES`
     moment: float  # of the stance foot's contacts about the ankle, as an ankle's torque, N m, in the step last resolved
     shear: float  # friction force of the stance foot in the step last resolved, N
     shear_impulse: float  # of it since the last stretch ended over which forces are averaged, N s
