@@ -145,7 +145,7 @@ class PaperSettings(LawController):
         replanning.reference(self.parameters, memory, t, n, room)
         places = [min(i, n - 1) for i in range(count)]
         angles, rates, accelerations = (
-            [room[REFERENCE + ANGLES * kind + place] for place in places] for kind in range(3)
+            tuple(room[REFERENCE + ANGLES * kind + place] for place in places) for kind in range(3)
         )
         return angles, rates, accelerations
 
