@@ -266,7 +266,7 @@ def _function(name: str, function: Callable[..., Any]) -> Any:
     from mjbiped.numerics import addresses
 
     around = dict(zip(Law._fields[1:], _AROUND, strict=True))[name]
-    digest = hashlib.sha256(repr((prepared((function,), ()), described(around))).encode()).hexdigest()
+    digest = hashlib.sha256(repr((prepared((function,), (), checked=True), described(around))).encode()).hexdigest()
     made = renamed(around, f"{name}_{digest[:16]}", law=function, numbers=addresses.numbers)
     passed = [types.float64 if kind == _TIME else types.int64 for kind in _TAKEN[name]]
     returned = types.float64 if name in _RETURNING else types.void
@@ -326,7 +326,7 @@ def _blame(law: Law) -> str:
     numbers, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64
     for name, function in law.functions.items():
         taken = [number if kind == _TIME else numbers for kind in _TAKEN[name]]
-        prepared((function,), ())
+        prepared((function,), (), checked=True)
         alone = numba.njit(_nrt=False)(function)
         try:
             alone.compile((numbers, numbers, *taken))

@@ -92,13 +92,20 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
     return made
 
 
-def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = ()) -> str:
+def prepared(
+    roots: Sequence[Function],
+    inlined: Sequence[Function],
+    apart: Sequence[Function] = (),
+    *,
+    checked: bool = False,
+) -> str:
     """Register functions, and all that they call, for use in compiled code.
 
     Args:
         roots: Functions at the top level of modules, or results of `compiled`.
         inlined: Functions among these and their callees that are inlined into their caller, with all that they call.
         apart: Functions called by these that are not inlined, nor what they call.
+        checked: Whether indices into arrays are checked, in functions that no other caller has registered before.
 
     Returns:
         A digest of all the functions.
@@ -112,12 +119,13 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
         if part not in _registered:
-            register_jitable(forceinline=part in hot, no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
+            given = {"forceinline": part in hot, "no_cfunc_wrapper": True, "pipeline_class": pipeline()}
+            register_jitable(boundscheck=checked, **given)(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # the name contains a digest
     made.append(_addresses())
     known = [(described(part), part in hot) for part in parts]
-    return hashlib.sha256(repr([known, made]).encode()).hexdigest()
+    return hashlib.sha256(repr([known, made, checked]).encode()).hexdigest()
 
 
 def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
