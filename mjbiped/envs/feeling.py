@@ -6,14 +6,15 @@ The same source runs in Python and as machine code, after the steps of each robo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, MutableSequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.disturbances.sensors import TICK, Angles, Sensors, at_touchdown, sensed
+from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.state import MARK
+from mjbiped.numerics.blocks import first
 from mjbiped.rules.termination import Outcome
 
 HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X, FELT = range(8)
@@ -34,7 +35,12 @@ HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X, FELT = range(8)
     SENSORS,  # five numbers of `mjbiped.disturbances.sensors.Sensors`, and its seed's low and high word
 ) = range(11)
 
-_KEPT = SENSORS + 7
+_SHOWN = SENSORS + 7
+_BEFORE = _SHOWN + 2 * MOST
+_AFTER = _BEFORE + MOST
+_KEPT = _AFTER + 2 * MOST
+"""Where it is written what is felt: angles (rad) and their rates (rad/s) now, and `MOST` numbers each: angles at the last
+touchdown in the old roles, in the new ones, and rates after it."""
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25
@@ -81,7 +87,7 @@ def sizes_of(joints: int) -> tuple[int, int, int]:
 def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
     """Store the errors of a robot's sensors."""
     kept[SENSES] = any(sensors[:-1])
-    kept[SENSORS:_KEPT] = *sensors[:-1], *sensors.seed
+    kept[SENSORS:_SHOWN] = *sensors[:-1], *sensors.seed
 
 
 def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float], joints: int) -> None:
@@ -93,37 +99,25 @@ def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float], jo
         out: Numbers to fill.
         joints: Number of its motors.
     """
-    if joints < 3:
-        q, dq = (now.angles[0], now.angles[1]), (now.turning[0], now.turning[1])
-        before, after = (now.told_before[0], now.told_before[1]), (now.told_q[0], now.told_q[1])
-        _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1]))
-    else:
-        _feel_kneed(now, kept, out)
+    _sense(now, kept, joints)
+    sound = _observe(now, kept, out, joints)
+    _reward(now, kept, out)
+    for index in range(FELT):
+        sound = sound and math.isfinite(out[index])
+    if not sound:
+        for index in range(len(out)):
+            out[index] = 0.0
+        out[OUTCOME] = _DIVERGED
 
 
-def _feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
-    """`feel` for legs with knees."""
-    q = now.angles[0], now.angles[1], now.angles[2]
-    dq = now.turning[0], now.turning[1], now.turning[2]
-    before = now.told_before[0], now.told_before[1], now.told_before[2]
-    after = now.told_q[0], now.told_q[1], now.told_q[2]
-    _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1], now.told_dq[2]))
-    out[len(out) - 1] = now.locked if out[OUTCOME] != _DIVERGED else 0.0
-
-
-def _feel(
-    now: Any,
-    kept: MutableSequence[float],
-    out: MutableSequence[float],
-    q: Angles,
-    dq: Angles,
-    before: Angles,
-    after: Angles,
-    rates_after: Angles,
-) -> None:
-    """Fill observation and reward, from angles and rates now and at the last touchdown."""
-    joints = len(q)
+def _sense(now: Any, kept: MutableSequence[float], joints: int) -> None:
+    """Note angles and rates now and angles at the last touchdown, as the sensors show them."""
+    for joint in range(joints):
+        kept[_SHOWN + joint], kept[_SHOWN + MOST + joint] = now.angles[joint], now.turning[joint]
+        kept[_BEFORE + joint], kept[_AFTER + joint] = now.told_before[joint], now.told_q[joint]
     if kept[SENSES] != 0.0:  # what the sensors will show at the next tick, and have shown at the touchdown
+        q, dq, before = first(now.angles, joints), first(now.turning, joints), first(now.told_before, joints)
+        after, rates_after = first(now.told_q, joints), first(now.told_dq, joints)
         side = 1.0 - 2.0 * now.stance
         sensors = Sensors(
             kept[SENSORS],
@@ -133,22 +127,32 @@ def _feel(
             kept[SENSORS + 4],
             (int(kept[SENSORS + 5]), int(kept[SENSORS + 6])),
         )
-        q, dq = sensed(sensors, side, int(kept[TICK_NUMBER]), TICK, q, dq)
+        sensed(sensors, side, (int(kept[TICK_NUMBER]), TICK), q, dq, kept, _SHOWN)
         if now.count > 0.0:
-            before, after, _ = at_touchdown(sensors, side, int(now.count) - 1, before, after, rates_after)
+            number = int(now.count) - 1
+            posture_before(sensors, side, number, before, after, kept, _BEFORE)
+            sensed(sensors, side, (number, TOUCHDOWN), after, rates_after, kept, _AFTER)
     kept[TICK_NUMBER] += kept[TICKS]
 
-    sound = now.mark == MARK
+
+def _observe(now: Any, kept: MutableSequence[float], out: MutableSequence[float], joints: int) -> bool:
+    """Fill in the observation; whether all of it is finite."""
+    sound = bool(now.mark == MARK)
     for joint in range(joints):
         at = FELT + joint
-        sound = _put(out, at, q[joint], _ANGLE) and sound
-        sound = _put(out, at + joints, dq[joint], _RATE) and sound
-        sound = _put(out, at + 2 * joints + 2, before[joint], _ANGLE) and sound
-        sound = _put(out, at + 3 * joints + 2, after[joint], _ANGLE) and sound
+        sound = _put(out, at, kept[_SHOWN + joint], _ANGLE) and sound
+        sound = _put(out, at + joints, kept[_SHOWN + MOST + joint], _RATE) and sound
+        sound = _put(out, at + 2 * joints + 2, kept[_BEFORE + joint], _ANGLE) and sound
+        sound = _put(out, at + 3 * joints + 2, kept[_AFTER + joint], _ANGLE) and sound
         sound = _put(out, at + 4 * joints + 2, now.torque[joint], _TORQUE) and sound
     out[FELT + 2 * joints] = 1.0 if now.count > kept[LAST_COUNT] else 0.0
-    sound = _put(out, FELT + 2 * joints + 1, now.time - now.transfer_time, _TIME) and sound
+    if joints > 2:
+        out[len(out) - 1] = now.locked
+    return _put(out, FELT + 2 * joints + 1, now.time - now.transfer_time, _TIME) and sound
 
+
+def _reward(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+    """Fill in the reward and what it consists of."""
     stance = now.q[3] if now.stance else now.q[2]
     hip_x = now.foot_x + now.reach * math.sin(stance + now.tilt)
     work = now.work_absolute - kept[LAST_WORK]
@@ -159,12 +163,6 @@ def _feel(
     out[HIP_X], out[PROGRESS], out[ECONOMY] = hip_x, progress, economy
     out[REWARD] = progress + economy
     out[OUTCOME], out[SLOPE], out[FOOT_X] = now.outcome, now.slope, now.foot_x
-    for index in range(FELT):
-        sound = sound and math.isfinite(out[index])
-    if not sound:
-        for index in range(len(out)):
-            out[index] = 0.0
-        out[OUTCOME] = _DIVERGED
 
 
 def _put(out: MutableSequence[float], index: int, value: float, bound: float) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.control.compilation import MachineCode
+from mjbiped.control.compiled import MachineCode
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import HybridRun, packed

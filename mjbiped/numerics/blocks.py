@@ -89,8 +89,8 @@ def give_back(values: Any, changed: Any) -> None:
 
 
 def first(values: Any, count: int) -> Any:
-    """The first floats of an array: for Python a copy, for machine code, which passes on an address, all of them."""
-    return values[:count]
+    """The first floats of an array: for Python a copy, for machine code what stands there."""
+    return tuple(values[:count])
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:

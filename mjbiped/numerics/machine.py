@@ -10,7 +10,6 @@ import importlib
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 from mjbiped.numerics import blocks, jit
@@ -46,15 +45,18 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
     imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
 
 
-def _array(function: Callable[..., Any], item: Any) -> None:
+def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> None:
     """Say that a function makes an array, which owns nothing, of an address and a count; an array it returns as it is."""
     kind, size = types.Array(item, 1, "C"), item.bitwidth // 8
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
-        if isinstance(signature.args[0], types.Array):
-            return arguments[0]
         made, width = context.make_array(kind)(context, builder), context.get_constant(types.intp, size)
-        data = builder.inttoptr(arguments[0], made.data.type)
+        if isinstance(signature.args[0], types.Array):
+            if not cut:
+                return arguments[0]
+            data = context.make_array(kind)(context, builder, arguments[0]).data
+        else:
+            data = builder.inttoptr(arguments[0], made.data.type)
         populate_array(made, data=data, shape=[arguments[1]], strides=[width], itemsize=width, meminfo=None)
         return made._getvalue()
 
@@ -74,8 +76,9 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) 
     return context.get_dummy_value() if nothing else called
 
 
-for _each in (blocks.numbers, blocks.borrowed, blocks.first):
+for _each in (blocks.numbers, blocks.borrowed):
     _array(_each, types.float64)
+_array(blocks.first, types.float64, cut=True)
 _array(blocks.whole_numbers, types.int32)
 _array(blocks.octets, types.uint8)
 defined(blocks.give_back, lambda values, changed: types.void, lambda context, *_: context.get_dummy_value())
@@ -112,12 +115,11 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     known = [meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
     digest = hashlib.sha256(repr((known, signature, jit.OPTIONS, numba.__version__, _OWN)).encode()).hexdigest()
     name = f"{function.__name__}_{digest[:16]}"
-    given = jit._here(function.__globals__), name, None, function.__closure__
-    renamed = FunctionType(jit._renamed(function.__code__, name), *given)
+    made_here = jit.renamed(function, name)
     exact = importlib.import_module("numba.core.sigutils")._parse_signature_string(signature)
     if for_c:
-        return jit.c_function(renamed, exact, **jit.OPTIONS)
-    made = jit.jitted(renamed, nogil=True, **jit.OPTIONS)
+        return jit.c_function(made_here, exact, **jit.OPTIONS)
+    made = jit.jitted(made_here, nogil=True, **jit.OPTIONS)
     made.compile(exact)
     return made
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.adapters import LAWS
-from mjbiped.control.compilation import MachineCode, compilable_law, unpacking
-from mjbiped.control.compile_errors import refused_in_words
+from mjbiped.control.compiled import MachineCode, compilable_law, refused_in_words
 from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.pushes import following
 from mjbiped.disturbances.sampled import SampledController
@@ -32,7 +31,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
-from mjbiped.numerics.records import Packer, Shared, in_one_block
+from mjbiped.numerics.records import Packer, Shared, in_one_block, unpacking
 from mjbiped.records.pressure import BINS
 from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.records.rows import rows_of

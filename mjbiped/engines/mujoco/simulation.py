@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compilation import compilable_law
-from mjbiped.control.compile_errors import refused_in_words
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.control.compiled import CalledMethods, MachineCode
+from mjbiped.control.functions import Functions, as_machine_code, in_python
 from mjbiped.engines.compiling import announced_for, compiles
-from mjbiped.engines.mujoco import callback, laws, observation, record, step
+from mjbiped.engines.mujoco import callback, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.constants import ground_needed, memory_in, prepare, shortest_step, walk_in
 from mjbiped.engines.mujoco.feet import for_feet
@@ -114,7 +113,8 @@ class Simulation:
         )
         self._samples, self._rows = np.zeros((BLOCK + 1, self._sampled)), np.zeros((BLOCK, self._touched))
         self._compiling = compiles(plan) if compile is None else compile
-        self._law: laws.Called | None = None
+        self._functions: Functions | None = None
+        self._code: MachineCode | CalledMethods | None = None
         self._number = -next(_numbers)
         self._use(self._windows.about(0.0))
         self._place(plan.q, plan.dq)
@@ -129,7 +129,7 @@ class Simulation:
             **walk_in(self.plan, self.options, self.controller),
             **places_in(scene, self.plan.terrain, self.plan.robot),
             **memory_in(self.model, self.data, self._touched, self.controller.memory_size),
-            **laws.methods(self.controller)._asdict(),
+            **in_python(self.controller)._asdict(),
             "start": scene.start,
             "end": scene.end,
             "room": [0.0] * (len(self.controller.joints) + len(self.controller.states) + SPARE),
@@ -155,10 +155,9 @@ class Simulation:
         """Make machine code of the steps and of the laws, and pack the constants for it."""
         from mjbiped.engines.mujoco import native
 
-        law = compilable_law(self.controller)
-        with announced_for(self.plan), refused_in_words(self.controller, law):
-            if self._law is None:
-                self._law = laws.Called(self.controller)
+        with announced_for(self.plan):
+            if self._functions is None:
+                self._functions, self._code = as_machine_code(self.controller)
             self._block, self._kept = self.packed(self.constants)
             self._advance = native.advancing()
             with callback.python_removed():
@@ -166,8 +165,8 @@ class Simulation:
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
-        assert self._law is not None
-        return packed(replace(constants, state=constants.whole, **self._law.functions._asdict()))
+        assert self._functions is not None
+        return packed(replace(constants, state=constants.whole, **self._functions._asdict()))
 
     def ahead(self) -> Constants:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
@@ -183,7 +182,7 @@ class Simulation:
     @property
     def compiled(self) -> bool:
         """Whether steps and laws are machine code."""
-        return self._block is not None
+        return isinstance(self._code, MachineCode)
 
     def restart(self, q: Sequence[float], dq: Sequence[float]) -> None:
         """Restart the walk from another initial state, as if the simulation had just been built with it.
@@ -296,9 +295,10 @@ class Simulation:
 
     def check(self) -> None:
         """Raise the exception of a Python method that machine code has called; the walk can then continue."""
-        if self._law is not None and self._law.error is not None:
-            error, self._law.error = self._law.error, None
-            self._law.failed[0] = self.state.outcome = 0.0
+        code = self._code
+        if isinstance(code, CalledMethods) and code.error is not None:
+            error = code.raised()
+            self.state.outcome = 0.0
             raise error
 
     @property

@@ -320,6 +320,7 @@ class Constants:
         torque: See there.
         touchdown: See there.
         slope_estimate: See there.
+        next_discontinuity: Not called here.
         tick: See there.
         knee_strike: See there.
         failed: A float that is not zero once a law has raised an exception.
@@ -422,6 +423,7 @@ class Constants:
     torque: Any
     touchdown: Any
     slope_estimate: Any
+    next_discontinuity: Any
     tick: Any
     knee_strike: Any
     failed: Floats
