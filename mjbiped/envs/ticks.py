@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.engines.mujoco import callback
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import MARK, State, constants_at, state_at
 from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
@@ -181,7 +182,10 @@ class Ticks:
         return moved
 
     def look(self, index: int) -> None:
-        """Fill in what one robot feels as it stands."""
+        """Fill in what one robot feels as it stands, perhaps in a state that was set."""
+        simulation = self._simulations[index]
+        assert simulation is not None
+        simulation.claim()
         self._go(index, index + 1, 0)
 
     def advance(self) -> None:
@@ -201,12 +205,16 @@ class Ticks:
     def _go(self, first: int, last: int, ticks: int) -> None:
         """Step some, or only look, in this thread."""
         simulations = [each for each in self._simulations[first:last] if each is not None]
-        with ExitStack() as stack:
-            for simulation in simulations[: 1 if self._table is not None else None]:
-                stack.enter_context(simulation.acting())
-            if self._table is not None:
+        if self._table is not None:
+            callback.enter(simulations[0].native)
+            try:
                 _machine_code()(self._table.ctypes.data, first, last, ticks)
-            else:
+            finally:
+                callback.leave()
+        else:
+            with ExitStack() as stack:
+                for simulation in simulations:
+                    stack.enter_context(simulation.acting())
                 advance_rows(self._rows, first, last, ticks)
         for simulation in simulations:
             simulation.check()

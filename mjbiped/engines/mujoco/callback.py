@@ -55,20 +55,34 @@ def _refresh() -> None:
         getattr(mujoco, f"set_{name}")(function)
 
 
-@contextmanager
-def compiled(native: Any) -> Iterator[None]:
-    """Have the C function act on walks as machine code meanwhile; any thread may step them."""
+def enter(native: Any) -> None:
+    """Have the C function act on walks as machine code, in any threads, until as many calls of `leave`."""
     global _compiled, _native
     with _lock:
         _compiled, _native = _compiled + 1, native
-        _refresh()
-    try:
-        with _walking():
-            yield
-    finally:
-        with _lock:
-            _compiled -= 1
+        if _compiled == 1:
             _refresh()
+    _here.walks = getattr(_here, "walks", 0) + 1
+
+
+def leave() -> None:
+    """Need the C function no more."""
+    global _compiled
+    _here.walks -= 1
+    with _lock:
+        _compiled -= 1
+        if _compiled == 0:
+            _refresh()
+
+
+@contextmanager
+def compiled(native: Any) -> Iterator[None]:
+    """Have the C function act on walks as machine code meanwhile."""
+    enter(native)
+    try:
+        yield
+    finally:
+        leave()
 
 
 @contextmanager
@@ -80,23 +94,14 @@ def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
             _interpreted[number] = walk
             _refresh()
         try:
-            with _walking():
-                yield
+            _here.walks = getattr(_here, "walks", 0) + 1
+            yield
         finally:
+            _here.walks -= 1
             with _lock:
                 if before is None:
                     del _interpreted[number]
                 _refresh()
-
-
-@contextmanager
-def _walking() -> Iterator[None]:
-    """Count a walk of this thread."""
-    _here.walks = getattr(_here, "walks", 0) + 1
-    try:
-        yield
-    finally:
-        _here.walks -= 1
 
 
 def walking() -> bool:

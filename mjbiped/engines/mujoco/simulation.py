@@ -180,6 +180,11 @@ class Simulation:
         return block
 
     @property
+    def native(self) -> Any:
+        """`mjcb_control` as a C function, where the walk is machine code."""
+        return self._native
+
+    @property
     def compiled(self) -> bool:
         """Whether steps and laws are machine code."""
         return isinstance(self._code, MachineCode)
@@ -272,12 +277,15 @@ class Simulation:
     @contextmanager
     def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile."""
-        walk = self.state.walk
-        mine = float(self._number if self._block is None else self._block.ctypes.data)
-        if walk != mine and walk:  # a state was set
-            self.state.walk = mine
+        self.claim()
         with callback.interpreted(self._number, self) if self._block is None else callback.compiled(self._native):
             yield
+
+    def claim(self) -> None:
+        """Say whose data these are, since the state of another simulation built alike may have been set."""
+        u = self.state
+        if u.walk:
+            u.walk = float(self._number if self._block is None else self._block.ctypes.data)
 
     @contextmanager
     def callbacks(self) -> Iterator[None]:
