@@ -122,7 +122,8 @@ def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     if model.nuserdata > 1 and data.userdata[0] == MARK:
         walk = _interpreted.get(int(data.userdata[1]))
         if walk is not None:
-            step.on_control(walk.constants, data.time)
+            if walk.constants.data == data._address:  # not a copy
+                step.on_control(walk.constants, data.time)
         elif data.userdata[1] > 0.0 and _native is not None:
             _native(model._address, data._address)
         return
