@@ -9,11 +9,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from controllers import KneedController
 from mjbiped.control.controller import Controller
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
+from mjbiped.engines.mujoco import observation
+from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
@@ -39,6 +42,13 @@ class Plain(Unpowered):
 
     def law(self) -> None:  # type: ignore[override]
         return None
+
+
+class InPython(KneedController):
+    """The same law, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        """None."""
 
 
 def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:
@@ -109,6 +119,14 @@ def put(simulation: Simulation, state: bytes) -> None:
     """Set a simulation to a state of another one."""
     mujoco.mj_setState(simulation.model, simulation.data, np.frombuffer(state).copy(), WHOLE_STATE)
     simulation.state.walk = -1.0  # somebody else's
+
+
+def find_contacts(simulation: Simulation) -> None:
+    """Take in the state as it stands, and let MuJoCo find the contacts of a step from it."""
+    c, u = simulation.constants, simulation.state
+    observation.observe(c, u, simulation.data.time)
+    write_contact_bits(c, u)
+    mujoco.mj_fwdPosition(simulation.model, simulation.data)
 
 
 def recorded(simulation: Simulation) -> dict[str, Any]:
