@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
+import mujoco
+import numpy as np
+
+from controllers import KneedController
 from mjbiped.control.controller import Controller
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
+from mjbiped.engines.mujoco import observation
+from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
-from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
+from mjbiped.records.recorder import Recorder
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
@@ -34,6 +42,13 @@ class Plain(Unpowered):
 
     def law(self) -> None:  # type: ignore[override]
         return None
+
+
+class InPython(KneedController):
+    """The same law, of which no machine code is made."""
+
+    def law(self) -> None:  # type: ignore[override]
+        """None."""
 
 
 def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:
@@ -80,6 +95,61 @@ def make_simulation(
         object.__setattr__(terms, "steps", None)  # without an end, where `walk` has one
     plan = Plan(terms, controller, controller.driving(robot), terrain, robot, tuple(q), tuple(dq), {}, disturbances)
     return Simulation(plan, engine, **built)
+
+
+def started(controller: Controller, terrain: Terrain, **settings: Any) -> Simulation:
+    """A simulation from the start of the controller's gait, or from rest; of 60 steps unless told otherwise."""
+    robot = settings.pop("robot", None) or controller.robot or Compass()
+    size = len(robot.angles)
+    start = controller.gait.start.tolist() if controller.gait else [0.0] * 2 * size
+    given = {"robot": robot, "q": start[:size], "dq": start[size:], "steps": 60, **settings}
+    return make_simulation(controller, terrain, **given)
+
+
+def state_of(simulation: Simulation) -> bytes:
+    """The whole state, but for whose it is, by which two simulations differ."""
+    whose, simulation.state.walk = simulation.state.walk, 0.0
+    state = np.zeros(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
+    mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
+    simulation.state.walk = whose
+    return state.tobytes()
+
+
+def put(simulation: Simulation, state: bytes) -> None:
+    """Set a simulation to a state of another one."""
+    mujoco.mj_setState(simulation.model, simulation.data, np.frombuffer(state).copy(), WHOLE_STATE)
+    simulation.state.walk = -1.0  # somebody else's
+
+
+def find_contacts(simulation: Simulation) -> None:
+    """Take in the state as it stands, and let MuJoCo find the contacts of a step from it."""
+    c, u = simulation.constants, simulation.state
+    observation.observe(c, u, simulation.data.time)
+    write_contact_bits(c, u)
+    mujoco.mj_fwdPosition(simulation.model, simulation.data)
+
+
+def recorded(simulation: Simulation) -> dict[str, Any]:
+    """Walk to the end: all that is recorded, and the final state."""
+    recorder = Recorder()
+    simulate(simulation, recorder)
+    return {**recorder.samples(), **recorder.touchdowns(), "state": np.frombuffer(state_of(simulation))}
+
+
+def assert_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
+    """Bit by bit."""
+    assert one.keys() == other.keys()
+    for name, values in one.items():
+        assert values.tobytes() == other[name].tobytes(), name
+
+
+def assert_resumes(saved: Mapping[int, bytes], length: int, whole: Simulation, build: Callable[[], Simulation]) -> None:
+    """States of a walk, by the number of steps made, lead to where it is after so many steps, bit by bit."""
+    for step, state in saved.items():
+        resumed = build()
+        put(resumed, state)
+        assert resumed.advance(length - step) == length - step
+        assert state_of(resumed) == state_of(whole), f"saved at step {step}"
 
 
 def build_scene(

@@ -1,17 +1,20 @@
 """A robot that stands on a slope, and the MuJoCo engine's state in which it does."""
 
 import math
+from dataclasses import replace
+from functools import cache
+from typing import Any
 
+import numpy as np
 from simulations import make_simulation
 
 from controllers import PassiveController
 from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.contacts import Felt
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import Constants, State
-from mjbiped.engines.mujoco.termination import limits_of
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.rules.termination import Limits
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = Compass(lower_length=0.4, upper_length=0.5)
@@ -19,17 +22,23 @@ LENGTH, SLOPE = ROBOT.leg_length, 0.05
 GROUND = Terrain((-5.0, 0.2), (0.3, 0.3 - 5.2 * math.tan(SLOPE)), (SLOPE, -0.03))
 """Down to x = 0.2 m, and up from there."""
 AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
-CONSTANTS = make_simulation(PassiveController(), GROUND, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0)).constants
 Posture = tuple[list[float], list[float]]
 """qpos and qvel."""
 
 
-def limits(lands: bool = True, steps: int = 9, distance: float | None = None) -> Limits:
-    return limits_of(ROBOT, ScuffingRule(reach=0.2, delay=0.1), 1e-3, (-3.0, 3.0), steps, distance, lands)
+@cache  # constants show memory of its model and data, which have to live
+def _simulation(lands: bool) -> Simulation:
+    rule = ScuffingRule(reach=0.2, delay=0.1)
+    return make_simulation(
+        PassiveController(), GROUND, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0), steps=9, scuffing=rule, lands=lands
+    )
 
 
-def constants(lands: bool = True, sampled: bool = False) -> Constants:
-    return CONSTANTS._replace(limits=limits(lands), sampled=sampled)
+def constants(state: Posture | None = None, *, lands: bool = True, **changed: Any) -> Constants:
+    """Of a walk of nine steps on ground from -3 to 3 m; the robot's coordinates and rates are those of a posture."""
+    if state is not None:
+        changed |= {"qpos": np.array(state[0]), "qvel": np.array(state[1])}
+    return replace(_simulation(lands).constants, **{"start": -3.0, "end": 3.0, **changed})
 
 
 def standing_at(
@@ -44,5 +53,5 @@ def standing_at(
 
 def begun(state: Posture) -> State:
     u = State()
-    observation.begin(constants(), u, *state, GROUND.slope_at(0.0), GROUND.height_at(0.0))
+    observation.begin(constants(state), u, GROUND.slope_at(0.0), GROUND.height_at(0.0))
     return u

@@ -295,13 +295,12 @@ def impact_error(case: Landing, timestep: float, torque: float) -> float:
     """Rates after the impact, as they are recorded, against the impact map of those before it; of the largest rate."""
     simulation = about_to_land(case, timestep, torque)
     u = simulation.state
-    with simulation.callbacks():
-        for _ in range(40):
-            mujoco.mj_step(simulation.model, simulation.data)
-            if u.count:
-                break
+    for _ in range(40):
+        simulation.advance(1)
+        if u.count:
+            break
     assert u.count == 1.0
-    row = split(TOUCHDOWNS, [simulation.recording.rows[0].tolist()])
+    row = split(TOUCHDOWNS, [simulation._rows[0].tolist()])
     _, mapped = case.robot.impact(row["q_before"][0], row["dq_before"][0])
     return float(np.abs(row["dq"][0] - mapped).max() / np.abs(row["dq_before"]).max())
 
@@ -320,12 +319,11 @@ def test_contact_step_is_the_impact_map_of_the_rates_at_its_end(seed: int, same_
     h = DEFAULT_CONTACT_TIMESTEP
     simulation = about_to_land(case, h, torque)
     model, data = simulation.model, simulation.data
-    with simulation.callbacks():
-        for _ in range(40):
-            before, legs = data.qvel.copy(), data.qpos[2:].copy()
-            mujoco.mj_step(model, data)
-            if simulation.state.noted:
-                break
+    for _ in range(40):
+        before, legs = data.qvel.copy(), data.qpos[2:].copy()
+        simulation.advance(1)
+        if simulation.state.noted:
+            break
     assert simulation.state.noted
     (contact,) = data.contact  # the departing foot has none
     normal = np.array([math.sin(case.slopes[1]), math.cos(case.slopes[1])])

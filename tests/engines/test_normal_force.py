@@ -122,14 +122,14 @@ def test_a_foot_that_leaves_the_ground_bears_nothing(hurried: AdaptiveController
 def test_a_hop_is_told_from_a_lost_contact(robot: mjbiped.Compass) -> None:
     """The averages themselves: a force of w, lost for single steps and made up for, is w; 20 ms without, nothing."""
     simulation = make_simulation(PassiveController(), mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0))
-    limits, h = simulation.limits, 2e-4
+    c, h = simulation.constants, 2e-4
     for gap, expected in ((0, 1.0), (1, 1.0), (5, 1.0), (60, 1.0), (96, 0.0)):  # 60 steps: a hop of 12 ms
         u = State()
         u.normal_force, u.effective_step = math.inf, h
         for _ in range(10):
             for force in [1.0] * 40 + [0.0] * gap + [1.0 + gap]:
                 u.force = force
-                bearing.weigh(u, limits, u.torque[0])
+                bearing.weigh(c, u, u.torque[0])
         assert u.normal_force == pytest.approx(expected, abs=1e-12), gap
 
 

@@ -137,14 +137,14 @@ def test_touchdowns_are_taken_when_the_room_for_samples_is_used_up_and_only_if_r
     assert (row._run(0).recorder.steps >= count) == recorded
 
 
-def test_python_callbacks_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.compiled
+def test_plain_python_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     task = WalkTask("walk_stairs", residual=True)
     actions = random_actions(task, 60)
     compiled = walked(begun(task), actions)
-    monkeypatch.setattr("mjbiped.engines.mujoco.ticks._usable", lambda _: None)
+    monkeypatch.setattr("mjbiped.engines.mujoco.simulation.compilable_law", lambda _: None)  # methods, called by it
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
-    # without any compiled law, too
-    monkeypatch.setattr("mjbiped.engines.mujoco.simulation.compilable_law", lambda _: None)
+    monkeypatch.setenv(VARIABLE, "never")
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
 
 
@@ -272,7 +272,7 @@ def test_the_reward_is_what_the_page_says() -> None:
     average = target
     for _ in range(50):
         walkers.step()
-        u, x = walkers._ticks.now[0], walkers.value(feeling.HIP_X)[0]
+        u, x = walkers._ticks.now(0), walkers.value(feeling.HIP_X)[0]
         assert x == pytest.approx(walkers.simulation().data.qpos[0], abs=1e-4)  # the foot slips and rolls by some µm
         average += 0.02 / task.gait.period * (x - x0 - average)
         progress = min(max(average / target, 0.0), 1.0)

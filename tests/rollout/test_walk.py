@@ -13,9 +13,8 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.engines.compiling import VARIABLE
+from mjbiped.engines.mujoco import callback, scene
 from mjbiped.engines.mujoco import run as mujoco_run
-from mjbiped.engines.mujoco import scene
-from mjbiped.engines.mujoco.compiled import registry
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 
@@ -210,13 +209,13 @@ def test_an_error_before_the_first_sample_is_told() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("compiled", [True, False], ids=["compiled callbacks", "callbacks in Python"])
+@pytest.mark.parametrize("compiled", [True, False], ids=["compiled", "python"])
 def test_walks_of_two_threads_do_not_mix(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Callbacks in Python are process-wide: the second thread waits, and is told so in the end.
+    """The callback in Python is the process's: the second thread waits, and is told so in the end.
 
     The first walks on undisturbed.
     """
-    monkeypatch.setattr(registry, "_LONGEST_WAIT", 0.1)
+    monkeypatch.setattr(callback, "_LONGEST_WAIT", 0.1)
     monkeypatch.setenv(VARIABLE, "always" if compiled else "never")
     found: list[mjbiped.Walk | Exception] = []
 

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.state import MARK
+from mjbiped.errors import MjbipedError
 from mjbiped.utils.mujoco import mujoco
 
 
@@ -30,6 +31,7 @@ stepping = threading.RLock()
 """Held while MuJoCo may call Python: by interpreted steps, and while a model is compiled, for which there must be no
 callback in Python (MuJoCo calls it with models that Python cannot hold)."""
 
+_LONGEST_WAIT = 60.0  # for the interpreted walk of another thread, s: longer ones are compiled
 _lock = threading.Lock()  # held while anything of the following changes
 _interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, below zero
 _compiled = 0  # number of those who need the C function
@@ -87,8 +89,17 @@ def compiled(native: Any) -> Iterator[None]:
 
 @contextmanager
 def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
-    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait."""
-    with stepping:
+    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait.
+
+    Raises:
+        MjbipedError: Another thread has been walking for too long, as one that waits for this thread does.
+    """
+    if not stepping.acquire(timeout=_LONGEST_WAIT):
+        raise MjbipedError(
+            "another thread of this process is walking in plain Python, and MuJoCo's callbacks are shared by all "
+            "threads; let walks run one after another, or all of them by mjbiped.walk_many"
+        )
+    try:
         with _lock:
             before = _interpreted.get(number)
             _interpreted[number] = walk
@@ -102,6 +113,8 @@ def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
                 if before is None:
                     del _interpreted[number]
                 _refresh()
+    finally:
+        stepping.release()
 
 
 def walking() -> bool:
@@ -127,7 +140,8 @@ def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     if model.nuserdata > 1 and data.userdata[0] == MARK:
         walk = _interpreted.get(int(data.userdata[1]))
         if walk is not None:
-            step.on_control(walk.constants, data.time)
+            if walk.constants.data == data._address:  # not a copy
+                step.on_control(walk.constants, data.time)
         elif data.userdata[1] > 0.0 and _native is not None:
             _native(model._address, data._address)
         return
@@ -146,8 +160,6 @@ def require_none() -> None:
     Raises:
         MjbipedError: It is.
     """
-    from mjbiped.errors import MjbipedError
-
     standing = _theirs["mjcb_control"] if _theirs is not None else mujoco.get_mjcb_control()
     if standing is not None:
         raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")

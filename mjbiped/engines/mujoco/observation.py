@@ -90,7 +90,7 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
     qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
     for index in range(c.coordinates):
         u.q[index], u.rates[index] = qpos[index], qvel[index]
-    u.mark, u.time, u.asked = MARK, -1.0, -1.0
+    u.mark, u.time, u.asked, u.lifted = MARK, -1.0, -1.0, NOBODY
     u.planned = u.planned_next = c.longest
     u.plain = u.plain_next = 0.0 if c.lands else 1.0
     u.slope, u.reach = slope, leg_at(c.legs, 0).reach

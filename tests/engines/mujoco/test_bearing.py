@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from standing import AWAY, ROBOT, SLOPE, begun, constants, limits, standing_at
+from standing import AWAY, ROBOT, SLOPE, begun, constants, standing_at
 
 from mjbiped.engines.mujoco import bearing
 from mjbiped.engines.mujoco.contacts import Felt
@@ -12,7 +12,7 @@ from mjbiped.rules.termination import LIGHT_CONTACT
 
 def test_friction_counts_that_lasts() -> None:
     """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
+    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
     for step, ratio, expected in (
         (1e-5, 0.8, 0.0),
         (1e-3, 0.3, 0.3),
@@ -21,39 +21,39 @@ def test_friction_counts_that_lasts() -> None:
         (1e-5, 0.8, 0.4),
     ):
         u.effective_step, u.ratio = step, ratio
-        bearing.weigh(u, lim, u.torque[0])
+        bearing.weigh(c, u, u.torque[0])
         assert u.friction == expected
 
 
 def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
     """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
+    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
     u.effective_step, u.torque[0] = 1e-3, 4.0
-    count = math.ceil(lim.averaged / 1e-3 - 1e-9)
+    count = math.ceil(c.averaged / 1e-3 - 1e-9)
     forces = [60.0 + 2.0 * k for k in range(count - 1)]
     for force in [*forces, 0.0]:
         u.force = force
-        bearing.weigh(u, lim, u.torque[0])
+        bearing.weigh(c, u, u.torque[0])
     assert u.normal_force == math.inf  # it ends out of contact: not yet
     u.force = 100.0
-    bearing.weigh(u, lim, u.torque[0])
+    bearing.weigh(c, u, u.torque[0])
     average = (sum(forces) + 100.0) / (count + 1)
     assert u.normal_force == pytest.approx(average)
     assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
     assert bearing.pressure_times(u).sum() == pytest.approx((count + 1) * 1e-3)
     assert u.stretch == u.impulse == u.ankle_impulse == 0.0
     u.force = 0.0
-    for k in range(math.ceil(lim.airborne / 1e-3 - 1e-9)):
+    for k in range(math.ceil(c.airborne / 1e-3 - 1e-9)):
         assert u.normal_force > 0.0, k
-        bearing.weigh(u, lim, u.torque[0])
+        bearing.weigh(c, u, u.torque[0])
     assert u.normal_force == 0.0
 
 
 @pytest.mark.parametrize(("share", "near"), [(0.8, False), (1.2, True)])
 def test_the_ankle_of_a_foot_that_hardly_presses_asks_for_a_centre_far_away(share: float, near: bool) -> None:
-    lim, u = limits(), begun(standing_at(0.0, 0.1, -0.2))
-    u.effective_step, u.torque[0], u.force = lim.averaged, -0.1, share * LIGHT_CONTACT * lim.weight
-    bearing.weigh(u, lim, u.torque[0])
+    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
+    u.effective_step, u.torque[0], u.force = c.averaged, -0.1, share * LIGHT_CONTACT * c.weight
+    bearing.weigh(c, u, u.torque[0])
     assert (bearing.pressure_times(u)[-1] == 0.0) == near
 
 

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulations import make_simulation
 
-import mjbiped
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco import contacts
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
-from mjbiped.engines.mujoco.observation import NOBODY
 
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
 slots = st.lists(st.tuples(st.booleans(), st.floats(-0.7, 0.7), forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
@@ -62,17 +58,3 @@ def test_friction_is_the_tangential_force_over_the_normal_force(slope: float, no
     foot = Felt(normal, forward, -up, 0.0, True, False)
     assert friction_ratio(foot, slope, 0.99 * normal) == pytest.approx(abs(rubbed) / normal, abs=1e-10)  # up to 300
     assert friction_ratio(foot, slope, 1.01 * normal) == 0.0
-
-
-def test_legs_that_neither_stand_nor_come_to_stand_pass_through_the_ground() -> None:
-    """Of a wheel's six the first stands and the second is next; all feet lie in the ground here."""
-    wheel = mjbiped.RimlessWheel(spokes=6)
-    simulation = make_simulation(Unpowered(), mjbiped.Terrain.level(), robot=wheel, q=(0.0,), dq=(0.0,))
-    constants, u = simulation.constants, simulation.state
-    u.collides, u.lifted = 1.0, NOBODY
-    centres = np.zeros((simulation.model.ngeom, 3))
-    centres[:, 2] = -1e-5
-    feet = [leg.foot for leg in constants.places.legs]
-    ground = next(geom for geom in range(len(centres)) if geom not in feet)
-    refused = [contacts.refuses(constants, u, centres, foot, ground) for foot in feet]
-    assert refused == [False, False, True, True, True, True]

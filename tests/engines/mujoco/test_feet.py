@@ -4,10 +4,9 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
-from simulations import make_simulation
+from simulations import make_simulation, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, PassiveController
@@ -112,31 +111,12 @@ def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
 def test_plain_python_lands_as_compiled_code_does() -> None:
     """Bit by bit, over a touchdown, to which a passive motion leads in 0.13 s."""
     q, dq, _ = (each.tolist() for each in GAIT.reference(0.83 * GAIT.period))
-    ground = mjbiped.Terrain.incline(2.0)
-    states = []
-    for compile in (True, False):
-        simulation = make_simulation(
-            PassiveController(), ground, robot=ROBOT, q=q, dq=dq, timestep=SHORT, compile=compile
-        )
-        with simulation.callbacks():
-            mujoco.mj_step(simulation.model, simulation.data, nstep=1600)
-        assert simulation.state.count >= 1.0
-        states.append(simulation.data.qpos.tobytes() + bytes(simulation.state))
-    assert states[0] == states[1]
-
-
-@pytest.mark.slow
-def test_extra_forward_calls_change_nothing() -> None:
-    q, dq = np.split(GAIT.start, 2)
-    level, more = mjbiped.Terrain.level(), {"q": q.tolist(), "dq": dq.tolist(), "timestep": SHORT}
-    simulations = [make_simulation(LAW, level, robot=ROBOT, **more) for _ in range(2)]
-    for simulation, extra in zip(simulations, (False, True), strict=True):
-        with simulation.callbacks():
-            for _ in range(300):
-                mujoco.mj_step(simulation.model, simulation.data)
-                if extra:
-                    mujoco.mj_forward(simulation.model, simulation.data)
-    assert simulations[0].data.qpos.tobytes() == simulations[1].data.qpos.tobytes()
+    start = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), "robot": ROBOT}
+    made = [make_simulation(**start, q=q, dq=dq, timestep=SHORT, compile=compile) for compile in (True, False)]
+    for simulation in made:
+        assert simulation.advance(1600) == 1600
+    assert made[0].state.count >= 1.0
+    assert state_of(made[0]) == state_of(made[1])
 
 
 def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
@@ -156,9 +136,9 @@ def test_a_box_stands_on_level_ground_as_pads_do(level: mjbiped.Walk) -> None:
 
 def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
     """A foot that landed on an edge turns to it; what holds it parallel to the ground so far must give."""
-    simulation = make_simulation(LAW, mjbiped.Terrain.level(), robot=ROBOT, q=(-0.2, 0.2), dq=(1.1, 0.8))
+    simulation = started(LAW, mjbiped.Terrain.level())
     constants, u = simulation.constants, simulation.state
-    leg, torques = constants.places.legs[1], []
+    leg, torques = constants.legs[1], []
     for error in (0.0, 0.5, 1.0, 3.0, -3.0):
         u.q[leg.sole] += error * feet.PLAUSIBLE - feet.sole_angle(leg, u.q)
         torques.append(feet.swing_foot_torque(constants, u))

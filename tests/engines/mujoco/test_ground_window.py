@@ -10,28 +10,23 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
-from simulations import build_scene, make_simulation
+from simulations import assert_same, build_scene, put, recorded, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.mujoco import ground_window
-from mjbiped.engines.mujoco.compiled.registry import python_callbacks_removed
+from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.options import GROUND_KINDS
-from mjbiped.engines.mujoco.run import simulate
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.records.recorder import Recorder
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.video import render_frame
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.profile import height_over
+from mjbiped.terrain.profile import Profile, height_over
 
 Terrain = mjbiped.Terrain
-State = NDArray[np.float64]
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 def trail(count: int = 200, spacing: float = 0.15) -> Terrain:
@@ -51,17 +46,7 @@ LONG = {
 
 
 def make(controller: Controller, terrain: Terrain, **parameters: Any) -> Simulation:
-    robot = controller.robot or mjbiped.Compass()
-    start = controller.gait.start.tolist() if controller.gait else [0.0, 0.0, 0.0, 0.0]
-    arguments: dict[str, Any] = {
-        "q": start[:2],
-        "dq": start[2:],
-        "timestep": 2e-4,
-        "steps": 60,
-        "sample_period": 0.01,
-        **parameters,
-    }
-    return make_simulation(controller, terrain, robot=robot, **arguments)
+    return started(controller, terrain, **{"timestep": 2e-4, "sample_period": 0.01, **parameters})
 
 
 def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) -> Simulation:
@@ -71,17 +56,7 @@ def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) ->
         return make_it()
 
 
-def state_of(simulation: Simulation) -> State:
-    state = np.zeros(mujoco.mj_stateSize(simulation.model, STATE))
-    mujoco.mj_getState(simulation.model, simulation.data, state, STATE)
-    return state
-
-
-def put(simulation: Simulation, state: State) -> None:
-    mujoco.mj_setState(simulation.model, simulation.data, state, STATE)
-
-
-def run(simulation: Simulation) -> tuple[dict[str, NDArray[np.float64]], int]:
+def run(simulation: Simulation) -> tuple[dict[str, Any], int]:
     """Walk to the end: all that is recorded, and the final state; and how many models it took."""
     models = [simulation.model]
     move_on = simulation.move_on
@@ -93,14 +68,7 @@ def run(simulation: Simulation) -> tuple[dict[str, NDArray[np.float64]], int]:
         return moved
 
     simulation.move_on = counted  # type: ignore[method-assign]
-    recorder = Recorder()
-    simulate(simulation, recorder)
-    return {**recorder.samples(), **recorder.touchdowns(), "state": state_of(simulation)}, len(models)
-
-
-def assert_same(one: dict[str, NDArray[np.float64]], other: dict[str, NDArray[np.float64]]) -> None:
-    for name, values in one.items():
-        assert values.tobytes() == other[name].tobytes(), name
+    return recorded(simulation), len(models)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +102,7 @@ def test_same_walk_bitwise_on_either_ground(
 
 
 @pytest.mark.slow
-def test_python_callbacks_make_the_same_walk(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plain_python_makes_the_same_walk(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also from the middle: the model held the start's ground when the state was set."""
     compiled = make(controller, LONG["stairs"], steps=8)
     run(compiled)
@@ -159,23 +127,24 @@ def test_resumes_bitwise_from_any_moment(controller: AdaptiveController) -> None
     """Whatever window it was saved in, and whatever window the other simulation begins with."""
     first = make(controller, LONG["rough"])
     saved, windows = [], set()
-    with first.callbacks():
-        for _ in range(6):
-            saved.append(state_of(first))
-            for _ in range(16):
-                mujoco.mj_step(first.model, first.data, nstep=500)
-                first.move_on()
-            windows.add(first.model._address)
+
+    def go(simulation: Simulation, blocks: int) -> None:
+        for _ in range(blocks):
+            simulation.advance(500)
+            simulation.move_on()
+
+    for _ in range(6):
+        saved.append(state_of(first))
+        go(first, 16)
+        windows.add(first.model._address)
     assert len(windows) >= 2
     assert first.outcome is Outcome.WALKING
     for number, state in enumerate(saved):
         resumed = make(controller, LONG["rough"])
         put(resumed, state)
-        with resumed.callbacks():
-            for _ in range((6 - number) * 16):
-                mujoco.mj_step(resumed.model, resumed.data, nstep=500)
-                resumed.move_on()
-        assert state_of(resumed).tobytes() == state_of(first).tobytes()
+        resumed.move_on()
+        go(resumed, (6 - number) * 16)
+        assert state_of(resumed) == state_of(first)
 
 
 @pytest.mark.parametrize(("x", "speed", "moved"), [(12.0, -6.0, 2), (2.5, 6.0, 1)], ids=["back", "ahead"])
@@ -186,7 +155,7 @@ def test_tumbles_through_windows(
     """A robot that is thrown and tumbles on over its feet, long after the walk has ended: as on the whole terrain."""
 
     def thrown() -> Simulation:
-        simulation = make(PassiveController(), LONG[name])
+        simulation = make(PassiveController(), LONG[name], timestep=1e-4, lands=False)
         simulation.data.qpos[:2] = x, LONG[name].height(x) + 1.0
         simulation.data.qvel[:] = speed, 0.0, 0.5, -1.0
         return simulation
@@ -196,8 +165,8 @@ def test_tumbles_through_windows(
     with reference.callbacks(), windowed.callbacks():
         for _ in range(250):
             for simulation in (windowed, reference):
-                mujoco.mj_step(simulation.model, simulation.data, nstep=40)
-            assert state_of(windowed).tobytes() == state_of(reference).tobytes()
+                mujoco.mj_step(simulation.model, simulation.data, nstep=80)
+            assert state_of(windowed) == state_of(reference)
             assert windowed.data.ncon == reference.data.ncon
             touched += moves > 0 and windowed.data.ncon > 0
             moves += windowed.move_on()
@@ -210,8 +179,7 @@ def test_tumbles_through_windows(
 def test_leaving_the_window_is_no_fall_into_nothing(controller: AdaptiveController) -> None:
     """Who steps without `move_on` is told at the window's end."""
     simulation = make(controller, LONG["trail"])
-    with simulation.callbacks():
-        mujoco.mj_step(simulation.model, simulation.data, nstep=110_000)
+    simulation.advance(110_000)
     assert simulation.outcome is Outcome.LEFT_TERRAIN
 
 
@@ -232,20 +200,22 @@ def test_pieces_have_the_same_numbers_in_every_window(name: str, ground: str) ->
             assert np.array_equal(mine, theirs[ids]), field
         places = places_in(scene, terrain, robot)
         begin = scene.segments.start
-        for geom in range(model.ngeom):
-            called, riser = model.geom(geom).name, int(places.risers[geom])
-            assert (riser >= 0) == (model.geom_condim[geom] == 1)
-            if riser >= 0:
-                assert called == f"riser_{begin + riser}"
-            elif called.startswith("ground_"):
-                first, last = (begin + int(each[geom]) for each in (places.first, places.last))
-                low, high = (scene.start if first == 0 else terrain.x[first]), [*terrain.x, scene.end][last + 1]
-                half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
-                assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
-                assert half == pytest.approx((high - low) / 2, rel=0.01)
-        assert [model.geom(leg.foot).name for leg in places.legs] == ["left_foot", "right_foot"]
+        risers = {f"riser_{begin + at}": riser for at, riser in enumerate(places["risers"]) if riser >= 0.0}
+        assert risers == {model.geom(geom).name: geom for geom in range(model.ngeom) if model.geom_condim[geom] == 1}
+        for piece, first, last in zip(*(places[name] for name in ("pieces", "firsts", "lasts")), strict=True):
+            geom = int(piece)
+            called, first, last = model.geom(geom).name, begin + int(first), begin + int(last)
+            assert called.startswith("ground")
+            if not called.startswith("ground_"):
+                continue
+            low, high = (scene.start if first == 0 else terrain.x[first]), [*terrain.x, scene.end][last + 1]
+            half = model.geom_size[geom][0] if model.geom_dataid[geom] < 0 else model.hfield(called).size[0]
+            assert model.geom_pos[geom][0] == pytest.approx((low + high) / 2, abs=2e-2)  # a box's leans
+            assert half == pytest.approx((high - low) / 2, rel=0.01)
+        assert [model.geom(leg.foot).name for leg in places["legs"]] == ["left_foot", "right_foot"]
+        profile = Profile(*(places[name] for name in Profile._fields))
         for at in np.linspace(scene.start, scene.end, 300, endpoint=False):
-            assert height_over(places.profile, at) == terrain.height_at(at)  # the very same numbers
+            assert height_over(profile, at) == terrain.height_at(at)  # the very same numbers
         for index in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD):
             mine, theirs = (each.hfield(model.geom(int(index)).name) for each in (model, full))
             assert mine.data.tobytes() == theirs.data.tobytes()
@@ -329,7 +299,7 @@ def test_python_callbacks_come_back() -> None:
     try:
         GroundWindows(mjbiped.Compass(), LONG["stairs"], timestep=1e-4, reach=1.0).about(0.0)
         assert mujoco.get_mjcb_passive() is standing_there
-        with pytest.raises(ZeroDivisionError), python_callbacks_removed():
+        with pytest.raises(ZeroDivisionError), python_removed():
             1 / (mujoco.get_mjcb_passive() is not None)
         assert mujoco.get_mjcb_passive() is standing_there
     finally:
@@ -340,23 +310,25 @@ def test_python_callbacks_come_back() -> None:
 @pytest.mark.compiled
 def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None:
     """A block inside another of the same walk: the outer one drives the new model, too."""
-    simulation, alone = make(controller, LONG["trail"]), make(controller, LONG["trail"])
+    simulation, alone = (make(controller, LONG["trail"], timestep=1e-4, lands=False) for _ in range(2))
+
+    def go(walk: Simulation) -> bool:
+        mujoco.mj_step(walk.model, walk.data, nstep=2000)
+        return walk.move_on()
+
     with alone.callbacks():
         for _ in range(60):
-            mujoco.mj_step(alone.model, alone.data, nstep=1000)
-            alone.move_on()
+            go(alone)
     with simulation.callbacks():
         moved, done = False, 0
         while not moved:
             with simulation.callbacks():
-                mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
-                moved = simulation.move_on()
+                moved = go(simulation)
             done += 1
         assert done < 60
         for _ in range(60 - done):
-            mujoco.mj_step(simulation.model, simulation.data, nstep=1000)
-            simulation.move_on()
-    assert state_of(simulation).tobytes() == state_of(alone).tobytes()
+            go(simulation)
+    assert state_of(simulation) == state_of(alone)
     assert simulation.state.count > 6
 
 

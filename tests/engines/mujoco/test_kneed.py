@@ -4,20 +4,18 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from simulations import Plain, make_simulation
+from simulations import InPython, Plain, assert_resumes, assert_same, started, state_of
 
 import mjbiped
 from controllers import KneedController, PassiveController
-from mjbiped.control.controller import Law
 from mjbiped.control.registry import make_controller
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.mujoco import motors, observation, scene
-from mjbiped.engines.mujoco.compiled.layout import UnknownLayoutError
-from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation, warn_once
+from mjbiped.engines.compiling import VARIABLE
+from mjbiped.engines.mujoco import observation, scene, step
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.records import measures
@@ -127,13 +125,6 @@ def test_it_is_the_same_bit_by_bit_each_time() -> None:
     assert walked(1) == walked(1)
 
 
-class InPython(KneedController):
-    """The same law, of which no machine code is made."""
-
-    def law(self) -> None:  # type: ignore[override]
-        """None."""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "segments", [[(0.2, 1.0, 0.0), (20.0, 0.0, -0.02)], [(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)]], ids=["down", "up"]
@@ -141,48 +132,15 @@ class InPython(KneedController):
 def test_compiled_and_in_python_bit_by_bit_the_same(segments: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither contracts products and sums; over a change of slope and a step down; with a bent knee after one up."""
     gait = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
-    ground = mjbiped.Terrain.from_segments(segments)
-
-    def walk(kind: type[KneedController]) -> mjbiped.Walk:
-        return mjbiped.walk(kind(ROBOT, gait), ground, engine="mujoco", steps=3, sample_period=0.02)
-
-    found, called = walk(KneedController), walk(InPython)
-    monkeypatch.setattr(Simulation, "native", None)  # callbacks in Python, too
-    plain = walk(InPython)
-    assert found.outcome == "finished"
-    for other in (called, plain):
-        assert found.samples.keys() == other.samples.keys()
-        for mine, its in ((found.samples, other.samples), (found.touchdowns, other.touchdowns)):
-            for name, values in mine.items():
-                np.testing.assert_array_equal(values, its[name], err_msg=name)
-        np.testing.assert_array_equal(found.peak_torque, other.peak_torque)
-
-
-@pytest.mark.compiled
-def test_an_unknown_mujoco_is_stepped_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unknown() -> None:
-        raise UnknownLayoutError("MuJoCo 9.9 is not understood")
-
-    expected = walked(1)
-    monkeypatch.setattr("mjbiped.engines.mujoco.compiled.callbacks.layout", unknown)
-    warn_once.cache_clear()
-    with pytest.warns(UserWarning, match="MuJoCo 9.9 is not understood; walks run with callbacks in Python"):
-        assert walked(1) == expected
-
-
-def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    out[0], out[1], out[2] = 0.0, 0.0, memory[10**6] if t > 0.0 else 0.0
-
-
-@pytest.mark.compiled
-def test_an_exception_in_compiled_code_stops_the_walk() -> None:
-    class Short(Unpowered):
-        def law(self) -> Law:
-            return super().law()._replace(torque=out_of_range)
-
-    with pytest.raises(mjbiped.WalkStopped, match=r"Short failed at .* a compiled law raised an exception") as stopped:
-        mjbiped.walk(Short(), mjbiped.Terrain.incline(2.5), robot=ROBOT, engine="mujoco", steps=1)
-    assert stopped.value.walk.outcome == "interrupted"
+    ground, found = mjbiped.Terrain.from_segments(segments), []
+    for kind, choice in ((KneedController, "always"), (InPython, "always"), (InPython, "never")):
+        monkeypatch.setenv(VARIABLE, choice)
+        found.append(mjbiped.walk(kind(ROBOT, gait), ground, engine="mujoco", steps=3, sample_period=0.02))
+    assert found[0].outcome == "finished"
+    for other in found[1:]:
+        assert_same(found[0].samples, other.samples)
+        assert_same(found[0].touchdowns, other.touchdowns)
+        np.testing.assert_array_equal(found[0].peak_torque, other.peak_torque)
 
 
 def test_a_torque_that_is_no_number_is_named() -> None:
@@ -280,19 +238,17 @@ LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
 def test_contact_of_the_foot_can_wait_or_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """On from lift-off, or the swing foot passes through all ground for 1 or 5 % of each step: the same walk."""
     observe, walks = observation.observe, []
+    monkeypatch.setenv(VARIABLE, "never")  # plain Python calls it
     for share in (0.0, 0.01, 0.05):
         ignored: list[int] = []
 
-        def waiting(
-            parts: Any, constants: Any, u: Any, *now: Any, share: float = share, ignored: list[int] = ignored
-        ) -> None:
-            observe(parts, constants, u, *now)
+        def waiting(c: Any, u: Any, time: float, share: float = share, ignored: list[int] = ignored) -> None:
+            observe(c, u, time)
             if u.time - u.transfer_time < share * 0.6146:
                 u.collides = 0.0
                 ignored.append(1 - int(u.stance))
 
-        monkeypatch.setattr(motors, "observe", waiting)
-        monkeypatch.setattr(Simulation, "native", None)  # callbacks in Python call it
+        monkeypatch.setattr(step, "observe", waiting)
         ground = mjbiped.Terrain.incline(2.5)
         walks.append(mjbiped.walk(Plain(), ground, robot=ROBOT, engine="mujoco", steps=2, sample_period=None))
         assert bool(ignored) == (share > 0.0)
@@ -324,12 +280,11 @@ def projected(touched: Any, index: int) -> Any:
 def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> None:
     """Contact steps lead it to the face; in such steps alone, the way down would take six thousand of them."""
     controller = make_controller("adaptive", ROBOT, {})
-    simulation = mjbiped.Mujoco().simulation(controller, mjbiped.Terrain.stairs(tread=1.2, rise=0.02), steps=8)
+    simulation = started(controller, mjbiped.Terrain.stairs(tread=1.2, rise=0.02), steps=8)
     lengths = []
-    with simulation.callbacks():
-        while not simulation.over:
-            mujoco.mj_step(simulation.model, simulation.data)
-            lengths.append(simulation.model.opt.timestep)
+    while not simulation.over:
+        simulation.advance(1)
+        lengths.append(simulation.model.opt.timestep)
     assert simulation.outcome is Outcome.FINISHED
     assert np.isclose(lengths, 1e-3 / 16.0).sum() > 500
     assert np.isclose(lengths, 1e-5).sum() < 2000
@@ -383,7 +338,7 @@ def test_steps_that_lead_to_a_gap() -> None:
     for start in (0.01, 0.0123, 0.5e-3, 3e-6):
         left, planned, steps = start, 1e-3, 0
         while True:
-            u, steps_of = State(), SimpleNamespace(timestep=1e-3, contact_timestep=1e-5)
+            u, steps_of = State(), SimpleNamespace(longest=1e-3, shortest=1e-5)
             u.planned = planned
             lengths = approach(lambda _, __, t, gap=left: gap - t, steps_of, u)
             left -= lengths.length
@@ -449,55 +404,26 @@ def test_a_long_terrain_is_built_as_it_is_walked(walk: mjbiped.Walk) -> None:
     np.testing.assert_allclose(measures.step_periods(found), gait.period, rtol=0, atol=2e-4)
 
 
-def made(terrain: mjbiped.Terrain, compile: bool = True, **settings: Any) -> Simulation:
-    assert LAW.gait is not None
-    start = LAW.gait.start.tolist()
-    grip = mjbiped.Disturbances(friction=5.0)
-    given = {"robot": ROBOT, "q": start[:3], "dq": start[3:], "steps": 60, "disturbances": grip}
-    return make_simulation(LAW, terrain, compile=compile, **given, **settings)
-
-
-def state_of(simulation: Simulation) -> bytes:
-    state = np.zeros(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-    mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
-    return state.tobytes()
-
-
 ONTO_BENT_KNEES = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("settings", [{}, {"stance_knee": "motor"}, {"control_period": 5e-3}], ids=str)
 def test_resumes_bitwise_from_any_moment(settings: Any) -> None:
     """Saved in mid-swing, about each strike of a knee and of a foot, straight and bent, and in the step after."""
-    length, whole, saved = 0, made(ONTO_BENT_KNEES, **settings), {}
-    with whole.callbacks():
-        before: tuple[float, ...] = ()
-        while whole.state.count < 3.0 or whole.state.time < whole.state.transfer_time + 0.1:
-            u = whole.state
-            now = (u.noted, u.struck, u.strikes, u.strikes_next, u.count, u.locked)
-            if now != before or length in (1, 300):
-                saved[length] = np.frombuffer(state_of(whole)).copy()
-            before, length = now, length + 1
-            mujoco.mj_step(whole.model, whole.data)
+
+    def build() -> Simulation:
+        grip = mjbiped.Disturbances(friction=5.0)
+        return started(LAW, ONTO_BENT_KNEES, compile=True, disturbances=grip, **settings)
+
+    length, whole, saved = 0, build(), {}
+    before: tuple[float, ...] = ()
+    while whole.state.count < 3.0 or whole.state.time < whole.state.transfer_time + 0.1:
+        u = whole.state
+        now = (u.noted, u.struck, u.strikes, u.strikes_next, u.count, u.locked)
+        if now != before or length in (1, 300):
+            saved[length] = state_of(whole)
+        before, length = now, length + whole.advance(1)
     assert not whole.over
     assert len(saved) >= 10
-    for step, state in saved.items():
-        resumed = made(ONTO_BENT_KNEES, **settings)
-        mujoco.mj_setState(resumed.model, resumed.data, state, WHOLE_STATE)
-        with resumed.callbacks():
-            mujoco.mj_step(resumed.model, resumed.data, nstep=length - step)
-        assert state_of(resumed) == state_of(whole), f"saved at step {step}"
-
-
-@pytest.mark.parametrize(("compile", "length"), [(True, 20_000), (False, 2_000)], ids=["compiled", "python"])
-def test_extra_forward_calls_change_nothing(compile: bool, length: int) -> None:
-    """Bitwise: a viewer or an integrator may fire the callbacks again at the same time."""
-    plain, disturbed = made(ONTO_BENT_KNEES), made(ONTO_BENT_KNEES, compile=compile)
-    with plain.callbacks():
-        mujoco.mj_step(plain.model, plain.data, nstep=length)
-    with disturbed.callbacks():
-        for _ in range(length):
-            mujoco.mj_forward(disturbed.model, disturbed.data)
-            mujoco.mj_step(disturbed.model, disturbed.data)
-    assert plain.state.count >= (3.0 if compile else 1.0)
-    assert state_of(plain) == state_of(disturbed)
+    assert_resumes(saved, length, whole, build)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from simulations import InPython
 
 import mjbiped
 from controllers import Controller, KneedController, PassiveController
@@ -35,13 +36,6 @@ NOISY = Disturbances(
 @cache
 def gait() -> mjbiped.KneedGait:
     return mjbiped.find_kneed_gait(ROBOT, SLOPE)
-
-
-class InPython(KneedController):
-    """The same law, of which no machine code is made."""
-
-    def law(self) -> None:  # type: ignore[override]
-        """None."""
 
 
 @dataclass(frozen=True)

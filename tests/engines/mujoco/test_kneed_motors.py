@@ -1,6 +1,7 @@
 """The work of the motors of a robot with knees, against MuJoCo's own actuators."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -45,9 +46,9 @@ def simulated(**settings: Any) -> Simulation:
 def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_knee: str, held: bool) -> None:
     """Of the torques' mean at both ends, or of those that a digital controller holds; a servo's is always its mean."""
     simulation = simulated(stance_knee=stance_knee)
-    simulation.constants = constants = simulation.constants._replace(sampled=held)
     u, data, draw = simulation.state, simulation.data, np.random.default_rng(stance)
-    legs = constants.places.legs
+    constants = replace(simulation.constants, sampled=held)
+    legs = constants.legs
     u.stance = u.count = stance
     begin, change = draw.uniform(-0.3, 0.3, 6), draw.uniform(-0.1, 0.1, 6)
     begin[4:] = abs(begin[4:])
@@ -61,8 +62,7 @@ def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_k
         if stance_knee == "motor":
             servo.lean_on(legs[stance], u)
         see_posture(constants, u)
-        userdata = simulation._here._replace(memory=[])
-        motors.control(simulation._setting, userdata, data.ctrl, data.qfrc_applied, u.time)
+        motors.control(constants, u, u.time)
         data.qpos[:] = place
         mujoco.mj_fwdPosition(simulation.model, data)
         given.append(data.ctrl.copy())
@@ -70,7 +70,7 @@ def test_work_is_what_mujocos_actuators_do_over_their_ways(stance: int, stance_k
         works.append([u.work_net, u.work_positive, u.work_absolute, u.work_hold])
     assert works[0] == [0.0] * 4
     ankle, hip, mine, other = (
-        *(legs[stance].ankle, constants.places.hip),
+        *(legs[stance].ankle, constants.hip),
         *(legs[stance].motor, legs[1 - stance].motor),
     )
     ways, torques, own = np.subtract(lengths[1], lengths[0]), np.array(given), 0.0

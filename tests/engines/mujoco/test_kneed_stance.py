@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from simulations import build_scene, make_simulation
+from simulations import InPython, assert_same, build_scene, started
 
 import mjbiped
 from controllers import KneedController, PassiveController
@@ -26,24 +26,19 @@ ONTO_BENT_KNEES = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.
 
 def simulated(ground: mjbiped.Terrain, steps: int, **settings: Any) -> Simulation:
     """A walk to be stepped, on feet that hold."""
-    assert LAW.gait is not None
-    start, grip = LAW.gait.start.tolist(), mjbiped.Disturbances(friction=5.0)
-    return make_simulation(
-        LAW, ground, robot=ROBOT, q=start[:3], dq=start[3:], steps=steps, disturbances=grip, **settings
-    )
+    return started(LAW, ground, steps=steps, disturbances=mjbiped.Disturbances(friction=5.0), **settings)
 
 
 def stepped(simulation: Simulation, steps: int) -> Iterator[State]:
     """The state of a walk after so many physics steps each, until it ends."""
-    with simulation.callbacks():
-        while not simulation.over:
-            mujoco.mj_step(simulation.model, simulation.data, nstep=steps)
-            yield simulation.state
+    while not simulation.over:
+        simulation.advance(steps)
+        yield simulation.state
 
 
 def borne(simulation: Simulation, leg: int) -> float:
     """What MuJoCo's lock and stop of a leg's knee give against its flexion in the step last made, N m."""
-    model, data, here = simulation.model, simulation.data, simulation.constants.places.legs[leg]
+    model, data, here = simulation.model, simulation.data, simulation.constants.legs[leg]
     joint = here.stop
     jacobian = data.efc_J.reshape(-1, model.nv)[:, model.jnt_dofadr[joint]]
     mine = (data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY) & (data.efc_id == here.lock)
@@ -61,7 +56,7 @@ def test_the_torque_of_the_lock_is_mujocos_constraint_force() -> None:
         if u.last_step == 0.0 or u.plain != 0.0 or u.force == 0.0:
             continue  # an impact, or a single step without contact
         stance = int(u.stance)
-        ankle, bent = u.torque[0], u.q[simulation.constants.places.legs[stance].knee]
+        ankle, bent = u.torque[0], u.q[simulation.constants.legs[stance].knee]
         torque = stance_knee_torque(
             ROBOT,
             u.angles[:],
@@ -161,7 +156,7 @@ def test_energy_is_what_motors_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over the free swing of a step: ankle on the shank, hip on the thigh, and a soft servo between them."""
     monkeypatch.setattr(servo, "STIFFNESS", 3.0)
     simulation = simulated(STAIRS, 2, stance_knee="motor", timestep=5e-5)
-    legs, found = simulation.constants.places.legs, []
+    legs, found = simulation.constants.legs, []
     for u in stepped(simulation, 10):
         if u.count != 1.0 or u.locked != 0.0:
             continue
@@ -177,13 +172,6 @@ def test_energy_is_what_motors_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
     # steps are of a second order, but for the knee's rate, which is told of the middle of a step: half of a step's
     # length of the servo's swinging after the landing; measured 6e-3
     assert np.ptp(energy - net) < 8e-3
-
-
-class InPython(KneedController):
-    """The same law, of which no machine code is made."""
-
-    def law(self) -> None:  # type: ignore[override]
-        """None."""
 
 
 def test_a_knee_that_lands_bent_is_held_so_compiled_and_in_python() -> None:
@@ -202,14 +190,13 @@ def test_a_knee_that_lands_bent_is_held_so_compiled_and_in_python() -> None:
     hip, foot = found.samples["qpos"][:, :2], ROBOT.limbs(found.samples["qpos"])
     line = np.arctan2(*(hip - foot[np.arange(len(time)), found.samples["stance"], -1]).T)
     np.testing.assert_allclose(found.samples["q"][:, 0], line, rtol=0, atol=1e-12)  # whatever the sag; level ground
-    for mine, its in ((found.samples, plain.samples), (found.touchdowns, plain.touchdowns)):
-        for name, values in mine.items():
-            np.testing.assert_array_equal(values, its[name], err_msg=name)
+    assert_same(found.samples, plain.samples)
+    assert_same(found.touchdowns, plain.touchdowns)
 
 
 def test_the_knee_is_locked_in_the_heel_strike_alone() -> None:
     simulation = simulated(STAIRS, 2, stance_knee="motor")
-    legs, struck = simulation.constants.places.legs, 0
+    legs, struck = simulation.constants.legs, 0
     assert simulation.data.eq_active.tolist() == [0, 0]
     for u in stepped(simulation, 1):
         if simulation.over:
@@ -226,12 +213,11 @@ def test_a_lock_stays_as_bent_as_it_is_where_the_ground_is_built_anew() -> None:
     for u in stepped(simulation, 1):
         if u.count == 2.0 and u.time > u.transfer_time:
             break
-    lock = simulation.constants.places.legs[int(u.stance)].lock
+    lock = simulation.constants.legs[int(u.stance)].lock
     bend = float(simulation.model.eq_data[lock, 0])
     assert bend > 0.4
     simulation.model.eq_data[:] = 0.0
-    with simulation.callbacks():
-        mujoco.mj_step(simulation.model, simulation.data)
+    simulation.advance(1)
     assert simulation.model.eq_data[lock, 0] == bend
 
 

@@ -1,37 +1,19 @@
 """Steps of second order: what the controller is told, where the stance foot is held, and how errors shrink."""
 
 import math
-from typing import TypeAlias
 
 import mujoco
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from simulations import make_simulation
+from simulations import started
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.mujoco import ground, scene, termination
-from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.mujoco import constants, ground, scene, step
 from mjbiped.records import measures
 from mjbiped.reproduction.grounds import found_terrain
 
 Terrain = mjbiped.Terrain
-Floats: TypeAlias = NDArray[np.float64]
-
-
-def to_the_position_stage(simulation: Simulation) -> Floats:
-    """Make 100 steps and the position stage of the next one; returns the rates before that."""
-    mujoco.mj_step(simulation.model, simulation.data, nstep=100)
-    rates: Floats = simulation.data.qvel.copy()
-    mujoco.mj_fwdPosition(simulation.model, simulation.data)
-    mujoco.mj_sensorPos(simulation.model, simulation.data)
-    return rates
-
-
-def make(controller: AdaptiveController, terrain: Terrain, **settings: object) -> Simulation:
-    q1, q2, dq1, dq2 = controller.gait.start.tolist()
-    return make_simulation(controller, terrain, robot=controller.robot, q=(q1, q2), dq=(dq1, dq2), steps=6, **settings)
 
 
 @pytest.mark.parametrize("terrain", [Terrain.level(), Terrain.stairs(rise=-0.06)], ids=["level", "stairs"])
@@ -64,12 +46,10 @@ def test_the_last_error_is_not_the_timesteps(controller: AdaptiveController) -> 
 @pytest.mark.parametrize("terrain", [Terrain.incline(-3.0), Terrain.stairs(rise=-0.06)], ids=["up 3", "stairs"])
 def test_a_standing_foot_stays(terrain: Terrain, controller: AdaptiveController) -> None:
     """At 2 ms, where it slid by 0.6 and 1.3 mm per step, and lost contact every ten physics steps."""
-    simulation = make(controller, terrain, timestep=2e-3)
+    simulation = started(controller, terrain, steps=6, timestep=2e-3)
     u, lost = simulation.state, 0
-    with simulation.callbacks():
-        while not simulation.over:
-            mujoco.mj_step(simulation.model, simulation.data)
-            lost += u.force == 0.0 and not u.noted
+    while simulation.advance(1):
+        lost += u.force == 0.0 and not u.noted
     walk = mjbiped.walk(controller, terrain, steps=6, engine=mjbiped.Mujoco(timestep=2e-3))
     assert lost == 0
     assert walk.touchdowns["slip"].max() < 1e-6  # measured 3e-7
@@ -111,30 +91,33 @@ def test_work_is_the_energy_that_a_step_gains(
     assert work == pytest.approx(np.array(gained), abs=1e-3 if lands else 2e-2)
 
 
-@pytest.mark.parametrize("compile", [True, False], ids=["compiled", "python"])
-def test_rates_are_put_back(compile: bool, controller: AdaptiveController) -> None:
-    """What the velocity stage is shown is nobody else's, neither between a step's halves nor after `mj_forward`."""
-    simulation = make(controller, Terrain.level(), compile=compile)
-    model, data = simulation.model, simulation.data
-    with simulation.callbacks():
-        rates = to_the_position_stage(simulation)
-        assert simulation.state.shown
-        assert np.abs(data.qvel - rates).max() > 1e-4
-        assert simulation.state.qvel[:4] == rates.tolist()
-        for forward in (mujoco.mj_forward, mujoco.mj_step1):
-            forward(model, data)
-            assert not simulation.state.shown
-            assert data.qvel.tolist() == rates.tolist()
+@pytest.mark.parametrize("lands", [True, False], ids=["landing", "plain"])
+def test_other_rates_are_shown_to_the_velocity_stage_alone(
+    lands: bool, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps of one length are MuJoCo's own: there they are the state's."""
+    simulation = started(controller, Terrain.level(), compile=False, lands=lands)
+    simulation.advance(100)
+    data, seen = simulation.data, []
 
+    def looking(name: str) -> None:
+        stage = getattr(step, name)
 
-def test_plain_steps_are_shown_nothing(controller: AdaptiveController) -> None:
-    simulation = make(controller, Terrain.level(), timestep=1e-4, lands=False)
-    model, data = simulation.model, simulation.data
-    with simulation.callbacks():
-        rates = to_the_position_stage(simulation)
-        assert data.qvel.tolist() == rates.tolist()
-        mujoco.mj_forward(model, data)
-        assert simulation.state.rates[2:4] == rates[2:].tolist()
+        def looked(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+            seen.append(data.qvel.copy())
+            stage(model, data)
+
+        monkeypatch.setattr(step, name, looked)
+
+    for name in ("position", "velocity", "forward_from_velocity"):
+        looking(name)
+    rates = data.qvel.copy()
+    simulation.advance(1)
+    for other in seen[::2]:
+        assert other.tolist() == rates.tolist()
+    assert (np.abs(seen[1] - rates).max() > 1e-4) == lands
+    if not lands:
+        assert simulation.state.rates[:4] == rates.tolist() == seen[1].tolist()
 
 
 @pytest.mark.slow
@@ -180,7 +163,7 @@ def test_footholds_stay_where_the_hybrid_engine_has_them(terrain: Terrain, contr
 def test_a_larger_foot_does_not_roll(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of 1 mm would roll by 0.38 mm a step; after an impact, which stops its lowest point, it moves by 0.02 mm."""
     exact = mjbiped.walk(controller, Terrain.level(), steps=4, engine="hybrid").touchdowns["x"]
-    for module in (ground, scene, termination):
+    for module in (ground, scene, constants):
         monkeypatch.setattr(module, "FOOT_RADIUS", 1e-3)
     walk = mjbiped.walk(controller, Terrain.level(), steps=4)
     assert walk.touchdowns["x"] == pytest.approx(exact, abs=0.1e-3)

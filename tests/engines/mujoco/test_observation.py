@@ -1,37 +1,32 @@
 """What the engine keeps from one physics step to the next, against the geometry and mechanics that it stands for."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from standing import CONSTANTS, GROUND, LENGTH, SLOPE, Posture, begun, constants, limits, standing_at
+from standing import GROUND, LENGTH, SLOPE, Posture, begun, constants, standing_at
 
 from mjbiped.disturbances.pushes import Pushes
 from mjbiped.engines.mujoco import motors, observation
-from mjbiped.engines.mujoco.simulation import _parts
 from mjbiped.engines.mujoco.state import State, put
+from mjbiped.numerics.blocks import Floats
 from mjbiped.records.columns import TOUCHDOWNS, index_of
-from mjbiped.records.rows import rows_of
-from mjbiped.robots.compass import Compass
 from mjbiped.rules.termination import Outcome
-
-PARTS = _parts(rows_of(Compass))
 
 angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 torques = st.tuples(*[st.floats(-30.0, 30.0)] * 2)
 
 
-def observe(u: State, time: float, state: Posture) -> list[float]:
+def observe(u: State, time: float, state: Posture, **changed: float) -> Floats:
     """Take a state in; returns the touchdown's row."""
-    row = [0.0] * CONSTANTS.touched
-    observation.observe(PARTS, constants(), u, row, time, *state)
-    return row
+    c = constants(state, **changed)
+    observation.observe(c, u, time)
+    return c.row
 
 
-def told(row: Sequence[float], name: str, width: int = 1) -> list[float]:
+def told(row: Floats, name: str, width: int = 1) -> list[float]:
     first = index_of(TOUCHDOWNS, name)
     return [*row[first : first + width]]
 
@@ -112,19 +107,18 @@ def test_work_is_torque_times_what_was_turned(
 def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
     lands: bool, along: float, across: float, turned: float
 ) -> None:
-    u, lim = begun(standing_at(0.0, 0.1, -0.2)), limits(lands)
+    u, c = begun(standing_at(0.0, 0.1, -0.2)), constants(lands=lands)
     place = np.array([0.0, GROUND.height_at(0.0)])
     place += along * np.array([math.cos(SLOPE), -math.sin(SLOPE)]) + across * np.array(
         [math.sin(SLOPE), math.cos(SLOPE)]
     )
-    u.time = 0.1
-    observation.judge(u, lim, GROUND.profile, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
-    slip = abs(along - (0.0 if lands else lim.foot_radius * turned))
+    u.time, u.q[:3] = 0.1, (0.05, 1.2, 0.1 + turned)
+    observation.judge(c, u, *place.tolist())
+    slip = abs(along - (0.0 if lands else c.foot_radius * turned))
     assert u.slip == pytest.approx(slip, abs=1e-12)
     assert u.slides == float(slip > observation.SLID * LENGTH)
     assert u.outcome == 0.0
-    u.time = 0.1
-    observation.judge(u, lim, GROUND.profile, (0.05, 1.2), (float(place[0]), float(place[1])), 0.1 + turned)
+    observation.judge(c, u, *place.tolist())
     assert u.slides == float(slip > observation.SLID * LENGTH)  # counted once a step
 
 
@@ -154,23 +148,26 @@ STILL = (0.0, GROUND.height_at(0.0))
 )
 def test_how_a_walk_ends(hip: tuple[float, float], foot: tuple[float, float], time: float, outcome: Outcome) -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    u.time = time
-    observation.judge(u, limits(), GROUND.profile, hip, foot, 0.1)
+    u.time, u.q[:3] = time, (*hip, 0.1)
+    observation.judge(constants(), u, *foot)
     assert Outcome(int(u.outcome)) is outcome
 
 
 @pytest.mark.parametrize(
     ("count", "x", "outcome"),
-    [(8, 0.5, Outcome.WALKING), (9, 0.5, Outcome.FINISHED), (3, 2.0, Outcome.FINISHED), (3, 1.99, Outcome.WALKING)],
+    [
+        (8, 0.5, Outcome.WALKING),
+        (9, 0.5, Outcome.FINISHED),
+        (3, 2.0 + 1e-9, Outcome.FINISHED),
+        (3, 2.0 - 1e-9, Outcome.WALKING),
+        (3, 3.0 + 1e-9, Outcome.LEFT_TERRAIN),  # the foot has, the hip not yet
+    ],
 )
 def test_a_walk_is_finished_by_steps_or_by_distance(count: int, x: float, outcome: Outcome) -> None:
     u = begun(standing_at(0.0, 0.1, -0.2))
-    u.count, u.foot_x = count, x
-    observation.judge_touchdown(u, limits(distance=2.0))
-    assert Outcome(int(u.outcome)) is outcome
-    u.foot_x, u.outcome, u.count = 3.0, 0.0, 1.0
-    observation.judge_touchdown(u, limits())
-    assert Outcome(int(u.outcome)) is Outcome.LEFT_TERRAIN
+    u.noted, u.count = 1.0, count - 1.0
+    observe(u, 0.7, standing_at(x, -0.2, 0.1, left=False), distance=2.0 if x < 2.5 else math.inf)
+    assert (u.count, Outcome(int(u.outcome))) == (count, outcome)
 
 
 def ahead(distance: float) -> Posture:
@@ -210,18 +207,18 @@ def test_a_foot_that_slid_is_told_in_words() -> None:
 @pytest.mark.parametrize("late", [-1e-12, 0.0, 1e-12])
 def test_a_push_begins_in_the_physics_step_at_its_time(late: float) -> None:
     """Half of it acts after that time, by the middle of the step; times are the same within rounding."""
-    pushes, u = Pushes(np.array([0.3]), np.array([2.0]), 0.1, 0.0, 0.0, (0, 0)), State()
+    pushes, u = Pushes([0.3], [2.0], 1, 0.1, 0.0, 0.0, 0, 0), State()
     u.next_push, u.push_impulse, u.time = 0.3, 2.0, 0.3 + late
     u.planned = u.last_step = 1e-3
-    motors.push(pushes, u)
+    motors.push(constants(pushes=[pushes]), u)
     assert u.pushing == 1.0
     assert u.push == pytest.approx(0.5 * 2.0 / 0.1, rel=1e-8)
 
 
 def test_a_push_ends_when_nothing_but_rounding_is_left_of_its_impulse() -> None:
-    pushes, u = Pushes(np.array([0.3, 0.9]), np.array([2.0, -2.0]), 0.1, 0.0, 0.0, (0, 0)), State()
+    pushes, u = Pushes([0.3, 0.9], [2.0, -2.0], 2, 0.1, 0.0, 0.0, 0, 0), State()
     u.next_push, u.push_impulse, u.time = 0.3, 2.0, 0.4
     u.planned = u.last_step = 1e-3
     u.pushing, u.push_left = 1.0, 1.5e-12  # of 2 N s
-    motors.push(pushes, u)
+    motors.push(constants(pushes=[pushes]), u)
     assert (u.pushing, u.push, u.pushes, u.next_push, u.push_impulse) == (0.0, 0.0, 1.0, 0.9, -2.0)

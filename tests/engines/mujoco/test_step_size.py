@@ -3,19 +3,18 @@
 import math
 from collections.abc import Callable, Sequence
 
-import mujoco
 import numpy as np
 import pytest
-from simulations import Plain, make_simulation
+from simulations import Plain, started
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.mujoco import step_size
+from mjbiped.engines.mujoco import observation, step_size
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step
 from mjbiped.engines.mujoco.observation import SHORTEST
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import Softness, State, stance_of, swing_of
+from mjbiped.engines.mujoco.state import State, stance_leg, swing_leg
 from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
@@ -32,11 +31,6 @@ GROUNDS = {
 }
 
 
-def make(controller: AdaptiveController, terrain: Terrain, **settings: float) -> Simulation:
-    q1, q2, dq1, dq2 = controller.gait.start.tolist()
-    return make_simulation(controller, terrain, robot=controller.robot, q=(q1, q2), dq=(dq1, dq2), steps=6, **settings)
-
-
 @pytest.mark.parametrize("timestep", [2e-4, 2e-3])
 @pytest.mark.parametrize("name", ["level", "mixed", "stairs -0.06", "random 3"])
 def test_a_step_ends_where_the_foot_meets_the_ground(
@@ -44,18 +38,17 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
 ) -> None:
     """An Euler step is known before it is made. The contact step that follows is as long as it should be."""
     terrain = GROUNDS[name]
-    simulation = make(controller, terrain, timestep=timestep)
-    data, u, length = simulation.data, simulation.state, simulation.limits.leg_length
+    simulation = started(controller, terrain, steps=6, timestep=timestep)
+    data, u, length = simulation.data, simulation.state, simulation.constants.leg_length
     heights, lengths = [], []
-    with simulation.callbacks():
-        while not u.outcome:
-            swing = data.qpos[3 if u.stance == 0 else 2]
-            x, z = data.qpos[0] - length * math.sin(swing), data.qpos[1] - length * math.cos(swing)
-            mujoco.mj_step(simulation.model, data)
-            lengths.append(simulation.model.opt.timestep)
-            if u.noted:
-                heights.append(z - terrain.height_at(x))
-                assert (lengths[-1], u.effective_step, u.plain) == (1e-5, 1e-5, 1.0)
+    while not u.outcome:
+        swing = data.qpos[3 if u.stance == 0 else 2]
+        x, z = data.qpos[0] - length * math.sin(swing), data.qpos[1] - length * math.cos(swing)
+        simulation.advance(1)
+        lengths.append(simulation.model.opt.timestep)
+        if u.noted:
+            heights.append(z - terrain.height_at(x))
+            assert (lengths[-1], u.effective_step, u.plain) == (1e-5, 1e-5, 1.0)
     assert len(heights) == 6
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
     assert heights == pytest.approx([-step_size.DEPTH] * 6, abs=3e-9)
@@ -154,10 +147,9 @@ def test_a_face_right_where_the_foot_begins_to_collide(after: float, controller:
 
 def test_steps_of_one_length(controller: AdaptiveController) -> None:
     """Without landing the model stays as it is."""
-    simulation = make(controller, Terrain.mixed(), timestep=2e-4, lands=False)
+    simulation = started(controller, Terrain.mixed(), timestep=2e-4, lands=False)
     softness = simulation.model.geom_solref.copy()
-    with simulation.callbacks():
-        mujoco.mj_step(simulation.model, simulation.data, nstep=9000)
+    assert simulation.advance(9000) == 9000
     assert simulation.state.count == 2
     assert simulation.data.time == pytest.approx(9000 * 2e-4, rel=1e-9)
     assert np.array_equal(simulation.model.geom_solref, softness)
@@ -171,15 +163,15 @@ def flown(
 ) -> tuple[list[float], list[tuple[float, float]], State]:
     """Lengths of the steps of a swing foot that flies on a parabola, the places that they lead to, and the state."""
     constants, u = simulation.constants, State()
-    u.running, u.planned, u.last_step = 1.0, constants.timestep, constants.timestep
+    u.planned = u.last_step = constants.longest
     u.enabled, u.next_control = 1.0, math.inf
-    leg, angle = constants.limits.leg_length, -0.2
+    leg, angle = constants.leg_length, -0.2
     u.q[:4] = *np.add(place, [leg * math.sin(angle), leg * math.cos(angle)]), 0.0, angle
     u.qvel[:2], u.qacc[:2] = speed, (0.5, -9.81)
     lengths: list[float] = []
     places = [place]
     while not until(*places[-1]):
-        found = step_size.step_lengths(constants, u, AWAY)
+        found = step_size.step_lengths(constants, u, AWAY, 1.0)
         lengths.append(found.length)
         for index in range(2):
             u.qvel[index] += effective_step(u.plain, u.last_step, found.length) * u.qacc[index]
@@ -193,7 +185,7 @@ def flown(
 @pytest.mark.parametrize("timestep", [2e-4, 4e-3])
 def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller: AdaptiveController) -> None:
     ground = Terrain.incline(3.0)
-    simulation = make(controller, ground, timestep=timestep)
+    simulation = started(controller, ground, timestep=timestep)
     for height, falling in ((0.02, 0.5), (0.003, 1.5)):
         start = (0.3, ground.height_at(0.3) + height)
         lengths, places, u = flown(simulation, start, (0.8, -falling), lambda x, z: z < ground.height_at(x))
@@ -211,7 +203,7 @@ def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller
 def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, controller: AdaptiveController) -> None:
     """Of a foot that comes to 1 mm ahead of it in the next two steps, or lies beside it, not far over its top."""
     face = 1.0
-    simulation = make(controller, Terrain.stairs(tread=100.0, rise=0.03, first=face, count=1), timestep=1e-3)
+    simulation = started(controller, Terrain.stairs(tread=100.0, rise=0.03, first=face, count=1), timestep=1e-3)
     lengths, places, _ = flown(simulation, (0.98, height), (1.0, 0.15), lambda x, _: x > face - 1e-3)
     # from 1 mm and two steps of 1 ms on, at 1.00 to 1.01 m/s
     near = [length for length, (x, _) in zip(lengths, places, strict=False) if x > face - 3.00e-3]
@@ -221,15 +213,15 @@ def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, con
 
 
 def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveController) -> None:
-    simulation = make(controller, Terrain.level(), timestep=1e-3, control_period=5e-3)
+    simulation = started(controller, Terrain.level(), timestep=1e-3, control_period=5e-3)
     for noted in (0.0, 1.0):
         u = State()
         u.time, u.planned, u.next_control, u.noted, u.q[1] = 0.2, 1e-3, 0.2004, noted, 1.2
-        found = step_size.step_lengths(simulation.constants, u, AWAY)
+        found = step_size.step_lengths(simulation.constants, u, AWAY, 1.0)
         assert found.length == pytest.approx(1e-3 if noted else 4e-4, abs=1e-12)
         assert found.following == 1e-3
         u.next_control = 0.2011
-        assert step_size.step_lengths(simulation.constants, u, AWAY).length == 1e-3
+        assert step_size.step_lengths(simulation.constants, u, AWAY, 1.0).length == 1e-3
 
 
 @pytest.mark.parametrize(
@@ -251,24 +243,19 @@ def test_where_a_face_is_met(
     x: float, z: float, low: float, high: float, there: bool, controller: AdaptiveController
 ) -> None:
     ground = Terrain((-5.0, 1.0, 2.0, 3.0), (0.0, 0.03, 0.0, 0.0), (0.0, 0.0, 0.0, 0.1))
-    places = make(controller, ground, timestep=1e-3).constants.places
-    assert step_size.face_between(places, x, z, low, high, 1e-3) == there
+    c = started(controller, ground, timestep=1e-3).constants
+    assert step_size.face_between(c, x, z, low, high, 1e-3) == there
 
 
 @pytest.mark.parametrize("locked", [0.0, 1.0])
 @pytest.mark.parametrize("strikes", [0.0, 1.0])
-def test_a_swing_knee_is_expected_to_be_locked_where_it_is_or_is_about_to_strike(locked: float, strikes: float) -> None:
-    """For a step in which nothing touches, so that MuJoCo does not ask the contact filter, which writes the same."""
-    robot = mjbiped.KneedBiped()
-    simulation = make_simulation(Plain(), Terrain.level(), robot=robot, q=(-0.2, 0.3, -0.1), dq=(1.0, 0.5, 0.5))
-    model, u, legs = simulation.model, State(), simulation.constants.places.legs
-    u.locked, u.strikes_next, u.planned_next = locked, strikes, 1e-3
-    held = np.full_like(simulation.data.eq_active, 9)
-    step_size.expect(
-        simulation.constants,
-        u,
-        Softness(model.geom_solref, model.jnt_solref, model.eq_solref, model.eq_data, held),
-        0.1,
-    )
-    assert held[legs[swing_of(u, legs)].lock] == max(locked, strikes)
-    assert held[legs[stance_of(u)].lock] == 1
+def test_a_swing_knee_is_locked_where_it_is_or_is_about_to_strike(locked: float, strikes: float) -> None:
+    """In the step after the one that leads it to its stop."""
+    simulation = started(Plain(), Terrain.level(), robot=mjbiped.KneedBiped())
+    c, u = simulation.constants, simulation.state
+    u.locked, u.strikes_next = locked, strikes
+    observation.observe(c, u, 0.1)
+    step_size.soften(c, u)
+    held = simulation.data.eq_active
+    assert held[swing_leg(c, u).lock] == max(locked, strikes)
+    assert held[stance_leg(c, u).lock] == 1

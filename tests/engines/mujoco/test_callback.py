@@ -1,0 +1,377 @@
+"""`mjcb_control`, which is all that acts in a loop of one's own: whom it drives, and what it leaves alone."""
+
+import copy
+import math
+import re
+import textwrap
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from simulations import put, started, state_of
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.control.registry import make_controller
+from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.envs.tasks import WalkTask
+from mjbiped.envs.walkers import Walkers
+from mjbiped.records.columns import index_of, tables_of
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import Outcome
+
+Terrain = mjbiped.Terrain
+LEVEL = Terrain.level()
+PLAIN: dict[str, Any] = {"lands": False, "timestep": 1e-4}
+both = pytest.mark.parametrize("compile", [pytest.param(True, marks=pytest.mark.compiled), False])
+
+
+def steps(simulation: Simulation, count: int) -> None:
+    mujoco.mj_step(simulation.model, simulation.data, nstep=count)
+
+
+def test_example_of_the_docstring_runs() -> None:
+    """As it stands, with the names that a reader has imported."""
+    example = re.search(r"```python\n(.*?)```", Simulation.__doc__ or "", re.DOTALL)
+    assert example
+    names: dict[str, Any] = {name: globals()[name] for name in ("AdaptiveController", "mjbiped", "mujoco", "np")}
+    exec(textwrap.dedent(example[1]), names)
+    assert names["simulation"].data.time > 0.1
+    assert names["simulation"].outcome is Outcome.WALKING
+
+
+EVERY: dict[str, tuple[Robot, str, Terrain]] = {
+    "compass": (mjbiped.Compass(), "adaptive", LEVEL),
+    "sole": (mjbiped.Compass(sole=(0.1, 0.1)), "adaptive", Terrain.mixed()),
+    "kneed": (mjbiped.KneedBiped(), "adaptive", Terrain.mixed()),
+    "pads": (mjbiped.FootedCompass(), "supervised", LEVEL),
+    "boxes": (mjbiped.FootedCompass(underside="box"), "supervised", LEVEL),
+    "round": (mjbiped.RoundCompass(), "passive", Terrain.incline(2.0)),
+    "round knees": (mjbiped.RoundKneed(), "passive", Terrain.incline(2.0)),
+    "wheel": (mjbiped.RimlessWheel(), "passive", Terrain.incline(8.0)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", EVERY)
+def test_plain_steps_drive_every_robot(name: str) -> None:
+    """Contacts are as the step before says: what that makes in six steps of a walk, against steps of stages."""
+    robot, law, ground = EVERY[name]
+    controller = make_controller(law, robot, {})
+    simulation = mjbiped.Mujoco().simulation(controller, ground, steps=6, robot=robot)
+    with simulation.callbacks():
+        while not simulation.over:
+            steps(simulation, 100)
+    walk = mjbiped.walk(controller, ground, engine=mjbiped.Mujoco(**PLAIN), robot=robot, steps=6)
+    assert (simulation.outcome, walk.outcome, walk.steps) == (Outcome.FINISHED, "finished", 6)
+    rows = simulation._rows[:6]
+    first = index_of(tables_of(type(robot)).touchdowns, "dq")
+    rates = rows[:, first : first + len(robot.angles)]
+    np.testing.assert_allclose(rows[:, 0], walk.touchdowns["time"], rtol=0, atol=5e-4)
+    np.testing.assert_allclose(rates, walk.touchdowns["dq"].reshape(rates.shape), rtol=0, atol=2e-3)
+
+
+@pytest.mark.compiled
+def test_plain_steps_are_the_same_in_python(controller: AdaptiveController) -> None:
+    """Bit by bit, over a touchdown."""
+    made = [started(controller, Terrain.stairs(rise=-0.06), compile=compile, **PLAIN) for compile in (True, False)]
+    for simulation in made:
+        with simulation.callbacks():
+            steps(simulation, 8000)
+    assert made[0].state.count >= 1.0
+    assert state_of(made[0]) == state_of(made[1])
+
+
+@both
+def test_a_state_that_was_saved_goes_on(compile: bool, controller: AdaptiveController) -> None:
+    """Bit by bit the same motion; of the last step's contact forces, which are no state, the record misses one."""
+    whole, resumed = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
+    with whole.callbacks():
+        steps(whole, 500)
+        saved = state_of(whole)
+        steps(whole, 500)
+    put(resumed, saved)
+    with resumed.callbacks():
+        steps(resumed, 500)
+    assert resumed.data.qpos.tobytes() == whole.data.qpos.tobytes()
+    assert resumed.data.qvel.tobytes() == whole.data.qvel.tobytes()
+
+
+@pytest.mark.parametrize(("compile", "length"), [pytest.param(True, 8000, marks=pytest.mark.compiled), (False, 1000)])
+def test_extra_forward_calls_change_nothing(compile: bool, length: int, controller: AdaptiveController) -> None:
+    """Bitwise, of a robot without knees: a viewer or an integrator may call back again at the same time."""
+    plain, disturbed = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
+    with plain.callbacks():
+        steps(plain, length)
+    with disturbed.callbacks():
+        for _ in range(length):
+            mujoco.mj_forward(disturbed.model, disturbed.data)
+            steps(disturbed, 1)
+    assert plain.state.count >= float(compile)
+    assert state_of(plain) == state_of(disturbed)
+
+
+@both
+def test_zeroed_userdata_does_nothing(compile: bool, controller: AdaptiveController) -> None:
+    simulation = started(controller, LEVEL, compile=compile, **PLAIN)
+    mujoco.mj_resetData(simulation.model, simulation.data)
+    with simulation.callbacks():
+        steps(simulation, 10)
+    assert not simulation.data.ctrl.any()
+    assert not simulation.data.userdata.any()
+
+
+@both
+def test_copies_are_left_alone(compile: bool, controller: AdaptiveController) -> None:
+    """Of the data, or of the model as well: what is copied with them names the walk of which they are no part."""
+    simulation = started(controller, LEVEL, compile=compile, **PLAIN)
+    with simulation.callbacks():
+        for model in (simulation.model, copy.copy(simulation.model)):
+            before, data = state_of(simulation), mujoco.MjData(model)
+            data.qpos, data.qvel, data.userdata = simulation.data.qpos, simulation.data.qvel, simulation.data.userdata
+            mujoco.mj_step(model, data, nstep=10)
+            assert not data.ctrl.any()
+            assert state_of(simulation) == before
+
+
+FALLING = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+
+
+@both
+def test_others_are_asked_for_their_models_and_stay(compile: bool, controller: AdaptiveController) -> None:
+    """The callback is the process's: another model that is stepped meanwhile is driven by who was there before."""
+    other, seen = mujoco.MjModel.from_xml_string(FALLING), []
+
+    def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        seen.append(model)
+
+    alone, simulation = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
+    with alone.callbacks():
+        steps(alone, 100)
+        mujoco.mj_step(other, mujoco.MjData(other))
+    mujoco.set_mjcb_control(theirs)
+    try:
+        with simulation.callbacks():
+            steps(simulation, 100)
+            mujoco.mj_step(other, mujoco.MjData(other))
+        assert seen == [other]
+        assert mujoco.get_mjcb_control() is theirs
+        simulation.advance(1)
+        assert mujoco.get_mjcb_control() is theirs
+    finally:
+        mujoco.set_mjcb_control(None)
+    alone.advance(1)
+    assert state_of(alone) == state_of(simulation)
+
+
+class Broken(PassiveController):
+    def __init__(self, error: BaseException) -> None:
+        object.__setattr__(self, "error", error)
+
+    def law(self) -> None:  # type: ignore[override]
+        return None
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        raise self.error  # type: ignore[attr-defined]
+
+
+@both
+@pytest.mark.parametrize("how", ["steps", "advance"])
+@pytest.mark.parametrize("error", [ValueError("broken"), KeyboardInterrupt()], ids=["exception", "ctrl-c"])
+def test_what_a_controller_raises_is_raised_and_others_callbacks_come_back(
+    compile: bool, how: str, error: BaseException
+) -> None:
+    def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Nothing."""
+
+    names = [name for name in dir(mujoco) if name.startswith("get_mj")]
+    simulation = started(Broken(error), LEVEL, compile=compile, **PLAIN)
+    mujoco.set_mjcb_control(theirs)
+    try:
+        before = [getattr(mujoco, name)() for name in names]
+        with pytest.raises(type(error)), simulation.callbacks():
+            if how == "steps":
+                steps(simulation, 3)
+            else:
+                simulation.advance(3)
+        assert [getattr(mujoco, name)() for name in names] == before
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert not simulation.over
+
+
+@both
+def test_nested_simulations_are_both_driven(compile: bool, controller: AdaptiveController) -> None:
+    """Whether the inner one is machine code or not, and by blocks of its own."""
+    alone, outer, inner, other = (
+        started(controller, LEVEL, compile=each, **PLAIN) for each in (compile, compile, compile, not compile)
+    )
+    with alone.callbacks():
+        steps(alone, 600)
+    with outer.callbacks(), inner.callbacks(), other.callbacks():
+        for simulation in (outer, inner, other):
+            steps(simulation, 300)
+        with outer.callbacks():
+            steps(outer, 300)
+        for simulation in (inner, other):
+            steps(simulation, 300)
+    assert state_of(alone) == state_of(outer) == state_of(inner) == state_of(other)
+
+
+@pytest.mark.compiled
+def test_walks_of_many_gains_in_threads_are_as_alone(controller: AdaptiveController) -> None:
+    gains = (5.0, 3.0, 8.0)
+    alone, together = (
+        [started(replace(controller, position_gain=gain), LEVEL, compile=True, **PLAIN) for gain in gains]
+        for _ in range(2)
+    )
+    for simulation in alone:
+        with simulation.callbacks():
+            steps(simulation, 2000)
+    with together[0].callbacks(), together[1].callbacks(), together[2].callbacks():
+        threads = [threading.Thread(target=steps, args=(simulation, 2000)) for simulation in together]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    ends = [state_of(simulation) for simulation in together]
+    assert ends == [state_of(simulation) for simulation in alone]
+    assert len(set(ends)) == 3
+
+
+def in_threads(*calls: Callable[[], object]) -> None:
+    threads = [threading.Thread(target=call) for call in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def test_walks_in_python_in_threads_are_as_alone(controller: AdaptiveController) -> None:
+    """They wait for each other."""
+    walks: list[mjbiped.Walk] = []
+
+    def walk() -> None:
+        walks.append(mjbiped.walk(controller, LEVEL, steps=1))
+
+    in_threads(walk, walk)
+    walk()
+    assert walks[0] == walks[1] == walks[2]
+
+
+def walkers(threads: int = 1, count: int = 2) -> Walkers:
+    made = Walkers(WalkTask("walk_level", residual=True), count, threads=threads)
+    for index in range(count):
+        made.begin(index, np.random.default_rng(index))
+    return made
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rows_leave_others_callbacks_and_are_not_driven_by_them(threads: int) -> None:
+    """Those who hear MuJoCo's warnings, too, as dm_control does; the robots walk as without them, bit by bit."""
+    felt, seen = [], []
+
+    def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        seen.append(model)
+
+    for control, hears in ((None, None), (theirs, seen.append)):
+        made = walkers(threads)
+        mujoco.set_mjcb_control(control)
+        mujoco.set_mju_user_warning(hears)
+        try:
+            standing = mujoco.get_mju_user_warning()
+            for _ in range(30):
+                made.step()
+            assert mujoco.get_mjcb_control() is control
+            assert mujoco.get_mju_user_warning() == standing
+        finally:
+            mujoco.set_mjcb_control(None)
+            mujoco.set_mju_user_warning(None)
+        felt.append(made.felt.copy())
+        made.close()
+    np.testing.assert_array_equal(felt[0], felt[1])
+    assert not seen
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rows_and_walks_go_on_within_and_between_each_other(threads: int, controller: AdaptiveController) -> None:
+    alone, made = walkers(threads), walkers(threads)
+    for _ in range(3):
+        alone.step()
+    simulation = started(controller, LEVEL, **PLAIN)
+    with simulation.callbacks():
+        steps(simulation, 10)
+        made.step()
+        steps(simulation, 10)
+    made.step()
+    assert mjbiped.walk(controller, LEVEL, steps=1, sample_period=None).outcome == "finished"
+    made.step()
+    assert simulation.state.time == pytest.approx(19e-4)
+    np.testing.assert_array_equal(made.felt, alone.felt)
+    for each in (alone, made):
+        each.close()
+
+
+def test_rows_in_two_threads_do_not_mix() -> None:
+    """Each is bitwise as alone."""
+    rows: list[list[bytes]] = [[], [], []]
+
+    def episodes(into: list[bytes]) -> None:
+        one = Walkers(WalkTask("walk_random", residual=True))
+        one.begin(0, np.random.default_rng(3))
+        for _ in range(150):
+            one.step()
+            into.append(one.felt.tobytes())
+
+    in_threads(lambda: episodes(rows[0]), lambda: episodes(rows[1]))
+    episodes(rows[2])
+    assert rows[0] == rows[1] == rows[2]
+
+
+class Constant(Controller):
+    """A constant hip torque, and a count of its ticks."""
+
+    states = ("ticks",)
+    memory_size = 1
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return 0.0, 0.5, 1.0
+
+
+@pytest.mark.parametrize("how", ["steps", "advance"])
+def test_controller_ticks_once_per_control_period(how: str) -> None:
+    """It is asked at the times that it should be, and the state whose rate is 1 is a clock."""
+    asked: list[float] = []
+
+    class Asked(Constant):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            asked.append(t)
+            assert memory[0] == pytest.approx(t, abs=1e-15)
+            return super().torque(memory, t, q, dq)
+
+    settings: dict[str, Any] = PLAIN if how == "steps" else {"timestep": 5e-4}
+    simulation = started(Asked(), LEVEL, control_period=2e-3, **settings)
+    with simulation.callbacks():
+        if how == "steps":
+            steps(simulation, 100)
+        else:
+            simulation.advance(20)
+    assert asked == pytest.approx([0.0, 2e-3, 4e-3, 6e-3, 8e-3], abs=1e-15)
+
+
+def test_work_is_torque_times_way() -> None:
+    """Independent of the engine's own sums: a constant torque's work is the torque times the angle it moved through."""
+    simulation = started(Constant(), LEVEL, **PLAIN)
+    with simulation.callbacks():
+        steps(simulation, 401)
+        mujoco.mj_forward(simulation.model, simulation.data)  # counts the last step's work
+    left, right = simulation.data.qpos[2:]
+    # sums of 400 roundings
+    assert simulation.state.work_net == pytest.approx(0.5 * (right - left), rel=1e-10)
+    assert math.isclose(simulation.data.time, 401e-4, rel_tol=1e-9)
