@@ -126,6 +126,7 @@ class Ticks:
         self._table: NDArray[Any] | None = None
         self._places, self._living = [0] * count, [[]] * count
         self._pool: ThreadPoolExecutor | None = None
+        self._called = False  # methods in Python are called by machine code
 
     def put(self, index: int, simulation: Simulation, place: int) -> None:
         """Let a simulation stand at an index of the row.
@@ -163,6 +164,8 @@ class Ticks:
         )
         if self._table is None:
             self._table = np.zeros(len(self._rows), made.dtype)
+            self._native, self._machine_code = simulation.native, _machine_code()
+        self._called = self._called or not simulation.compiled
         self._table[index], self._living[index] = made[0], [block, living, more]
 
     def now(self, index: int) -> State:
@@ -204,14 +207,16 @@ class Ticks:
 
     def _go(self, first: int, last: int, ticks: int) -> None:
         """Step some, or only look, in this thread."""
-        simulations = [each for each in self._simulations[first:last] if each is not None]
         if self._table is not None:
-            callback.enter(simulations[0].native)
+            callback.enter(self._native)
             try:
-                _machine_code()(self._table.ctypes.data, first, last, ticks)
+                self._machine_code(self._table.ctypes.data, first, last, ticks)
             finally:
                 callback.leave()
-        else:
+            if not self._called:
+                return
+        simulations = [each for each in self._simulations[first:last] if each is not None]
+        if self._table is None:
             with ExitStack() as stack:
                 for simulation in simulations:
                     stack.enter_context(simulation.acting())

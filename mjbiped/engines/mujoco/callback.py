@@ -6,9 +6,12 @@ threads. Where a walk is interpreted, a function in Python stands there, which k
 
 from __future__ import annotations
 
+import ctypes
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any, Protocol
 
 from mjbiped.engines.mujoco import step
@@ -35,26 +38,52 @@ _LONGEST_WAIT = 60.0  # for the interpreted walk of another thread, s: longer on
 _lock = threading.Lock()  # held while anything of the following changes
 _interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, below zero
 _compiled = 0  # number of those who need the C function
-_native: Any = None  # the C function, once a walk has needed it
-_theirs: dict[str, Any] | None = None  # what somebody else has installed, while ours are there
+_native: Any = None  # the C function and its address, once a walk has needed them
 _NAMES = ("mjcb_control", "mju_user_warning")
+"""The second hears warnings, which each mjData counts; without a function MuJoCo would write them to a file."""
+_theirs: list[Any] = [None, None]  # what somebody else has installed under these names
+_NOTHING, _PYTHON, _C = range(3)
+_there = _NOTHING  # what of ours stands there
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
 def _refresh() -> None:
     """Put into MuJoCo's places what is needed there now."""
-    global _theirs
-    wanted: dict[str, Any] | None = None
-    if _interpreted or _compiled:
-        if _theirs is None:
-            _theirs = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
-        alone = not _interpreted and _theirs["mjcb_control"] is None
-        # each mjData counts its own warnings; without a function MuJoCo would write them to a file
-        wanted = {"mjcb_control": _native if alone else _control, "mju_user_warning": _hush}
-    elif _theirs is not None:
-        wanted, _theirs = _theirs, None
-    for name, function in (wanted or {}).items():
+    global _theirs, _there
+    if _there == _NOTHING:
+        _theirs = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()]
+    wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
+    if wanted == _PYTHON and not _interpreted and _theirs == [None, None]:
+        wanted = _C
+    if wanted == _there:
+        return
+    if _there == _C:
+        _write(None, None)
+    elif _there == _PYTHON:
+        _set(*_theirs)
+    if wanted == _C:
+        _write(_native[1], _HUSH[1])
+    elif wanted == _PYTHON:
+        _set(_control, _hush)
+    _there = wanted
+
+
+def _set(*functions: Any) -> None:
+    for name, function in zip(_NAMES, functions, strict=True):
         getattr(mujoco, f"set_{name}")(function)
+
+
+def _write(control: int | None, warning: int | None) -> None:
+    """Put C functions into MuJoCo's places, which costs a tenth of `_set`."""
+    slots = _slots()
+    slots[0].value, slots[1].value = control, warning
+
+
+@cache
+def _slots() -> list[ctypes.c_void_p]:
+    (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
+    library = ctypes.CDLL(str(path))
+    return [ctypes.c_void_p.in_dll(library, name) for name in _NAMES]
 
 
 def enter(native: Any) -> None:
@@ -143,9 +172,9 @@ def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
             if walk.constants.data == data._address:  # not a copy
                 step.on_control(walk.constants, data.time)
         elif data.userdata[1] > 0.0 and _native is not None:
-            _native(model._address, data._address)
+            _native[0](model._address, data._address)
         return
-    theirs = _theirs["mjcb_control"] if _theirs else None
+    theirs = _theirs[0]
     if theirs is not None:
         theirs(*((model._address, data._address) if hasattr(theirs, "argtypes") else (model, data)))
 
@@ -154,12 +183,20 @@ def _hush(message: str) -> None:
     """`mju_user_warning`."""
 
 
+def addressed(function: Any) -> tuple[Any, int]:
+    """A C function of ctypes, and its address."""
+    return function, ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+_HUSH = addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
+
+
 def require_none() -> None:
     """Refuse to begin many walks where somebody else's callback is installed.
 
     Raises:
         MjbipedError: It is.
     """
-    standing = _theirs["mjcb_control"] if _theirs is not None else mujoco.get_mjcb_control()
+    standing = mujoco.get_mjcb_control() if _there == _NOTHING else _theirs[0]
     if standing is not None:
         raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")

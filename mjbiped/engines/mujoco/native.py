@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import step
+from mjbiped.engines.mujoco.callback import addressed
 from mjbiped.engines.mujoco.state import MARK, constants_at, state_at
 from mjbiped.numerics import machine
 from mjbiped.numerics.blocks import numbers, reader
@@ -85,7 +86,7 @@ def place_of_userdata(data: mujoco.MjData) -> int:
 
 @cache
 def control_callback(userdata: int) -> Any:
-    """`mjcb_control` as a C function, for all walks in machine code; other models are left alone.
+    """`mjcb_control` as a C function, and its address, for all walks in machine code; other models are left alone.
 
     Args:
         userdata: See `place_of_userdata`.
@@ -99,7 +100,7 @@ def control_callback(userdata: int) -> Any:
             if c.data == data:
                 step.on_control(c, numbers(c.time, 1)[0])
 
-    return machine.compiled(on_control, "void(int64, int64)", for_c=True).ctypes
+    return addressed(machine.compiled(on_control, "void(int64, int64)", for_c=True).ctypes)
 
 
 class Word(NamedTuple):
