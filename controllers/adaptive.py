@@ -90,8 +90,6 @@ def touchdown(
     plan(parameters, memory, rise, q, dq)
 
 
-def knee_strike(
-    parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
-) -> None:
+def knee_strike(parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
     """Follow the branch of the straight knee from now on; see `Law.knee_strike`."""
     memory[LOCKED] = 1.0

@@ -83,9 +83,7 @@ def masses(
     return m11, m12, m22, m13, m23, chain[first + 8]
 
 
-def solve(
-    chain: Sequence[float], first: int, n: int, room: Sequence[float], right: int
-) -> tuple[float, float, float]:
+def solve(chain: Sequence[float], first: int, n: int, room: Sequence[float], right: int) -> tuple[float, float, float]:
     """Return M^-1 times the n numbers at the index `right` of the room; the others are those of `inverse_dynamics`."""
     m11, m12, m22, m13, m23, m33 = masses(chain, first, n, room)
     f1, f2, f3, share1, share2 = room[right], room[right + 1], 0.0, 0.0, 0.0

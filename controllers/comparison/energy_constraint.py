@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import ENERGY, GAINS, IMITATED_SLOPE, KnownSlopeController, against_slope
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error
 from mjbiped.errors import InputError
 from mjbiped.robots import compass

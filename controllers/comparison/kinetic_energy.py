@@ -7,7 +7,13 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import ENERGY, GAINS, IMITATED_SLOPE, KnownSlopeController, against_slope
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.utils import domains
 

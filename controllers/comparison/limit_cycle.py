@@ -66,7 +66,14 @@ def _torque(
     a2 = _commanded(out, 1, position_gain, q2, rate_gain, dq[1])
     sine, cosine = math.sin(slope), math.cos(slope)
     force1, force2 = compass.inverse_dynamics(
-        parameters, compass.legs_of(q1, q2), dq[0], dq[1], sine, cosine, a1, a2  # type: ignore[arg-type]
+        parameters,
+        compass.legs_of(q1, q2),
+        dq[0],
+        dq[1],
+        sine,
+        cosine,
+        a1,
+        a2,  # type: ignore[arg-type]
     )
     out[0], out[1] = compass.joint_torques(force1, force2)
 

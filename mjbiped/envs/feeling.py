@@ -6,7 +6,7 @@ The same source runs in Python and as machine code, after the steps of each robo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence
 from typing import Any
 
 import numpy as np

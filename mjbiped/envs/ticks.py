@@ -124,7 +124,8 @@ class Ticks:
         self._simulations: list[Simulation | None] = [None] * count
         self._rows: list[Row | None] = [None] * count
         self._table: NDArray[Any] | None = None
-        self._places, self._living = [0] * count, [[]] * count
+        self._places = [0] * count
+        self._living: list[Any] = [None] * count  # what the rows of the table point to
         self._pool: ThreadPoolExecutor | None = None
         self._called = False  # methods in Python are called by machine code
 
@@ -166,7 +167,7 @@ class Ticks:
             self._table = np.zeros(len(self._rows), made.dtype)
             self._native, self._machine_code = simulation.native, _machine_code()
         self._called = self._called or not simulation.compiled
-        self._table[index], self._living[index] = made[0], [block, living, more]
+        self._table[index], self._living[index] = made[0], (block, living, more)
 
     def now(self, index: int) -> State:
         """What is remembered of a robot's walk, as the next tick will find it."""
@@ -200,7 +201,9 @@ class Ticks:
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="robots")
         ends = [count * part // self._threads for part in range(self._threads + 1)]
-        others = [self._pool.submit(self._go, *ends[part : part + 2], self._ticks) for part in range(1, self._threads)]
+        others = [
+            self._pool.submit(self._go, ends[part], ends[part + 1], self._ticks) for part in range(1, self._threads)
+        ]
         self._go(ends[0], ends[1], self._ticks)
         for other in others:
             other.result()

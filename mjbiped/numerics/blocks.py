@@ -1,7 +1,7 @@
 """Named numbers for one source that runs as plain Python and as machine code.
 
-A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object itself. Machine
-code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes one argument.
+A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object
+itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes one argument.
 What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
 `leg_at(block.legs, i)` with `leg_at = reader(Leg)`.
 """
@@ -94,7 +94,7 @@ def first(values: Any, count: int) -> Any:
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:
-    """The function (blocks, index) -> one block of a list, or of those that stand at an address one behind the other."""
+    """The function (blocks, index) -> one block of a list, or of those at an address one behind the other."""
 
     def entry(blocks: Any, index: int) -> Any:
         return blocks[index]

@@ -46,7 +46,7 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
 
 
 def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> None:
-    """Say that a function makes an array, which owns nothing, of an address and a count; an array it returns as it is."""
+    """Say that a function makes an array, which owns nothing, of an address and a count; it returns or cuts an array."""
     kind, size = types.Array(item, 1, "C"), item.bitwidth // 8
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
@@ -60,7 +60,7 @@ def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> Non
         populate_array(made, data=data, shape=[arguments[1]], strides=[width], itemsize=width, meminfo=None)
         return made._getvalue()
 
-    defined(function, lambda values, count: values if isinstance(values, types.Array) else kind, generate)
+    defined(function, lambda values, _: values if isinstance(values, types.Array) else kind, generate)
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
@@ -81,9 +81,9 @@ for _each in (blocks.numbers, blocks.borrowed):
 _array(blocks.first, types.float64, cut=True)
 _array(blocks.whole_numbers, types.int32)
 _array(blocks.octets, types.uint8)
-defined(blocks.give_back, lambda values, changed: types.void, lambda context, *_: context.get_dummy_value())
-defined(blocks.call, lambda function, *arguments: types.void, _call)
-defined(blocks.call_for_float, lambda function, *arguments: types.float64, _call)
+defined(blocks.give_back, lambda *_: types.void, lambda context, *_: context.get_dummy_value())
+defined(blocks.call, lambda *_: types.void, _call)
+defined(blocks.call_for_float, lambda *_: types.float64, _call)
 
 
 @cache
@@ -96,7 +96,7 @@ def read(entry: Callable[..., Any]) -> None:
         offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
         return builder.inttoptr(builder.add(arguments[0], offset), context.get_value_type(record))
 
-    defined(entry, lambda values, index: record, at)
+    defined(entry, lambda *_: record, at)
 
 
 @cache

@@ -19,7 +19,7 @@ from mjbiped.rules.termination import STALL_TIME, Outcome
 FORMAT = "mjbiped walk"
 FORMAT_VERSION = 7
 """Version 2 added `normal_force` to touchdowns; 3, the stance knee's motor; 4, the centre of pressure in touchdowns and
-its histogram; 5, the outcome "time limit"; 6, soles; 7, the greatest contact force. What an older record lacks is NaN."""
+its histogram; 5, the outcome "time limit"; 6, soles; 7, contact forces. What an older record lacks is NaN."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad); MuJoCo treats a state beyond it as diverged."""

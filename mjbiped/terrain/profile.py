@@ -15,6 +15,7 @@ BESIDE = 1e-3
 OVER = 1e-6
 """Distance beyond the upper edge up to which a foot still stands on it, m: it moves a little in the impact."""
 
+
 class Profile(NamedTuple):
     """A terrain's segments; see `mjbiped.Terrain`.
 

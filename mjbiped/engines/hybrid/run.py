@@ -443,6 +443,11 @@ def packed(tables: Tables) -> tuple[NDArray[np.float64], Any]:
         from it. Keep block and arrays alive while the engine runs.
     """
     packer = Packer()
-    shared = Tables(Ground(*map(Shared, tables.ground[:-1]), tables.ground.segments), tables.pushes, Shared(tables.rows), Shared(tables.samples))
+    shared = Tables(
+        Ground(*map(Shared, tables.ground[:-1]), tables.ground.segments),
+        tables.pushes,
+        Shared(tables.rows),
+        Shared(tables.samples),
+    )
     unpack = unpacking(packer.add(shared), tuple(packer.classes.items()))
     return packer.record(), unpack

@@ -4,8 +4,8 @@
 * a stretch between two steps becomes a **box** per segment where it is level, and **heightfields** where it is not: a
   tilted box has leaning ends, and a step beside it would stand before or behind its place;
 * a step gets a frictionless **riser**, a plate behind its face by the foot's radius: the end of the leg meets it there;
-* about a riser's face the lower ground is a box of its own, the **sill**, which goes on behind the face. A foot that comes
-  down along a riser would be held between the riser and the end of a piece of ground, as in a vice;
+* about a riser's face the lower ground is a box of its own, the **sill**, which goes on behind the face: a foot that
+  comes down along a riser would be held between the riser and the end of a piece of ground, as in a vice;
 * every slope change and step edge gets a stripe that only the eye meets.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be

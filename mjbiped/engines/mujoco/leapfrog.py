@@ -25,8 +25,8 @@ step, and by that of the centre of a sphere that rolls, the solver takes both aw
 was.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
-integrator. So the velocity stage alone is *shown* other rates (`step.step`). What is shown differs from the state's rates by the lag of the legs, and by a velocity
-of the hip, of which no Coriolis force depends. A step that makes an impact is MuJoCo's own.
+integrator. So the velocity stage alone is *shown* other rates (`step.step`). They differ from the state's rates by the
+lag of the legs, and by a velocity of the hip, of which no Coriolis force depends. A step that makes an impact is MuJoCo's own.
 """
 
 from __future__ import annotations

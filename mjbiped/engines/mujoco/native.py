@@ -36,7 +36,7 @@ def define_stages() -> None:
     (library,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     llvm.load_library_permanently(str(library))
     for stage, calls in _STAGES.items():
-        machine.defined(stage, lambda model, data: machine.types.void, _calling(calls))
+        machine.defined(stage, lambda *_: machine.types.void, _calling(calls))
 
 
 def _calling(calls: Any) -> Any:

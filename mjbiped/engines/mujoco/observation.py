@@ -11,7 +11,6 @@ impact.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from mjbiped.disturbances.pushes import following
@@ -36,8 +35,8 @@ from mjbiped.engines.mujoco.state import (
     end_of_leg,
     foot_of,
     leg_at,
-    put,
     pushes_at,
+    put,
     rates_of,
     stance_leg,
     swing_index,
@@ -61,8 +60,8 @@ SQUEEZED = 20.0  # weights: no walk presses so hard for 5 ms, but between two ge
 INTRUDES = 5e-3  # an edge that stands higher in a foot would have turned a foot with a sole, m
 
 INTRUSION_WORDS = (
-    f"footholds in which an edge of the ground stood more than {1e3 * INTRUDES:g} mm inside the foot, between its pads: a "
-    'foot with a sole would stand otherwise there; see underside="box"'
+    f"an edge of the ground stood more than {1e3 * INTRUDES:g} mm inside a foot, between its pads: a foot with a sole would "
+    'stand otherwise there; see underside="box"'
 )
 SQUEEZING_WORDS = (
     f"contacts pressed on the feet with more than {SQUEEZED:g} weights for 5 ms: a foot was held between two pieces of "
@@ -260,7 +259,7 @@ def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:
 
 
 def warned(warnings: dict[str, int], u: Any) -> dict[str, int]:
-    """Warnings of a walk, with those of steps in which the stance foot slid or a foot was squeezed, if there were any."""
+    """Warnings of a walk, with those of what its feet went through, if there were any."""
     found = {SLIDING_WORDS: int(u.slides), SQUEEZING_WORDS: int(u.squeezes), INTRUSION_WORDS: int(u.intrusions)}
     return {**warnings, **{words: count for words, count in found.items() if count}}
 

@@ -28,7 +28,7 @@ def frequency_of(robot: Robot) -> float:
 
 
 def servo_of(robot: Robot) -> tuple[float, float]:
-    """Stiffness (N m/rad) and damping (N m s/rad) of a robot's servo, critically damped while the foot is off the ground.
+    """Stiffness (N m/rad) and damping (N m s/rad) of the servo, critically damped while the foot is off the ground.
 
     A foot that slides or hops leaves the servo little more than the shank to move: more damping would then be unstable.
     """

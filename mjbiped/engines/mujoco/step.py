@@ -121,10 +121,10 @@ def on_control(c: Any, time: float) -> None:
 def warned(c: Any) -> bool:
     """Whether MuJoCo has warned of anything in this walk."""
     warnings = whole_numbers(c.warnings, 2 * WARNINGS)
+    count = 0
     for kind in range(WARNINGS):
-        if warnings[2 * kind + 1] != 0:
-            return True
-    return False
+        count += warnings[2 * kind + 1]
+    return bool(count != 0)
 
 
 def check(model: Any, data: Any) -> None:

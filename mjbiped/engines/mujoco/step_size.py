@@ -6,7 +6,8 @@ the impact. MuJoCo's Euler step is known before it is made: with the acceleratio
 
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
-so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`. What k is, and what else steps of changing length need, says `leapfrog`.
+so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`. What k
+is, and what else steps of changing length need, says `leapfrog`.
 
 **Approach.** Before the touchdown, steps become shorter by a factor of 4 each: the impact is made of rates half a
 step old, and a foot that happens to be out of contact falls meanwhile.
@@ -168,10 +169,8 @@ def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
     if u.struck:
         return found
     if free:
-        if knee_after(c, u, 0.0) > 0.0:
-            stop = approach(stop_gap, c, u)
-        else:
-            stop = Lengths(planned, shortest, True)
+        opened = knee_after(c, u, 0.0) > 0.0
+        stop = approach(stop_gap, c, u) if opened else Lengths(planned, shortest, True)
         found = sooner(found, stop, planned)
         u.strikes_next = 1.0 if stop.reached and stop.length == found.length else 0.0
     # an impact is not cut in two; the tick waits for its end

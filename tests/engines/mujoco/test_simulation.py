@@ -9,11 +9,11 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from mjbiped.control.compile_errors import LawError
 from simulations import assert_resumes, assert_same, make_simulation, recorded, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.compile_errors import LawError
 from mjbiped.control.controller import Law
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import observation
