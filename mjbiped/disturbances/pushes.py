@@ -19,7 +19,7 @@ class Pushes(NamedTuple):
     Attributes:
         times: Times at which pushes begin, s.
         impulses: Impulse of each push, N s.
-        count: Number of these.
+        listed: Number of these.
         duration: Duration of each push, s.
         size: Impulse of random pushes, N s.
         interval: Mean time between random pushes, s; 0: there are none.
@@ -29,7 +29,7 @@ class Pushes(NamedTuple):
 
     times: Floats
     impulses: Floats
-    count: int
+    listed: int
     duration: float
     size: float
     interval: float
@@ -53,7 +53,7 @@ def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
         seed = (pushes.seed_low, pushes.seed_high)
         size = pushes.size if uniform(seed, number, _SIGN) < 0.5 else -pushes.size
         return after - pushes.interval * math.log(uniform(seed, number, _TIME)), size
-    if number < pushes.count:
-        times, impulses = numbers(pushes.times, pushes.count), numbers(pushes.impulses, pushes.count)
+    if number < pushes.listed:
+        times, impulses = numbers(pushes.times, pushes.listed), numbers(pushes.impulses, pushes.listed)
         return float(times[number]), float(impulses[number])
     return math.inf, 0.0

@@ -1,8 +1,8 @@
 """Named numbers for one source that runs as plain Python and as machine code.
 
 A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object
-itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes one argument.
-What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
+itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes
+one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
 `leg_at(block.legs, i)` with `leg_at = reader(Leg)`.
 """
 
@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cache
 from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = Sequence[float]
+Floats = Sequence[float] | NDArray[np.float64]
 """A list of floats, which is an address in machine code."""
 
 
@@ -114,5 +114,6 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     return result
 
 
-for _each in (numbers, whole_numbers, octets, borrowed, give_back, first, call, call_for_float):
-    _each.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `machine`
+_MEANT: tuple[Any, ...] = (numbers, whole_numbers, octets, borrowed, give_back, first, call, call_for_float)
+for _each in _MEANT:
+    _each.meant = None  # what they mean in machine code stands in `machine`

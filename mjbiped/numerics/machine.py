@@ -46,7 +46,7 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
 
 
 def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> None:
-    """Say that a function makes an array, which owns nothing, of an address and a count; it returns or cuts an array."""
+    """Say that a function makes an array, which owns nothing, of an address and a count; it may cut an array."""
     kind, size = types.Array(item, 1, "C"), item.bitwidth // 8
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:

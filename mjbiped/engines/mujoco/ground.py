@@ -157,7 +157,8 @@ class Ground:
         x, z = stop if up else start
         back = min(SILL, stop[0] - start[0])
         ends = (x - back, x + SILL) if up else (x - SILL, x + back)
-        _add_box(spec, f"sill_{index}", *((end, z - math.tan(slope) * (end - x)) for end in ends), slope)
+        begin, end = ((place, z - math.tan(slope) * (place - x)) for place in ends)
+        _add_box(spec, f"sill_{index}", begin, end, slope)
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""

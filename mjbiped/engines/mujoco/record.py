@@ -91,4 +91,4 @@ def _write_posture(c: Any, u: Any, row: Any, at: int) -> int:
     order = numbers(c.order, c.coordinates)
     for index in range(c.coordinates):
         row[at + index] = u.q[int(order[index])]
-    return at + c.coordinates
+    return at + int(c.coordinates)

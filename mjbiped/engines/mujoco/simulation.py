@@ -304,8 +304,8 @@ class Simulation:
     def check(self) -> None:
         """Raise the exception of a Python method that machine code has called; the walk can then continue."""
         code = self._code
-        if isinstance(code, CalledMethods) and code.error is not None:
-            error = code.raised()
+        error = code.raised() if isinstance(code, CalledMethods) else None
+        if error is not None:
             self.state.outcome = 0.0
             raise error
 
