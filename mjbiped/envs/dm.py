@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -79,8 +80,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def step(self, nstep: int = 1) -> None:
         """Simulate `nstep` control periods; after a fall nothing moves any more."""
+        timer, began = self.data.timer[mujoco.mjtTimer.mjTIMER_STEP], time.perf_counter()
         for _ in range(nstep):
             self._walkers.step()
+        timer.number += nstep  # MuJoCo counts its own steps alone
+        timer.duration += time.perf_counter() - began
         self._show()
 
     @contextmanager

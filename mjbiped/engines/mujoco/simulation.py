@@ -28,7 +28,7 @@ from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_i
 from mjbiped.engines.mujoco.motors import SPARE
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, first_state
-from mjbiped.engines.mujoco.state import SIZE, Constants, State
+from mjbiped.engines.mujoco.state import MARK, SIZE, Constants, State
 from mjbiped.engines.mujoco.step_size import soften
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.numerics.blocks import packed
@@ -215,7 +215,7 @@ class Simulation:
 
     def _look_again(self) -> None:
         """Say whose data these are, and write what is only in the model: contact bits and softness."""
-        self.state.walk = float(self._number if self._block is None else self._block.ctypes.data)
+        self.claim()
         softened = self.state.softened, self.state.acted
         soften(self.constants, self.state)
         self.state.softened, self.state.acted = softened
@@ -284,7 +284,7 @@ class Simulation:
     def claim(self) -> None:
         """Say whose data these are, since the state of another simulation built alike may have been set."""
         u = self.state
-        if u.walk:
+        if u.mark == MARK:
             u.walk = float(self._number if self._block is None else self._block.ctypes.data)
 
     @contextmanager
@@ -296,7 +296,7 @@ class Simulation:
         An exception in a controller's Python method ends the walk, and is raised at the end of the block.
         """
         with self.acting():
-            if self.state.walk and not self.move_on():
+            if self.state.mark == MARK and not self.move_on():
                 self._look_again()
             yield
         self.check()
