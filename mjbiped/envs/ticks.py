@@ -123,7 +123,8 @@ class Ticks:
         self._simulations: list[Simulation | None] = [None] * count
         self._rows: list[Row | None] = [None] * count
         self._table: NDArray[Any] | None = None
-        self._places, self._living = [0] * count, [[]] * count
+        self._places: list[int] = [0] * count
+        self._living: list[list[Any]] = [[] for _ in range(count)]
         self._pool: ThreadPoolExecutor | None = None
 
     def put(self, index: int, simulation: Simulation, place: int) -> None:
@@ -193,7 +194,9 @@ class Ticks:
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="robots")
         ends = [count * part // self._threads for part in range(self._threads + 1)]
-        others = [self._pool.submit(self._go, *ends[part : part + 2], self._ticks) for part in range(1, self._threads)]
+        others = [
+            self._pool.submit(self._go, ends[part], ends[part + 1], self._ticks) for part in range(1, self._threads)
+        ]
         self._go(ends[0], ends[1], self._ticks)
         for other in others:
             other.result()

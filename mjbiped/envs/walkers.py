@@ -245,7 +245,8 @@ class Walkers:
         """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
+        with simulation.nobodys():
+            mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
         numbers = np.concatenate([whole, ticks.kept[index], ticks.out[index]])
         return np.append(numbers, _checksum(numbers))
 
@@ -267,6 +268,7 @@ class Walkers:
         simulation.data.warning.number[:] = 0
         whole, ticks_kept, ticks_out, _ = np.split(state, ends)
         mujoco.mj_setState(simulation.model, simulation.data, whole, WHOLE_STATE)
+        simulation.take_over()
         ticks.move_on(index)
         self._note_inside(index)
         ticks.look(index)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-
 READING = 11
 """Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
 FOUND, FORCE_SHOWN, DISTANCE, POSITION, NORMAL = 0, 1, 4, 5, 8

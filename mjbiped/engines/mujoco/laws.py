@@ -82,9 +82,7 @@ class Called:
         def call(_parameters: int, memory: int, *given: Any) -> float:
             held = self._memory.from_address(memory)
             own = held[:]
-            arguments = [
-                self._angles.from_address(each)[:] if isinstance(each, int) else each for each in given
-            ]
+            arguments = [self._angles.from_address(each)[:] if isinstance(each, int) else each for each in given]
             if self.error is None:
                 try:
                     if name == "torque":

@@ -11,7 +11,6 @@ impact.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from mjbiped.disturbances.pushes import following
@@ -35,8 +34,8 @@ from mjbiped.engines.mujoco.state import (
     end_of_leg,
     foot_of,
     leg_at,
-    put,
     pushes_at,
+    put,
     rates_of,
     stance_leg,
     swing_index,

@@ -51,7 +51,7 @@ def keep_touchdown(c: Any, u: Any) -> None:
 
 
 def take_sample(c: Any, u: Any, memory: Any) -> None:
-    """Write down the state now, with the torque that is held from now on, if there is room.
+    """Write down the state now, with the torque that is held from now on, if there is room and no law fails of it.
 
     Args:
         c: The walk's constants.
@@ -67,7 +67,10 @@ def take_sample(c: Any, u: Any, memory: Any) -> None:
     at = _write(row, at, u.turning, n)
     at = _write(row, at, u.torque, n)
     row[at], row[at + 1] = u.ankle, u.slope
+    failed = numbers(c.failed, 1)[0]
     row[at + 2] = call_for_float(c.slope_estimate, c.parameters, memory)
+    if numbers(c.failed, 1)[0] != failed:
+        return
     row[at + 3] = u.stance
     at = _write_posture(c, u, row, at + 4)
     if n > 2:
@@ -90,4 +93,4 @@ def _write_posture(c: Any, u: Any, row: Any, at: int) -> int:
     order = numbers(c.order, c.coordinates)
     for index in range(c.coordinates):
         row[at + index] = u.q[int(order[index])]
-    return at + c.coordinates
+    return at + int(c.coordinates)

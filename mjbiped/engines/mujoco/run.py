@@ -16,7 +16,7 @@ from mjbiped.engines.compiling import can_compile
 from mjbiped.engines.mujoco.bearing import pressure_times
 from mjbiped.engines.mujoco.observation import warned
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
+from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled

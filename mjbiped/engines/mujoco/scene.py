@@ -42,6 +42,7 @@ CORNERS = 16
 COARSE = 64
 """Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
 
+
 @dataclass(frozen=True)
 class Scene:
     """A compiled scene.

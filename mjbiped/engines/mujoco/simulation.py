@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from mjbiped.control.compilation import compilable_law
 from mjbiped.control.compile_errors import refused_in_words
-from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, laws, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
@@ -211,7 +210,7 @@ class Simulation:
 
     def _look_again(self) -> None:
         """Say whose data these are, and write what is only in the model: contact bits and softness."""
-        self.state.walk = float(self._number if self._block is None else self._block.ctypes.data)
+        self.take_over()
         softened = self.state.softened, self.state.acted
         soften(self.constants, self.state)
         self.state.softened, self.state.acted = softened
@@ -270,13 +269,22 @@ class Simulation:
         self.check()
         return made
 
+    def take_over(self) -> None:
+        """Make the walk in `data` this simulation's, whosever state was set."""
+        self.state.walk = float(self._number if self._block is None else self._block.ctypes.data)
+
+    @contextmanager
+    def nobodys(self) -> Iterator[None]:
+        """Leave out meanwhile whose the state is, by which those of two simulations differ."""
+        self.state.walk = 0.0
+        yield
+        self.take_over()
+
     @contextmanager
     def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile."""
-        walk = self.state.walk
-        mine = float(self._number if self._block is None else self._block.ctypes.data)
-        if walk != mine and walk:  # a state was set
-            self.state.walk = mine
+        if self.state.walk:  # perhaps a state was set
+            self.take_over()
         with callback.interpreted(self._number, self) if self._block is None else callback.compiled(self._native):
             yield
 
