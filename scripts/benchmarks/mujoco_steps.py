@@ -1,4 +1,4 @@
-"""Benchmarks of MuJoCo steps: what the engine's steps cost against a bare `mj_step`, and what the length of the terrain costs.
+"""Benchmarks of MuJoCo steps: those of the engine against a bare `mj_step`, and what the length of the terrain costs.
 
 The cases of a comparison make the same physics steps from the same states, which are taken along a walk.
 """

@@ -37,6 +37,7 @@ _interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, b
 _compiled = 0  # number of those who need the C function
 _native: Any = None  # the C function, once a walk has needed it
 _theirs: dict[str, Any] | None = None  # what somebody else has installed, while ours are there
+_standing: dict[str, Any] = {}  # what stands in MuJoCo's places of ours
 _NAMES = ("mjcb_control", "mju_user_warning")
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
@@ -53,8 +54,12 @@ def _refresh() -> None:
         wanted = {"mjcb_control": _native if alone else _control, "mju_user_warning": _hush}
     elif _theirs is not None:
         wanted, _theirs = _theirs, None
+        _standing.clear()
     for name, function in (wanted or {}).items():
-        getattr(mujoco, f"set_{name}")(function)
+        if name not in _standing or _standing[name] is not function:  # else other threads may be calling it now
+            getattr(mujoco, f"set_{name}")(function)
+            if _theirs is not None:
+                _standing[name] = function
 
 
 @contextmanager
