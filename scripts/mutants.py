@@ -53,11 +53,8 @@ ROOMS = {
         "engines/hybrid/test_feet.py",
     ),
     _MUJOCO + "bearing.py": ("engines/mujoco/test_bearing.py", "engines/mujoco/test_kneed.py"),
-    _MUJOCO + "contacts.py": (
-        "engines/mujoco/test_contacts.py",
-        "engines/mujoco/test_simulation.py",
-        "engines/mujoco/test_feet.py",
-    ),
+    _MUJOCO + "collisions.py": ("engines/mujoco/test_collisions.py", "engines/mujoco/test_simulation.py"),
+    _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_feet.py"),
     _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py",),
     _MUJOCO + "motors.py": (
         "engines/mujoco/test_kneed_motors.py",
@@ -98,8 +95,8 @@ EQUIVALENT = {
     ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
     (
         _MUJOCO + "step_size.py",
-        "further, _ = foot_after(constants, u, t + 2.0 * constants.timestep)",
-        "further, _ = foot_after(constants, u, (t - 2.0 * constants.timestep))",
+        "further, _ = foot_after(c, u, t + 2.0 * c.longest)",
+        "further, _ = foot_after(c, u, (t - 2.0 * c.longest))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
         "mjbiped/envs/walkers.py",

@@ -108,10 +108,9 @@ def started(controller: Controller, terrain: Terrain, **settings: Any) -> Simula
 
 def state_of(simulation: Simulation) -> bytes:
     """The whole state, but for whose it is, by which two simulations differ."""
-    whose, simulation.state.walk = simulation.state.walk, 0.0
     state = np.zeros(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-    mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
-    simulation.state.walk = whose
+    with simulation.nobodys():
+        mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
     return state.tobytes()
 
 

@@ -189,7 +189,7 @@ class Ticks:
         """Fill in what one robot feels as it stands, perhaps in a state that was set."""
         simulation = self._simulations[index]
         assert simulation is not None
-        simulation.claim()
+        simulation.take_over()
         self._go(index, index + 1, 0)
 
     def advance(self) -> None:

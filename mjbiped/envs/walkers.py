@@ -245,9 +245,8 @@ class Walkers:
         """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        simulation.state.walk = 0.0  # where it is in memory is no part of the state
-        mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
-        simulation.claim()
+        with simulation.nobodys():
+            mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
         numbers = np.concatenate([whole, ticks.kept[index], ticks.out[index]])
         return np.append(numbers, _checksum(numbers))
 

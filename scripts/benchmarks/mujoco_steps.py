@@ -1,4 +1,4 @@
-"""Benchmarks of MuJoCo steps: what callbacks cost against a bare `mj_step`, and what the length of the terrain costs.
+"""Benchmarks of MuJoCo steps: those of the engine against a bare `mj_step`, and what the length of the terrain costs.
 
 The cases of a comparison make the same physics steps from the same states, which are taken along a walk.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from unittest.mock import patch
 
 import mujoco
@@ -20,6 +19,7 @@ from mjbiped.engines.mujoco import ground_window
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP, LONGEST_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.hybrid import ADAPTIVE, GAIT, ROBOT
 from scripts.benchmarks.timing import Case, Rows, interleaved
@@ -46,25 +46,18 @@ def grounds() -> dict[str, tuple[Controller, Terrain]]:
 
 def simulation(controller: Controller, terrain: Terrain, *, compile: bool) -> Simulation:
     """A simulation that starts on the gait."""
-    return mjbiped.Mujoco().simulation(
-        controller,
-        terrain,
-        steps=200,
-        initial=GAIT.start.tolist(),
-        robot=ROBOT,
-        sample_period=100.0,
-        compile=compile,
-    )
+    engine = mjbiped.Mujoco()
+    terms = Terms(engine, 200, None, ROBOT, 100.0, mjbiped.ScuffingRule())
+    return Simulation(make_plan(terms, controller, terrain, GAIT.start.tolist()), engine, compile=compile)
 
 
 def states_of(walker: Simulation) -> list[NDArray[np.float64]]:
     """States along a simulation's walk, for `mj_setState`."""
     states = []
-    with walker.callbacks():
-        for _ in range(STATES):
-            mujoco.mj_step(walker.model, walker.data, nstep=APART)
-            states.append(np.empty(mujoco.mj_stateSize(walker.model, STATE)))
-            mujoco.mj_getState(walker.model, walker.data, states[-1], STATE)
+    for _ in range(STATES):
+        walker.advance(APART)
+        states.append(np.empty(mujoco.mj_stateSize(walker.model, STATE)))
+        mujoco.mj_getState(walker.model, walker.data, states[-1], STATE)
     return states
 
 
@@ -73,13 +66,15 @@ def stepping(walker: Simulation, states: list[NDArray[np.float64]], *, bare: boo
 
     def run() -> float:
         taken = 0.0
-        with nullcontext() if bare else walker.callbacks():
-            for state in states:
-                mujoco.mj_setState(walker.model, walker.data, state, STATE)
-                walker.model.opt.timestep = DEFAULT_TIMESTEP  # the callbacks change it, for themselves
-                started = time.thread_time()
+        for state in states:
+            mujoco.mj_setState(walker.model, walker.data, state, STATE)
+            walker.model.opt.timestep = DEFAULT_TIMESTEP  # the engine's steps change it, for themselves
+            started = time.thread_time()
+            if bare:
                 mujoco.mj_step(walker.model, walker.data, nstep=LENGTH)
-                taken += time.thread_time() - started
+            else:
+                walker.advance(LENGTH)
+            taken += time.thread_time() - started
         return taken
 
     return run
@@ -96,7 +91,7 @@ def walked(controller: Controller, terrain: Terrain, engine: mjbiped.Mujoco) -> 
 
 
 def over_callbacks(repeats: int) -> Rows:
-    """Time steps with compiled callbacks, with Python's, and with none; and whole walks."""
+    """Time steps of the engine, as machine code and in Python, and bare ones; and whole walks."""
     rows = []
     for name, (controller, terrain) in grounds().items():
         walker, in_python = (simulation(controller, terrain, compile=compile) for compile in (True, False))

@@ -203,14 +203,12 @@ def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[
     walker, taken = built(setting, terrain, steps), 0
     states: list[NDArray[np.float64]] = []
     first = walker.model
-    with walker.callbacks():
-        while not walker.over:
-            if taken % 97 == 0 and len(states) < STATES and walker.model is first:  # else of another window
-                states.append(np.empty(mujoco.mj_stateSize(walker.model, STATE)))
-                mujoco.mj_getState(walker.model, walker.data, states[-1], STATE)
-            mujoco.mj_step(walker.model, walker.data)
-            walker.move_on()
-            taken += 1
+    while not walker.over:
+        if taken % 97 == 0 and len(states) < STATES and walker.model is first:  # else of another window
+            states.append(np.empty(mujoco.mj_stateSize(walker.model, STATE)))
+            mujoco.mj_getState(walker.model, walker.data, states[-1], STATE)
+        taken += walker.advance(1)
+        walker.move_on()
     bare = built(setting, terrain, steps)
     feet = [bare.model.geom(f"{side}_foot").id for side in ("left", "right")]
     bare.model.geom_solref[feet] = -step_size.STIFFNESS, -1.0 / setting.timestep

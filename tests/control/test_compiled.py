@@ -179,7 +179,8 @@ def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
         make_simulation(each, mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1)
         for each in alike
     ]
-    assert len({id(simulation.native and simulation.native.functions) for simulation in made}) == 1
+    assert all(simulation.compiled for simulation in made)
+    assert len({id(simulation._advance) for simulation in made}) == 1
 
 
 @pytest.mark.slow

@@ -42,11 +42,11 @@ def test_it_goes_along_with_a_window_of_the_ground() -> None:
         steps=3,
         disturbances=Disturbances(friction=0.3),
     )
-    feet = [leg.foot for leg in simulation.constants.places.legs]
+    feet = [leg.foot for leg in simulation.constants.legs]
     assert simulation.model.geom_friction[feet, 0].tolist() == [0.3, 0.3]
     simulation.data.qpos[0] = simulation.inside[1] + 0.1 if math.isfinite(simulation.inside[1]) else 0.0
     if simulation.move_on():
-        assert simulation.model.geom_friction[[leg.foot for leg in simulation.constants.places.legs], 0].tolist() == [
+        assert simulation.model.geom_friction[[leg.foot for leg in simulation.constants.legs], 0].tolist() == [
             0.3,
             0.3,
         ]

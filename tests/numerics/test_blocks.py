@@ -14,7 +14,7 @@ from mjbiped.numerics.blocks import Floats, numbers, octets, packed, reader, who
 
 class Part(NamedTuple):
     weight: float
-    count: int
+    length: int
     values: Floats
 
 
@@ -55,8 +55,8 @@ def seen(c: Any, out: Any) -> None:
     for index in range(c.part_count):
         part = part_at(c.parts, index)
         out[at], at = part.weight, at + 1
-        for each in range(part.count):
-            out[at], at = numbers(part.values, part.count)[each], at + 1
+        for each in range(part.length):
+            out[at], at = numbers(part.values, part.length)[each], at + 1
     shared = numbers(c.shared, 2)
     shared[0], shared[1] = shared[1], shared[0] + 0.5
     m.pair[0] = m.first - 1.0
@@ -71,7 +71,7 @@ def test_machine_code_sees_the_same_numbers_and_shares_arrays() -> None:
 
     found = []
     for compiled in (False, True):
-        memory = np.array([0.1, 0.0, 1 / 3])
+        memory: Any = np.array([0.1, 0.0, 1 / 3])
         whole = Whole(
             factor=-0.1,
             number=-(1 << 40),

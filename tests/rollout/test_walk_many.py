@@ -348,7 +348,7 @@ def test_walks_inside_a_controller_are_refused() -> None:
 def test_others_callbacks_are_left_alone(controller: AdaptiveController) -> None:
     mujoco.set_mjcb_control(lambda *_: None)
     try:
-        with pytest.raises(mjbiped.MjbipedError, match="other callbacks"):
+        with pytest.raises(mjbiped.MjbipedError, match="another mjcb_control of MuJoCo's is installed"):
             mjbiped.walk_many(controller, [Terrain.level()] * 2, steps=1)
     finally:
         mujoco.set_mjcb_control(None)

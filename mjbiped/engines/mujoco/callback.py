@@ -44,12 +44,13 @@ _NAMES = ("mjcb_control", "mju_user_warning")
 _theirs: list[Any] = [None, None]  # what somebody else has installed under these names
 _NOTHING, _PYTHON, _C = range(3)
 _there = _NOTHING  # what of ours stands there
+_bound = False  # whether MuJoCo's bindings hold functions of ours in Python
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
 def _refresh() -> None:
-    """Put into MuJoCo's places what is needed there now."""
-    global _theirs, _there
+    """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty."""
+    global _theirs, _there, _bound
     if _there == _NOTHING:
         _theirs = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()]
     wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
@@ -57,14 +58,16 @@ def _refresh() -> None:
         wanted = _C
     if wanted == _there:
         return
-    if _there == _C:
-        _write(None, None)
-    elif _there == _PYTHON:
-        _set(*_theirs)
     if wanted == _C:
         _write(_native[1], _HUSH[1])
     elif wanted == _PYTHON:
         _set(_control, _hush)
+        _bound = True
+    elif _bound:
+        _set(*_theirs)
+        _bound = False
+    else:
+        _write(None, None)
     _there = wanted
 
 

@@ -52,7 +52,7 @@ def keep_touchdown(c: Any, u: Any) -> None:
 
 
 def take_sample(c: Any, u: Any, memory: Any) -> None:
-    """Write down the state now, with the torque that is held from now on, if there is room.
+    """Write down the state now, with the torque that is held from now on, if there is room and no law fails of it.
 
     Args:
         c: The walk's constants.
@@ -68,7 +68,10 @@ def take_sample(c: Any, u: Any, memory: Any) -> None:
     at = _write(row, at, u.turning, n)
     at = _write(row, at, u.torque, n)
     row[at], row[at + 1] = u.ankle, u.slope
+    failed = numbers(c.failed, 1)[0]
     row[at + 2] = call_for_float(c.slope_estimate, c.parameters, memory)
+    if numbers(c.failed, 1)[0] != failed:
+        return
     row[at + 3] = u.stance
     at = _write_posture(c, u, row, at + 4)
     if n > 2:

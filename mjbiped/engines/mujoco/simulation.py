@@ -215,7 +215,7 @@ class Simulation:
 
     def _look_again(self) -> None:
         """Say whose data these are, and write what is only in the model: contact bits and softness."""
-        self.claim()
+        self.take_over()
         softened = self.state.softened, self.state.acted
         soften(self.constants, self.state)
         self.state.softened, self.state.acted = softened
@@ -277,15 +277,22 @@ class Simulation:
     @contextmanager
     def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile."""
-        self.claim()
+        self.take_over()
         with callback.interpreted(self._number, self) if self._block is None else callback.compiled(self._native):
             yield
 
-    def claim(self) -> None:
-        """Say whose data these are, since the state of another simulation built alike may have been set."""
+    def take_over(self) -> None:
+        """Make the walk in `data` this simulation's: the state of another one built alike may have been set."""
         u = self.state
         if u.mark == MARK:
             u.walk = float(self._number if self._block is None else self._block.ctypes.data)
+
+    @contextmanager
+    def nobodys(self) -> Iterator[None]:
+        """Leave out meanwhile whose the state is, by which those of two simulations differ."""
+        self.state.walk = 0.0
+        yield
+        self.take_over()
 
     @contextmanager
     def callbacks(self) -> Iterator[None]:

@@ -181,10 +181,10 @@ class Broken(PassiveController):
 
 
 @both
-@pytest.mark.parametrize("how", ["steps", "advance"])
+@pytest.mark.parametrize("call", [steps, Simulation.advance])
 @pytest.mark.parametrize("error", [ValueError("broken"), KeyboardInterrupt()], ids=["exception", "ctrl-c"])
 def test_what_a_controller_raises_is_raised_and_others_callbacks_come_back(
-    compile: bool, how: str, error: BaseException
+    compile: bool, call: Callable[[Simulation, int], object], error: BaseException
 ) -> None:
     def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Nothing."""
@@ -195,10 +195,7 @@ def test_what_a_controller_raises_is_raised_and_others_callbacks_come_back(
     try:
         before = [getattr(mujoco, name)() for name in names]
         with pytest.raises(type(error)), simulation.callbacks():
-            if how == "steps":
-                steps(simulation, 3)
-            else:
-                simulation.advance(3)
+            call(simulation, 3)
         assert [getattr(mujoco, name)() for name in names] == before
     finally:
         mujoco.set_mjcb_control(None)

@@ -111,7 +111,7 @@ def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
 def test_plain_python_lands_as_compiled_code_does() -> None:
     """Bit by bit, over a touchdown, to which a passive motion leads in 0.13 s."""
     q, dq, _ = (each.tolist() for each in GAIT.reference(0.83 * GAIT.period))
-    start = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), "robot": ROBOT}
+    start: dict[str, Any] = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), "robot": ROBOT}
     made = [make_simulation(**start, q=q, dq=dq, timestep=SHORT, compile=compile) for compile in (True, False)]
     for simulation in made:
         assert simulation.advance(1600) == 1600

@@ -1,6 +1,7 @@
 """What the engine keeps from one physics step to the next, against the geometry and mechanics that it stands for."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 torques = st.tuples(*[st.floats(-30.0, 30.0)] * 2)
 
 
-def observe(u: State, time: float, state: Posture, **changed: float) -> Floats:
+def observe(u: State, time: float, state: Posture, **changed: Any) -> Floats:
     """Take a state in; returns the touchdown's row."""
     c = constants(state, **changed)
     observation.observe(c, u, time)

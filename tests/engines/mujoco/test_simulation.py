@@ -254,11 +254,12 @@ def test_slipping_is_an_outcome() -> None:
 def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, controller: AdaptiveController) -> None:
     """It slides back by 10 mm and down by 30 mm, at the foot of a step, on the level, or at a step's edge."""
     u, c = State(), started(controller, Terrain((-1.0, -5e-3), (behind, 0.0), (0.0, 0.0))).constants
-    c = replace(c, qpos=np.array([0.0, 1.0, 0.0, 0.0]), qvel=np.zeros(4))
+    here: dict[str, Any] = {"qpos": np.array([0.0, 1.0, 0.0, 0.0]), "qvel": np.zeros(4)}
+    c = replace(c, **here)
     observation.begin(c, u, 0.0, 0.0)
     observation.observe(c, u, 0.0)
     assert u.outcome == Outcome.WALKING
-    c.qpos[:] = -0.01, 0.97, 0.0, 0.0  # type: ignore[index]  # an array
+    here["qpos"][:] = -0.01, 0.97, 0.0, 0.0
     observation.observe(c, u, 1e-3)
     assert u.outcome == outcome
 
@@ -269,8 +270,8 @@ def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, con
 def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, controller: AdaptiveController) -> None:
     """A contact with what is not the ground under the foot: no row tells of it."""
     u, simulation = State(), started(controller, Terrain.level())
-    place = np.array([0.2, math.cos(0.2) + height, 0.2, -0.2])
-    c = replace(simulation.constants, qpos=place, qvel=np.zeros(4))
+    here: dict[str, Any] = {"qpos": np.array([0.2, math.cos(0.2) + height, 0.2, -0.2]), "qvel": np.zeros(4)}
+    c = replace(simulation.constants, **here)
     observation.begin(c, u, 0.0, height)
     u.noted = 1.0
     observation.observe(c, u, 0.0)
