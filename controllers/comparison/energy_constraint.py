@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import ENERGY, GAINS, IMITATED_SLOPE, KnownSlopeController, against_slope
+from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
@@ -73,14 +78,7 @@ class EnergyConstraintController(KnownSlopeController):
             raise InputError("ratio = 0 (mu, ankle over hip torque): must be another number than 0")
 
 
-def _torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     imitated = parameters[IMITATED_SLOPE]
     gain, ratio, band = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
     slope, q1, q2 = against_slope(memory, q)

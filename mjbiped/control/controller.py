@@ -17,13 +17,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, MutableSequence, Sequence
 from functools import cached_property
 from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
+
+Numbers: TypeAlias = Sequence[float]
+"""Numbers that a law reads: a list or tuple in Python, an array where compiled."""
+
+Room: TypeAlias = MutableSequence[float]
+"""Numbers that a law writes."""
 
 Memory = MutableSequence[float]
 """A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
