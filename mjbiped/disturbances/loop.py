@@ -1,8 +1,8 @@
 """A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of arrays.
 
 `mjbiped.disturbances.sampled` calls them with a controller's methods, `mjbiped.disturbances.compiled` with its machine
-code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the index
-`Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
+code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the
+index `Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Loop(NamedTuple):
         ring: Index in the loop's memory of the delayed torques, those of all joints in turn.
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
-        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at a
-            touchdown the angles in the old roles. Behind these the law writes.
+        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at
+            a touchdown the angles in the old roles. Behind these the law writes.
         senses: Whether the sensors differ from the truth.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
