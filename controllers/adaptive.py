@@ -5,16 +5,16 @@ Its laws are those of every chain of segments, with straight legs and with knees
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.controllers.dynamics import observe, write_torques
 from mjbiped.controllers.footholds import feel
-from mjbiped.controllers.layout import ADAPTATION_GAIN, COS, LOCKED, SIN
+from mjbiped.controllers.layout import ADAPTATION_GAIN
+from mjbiped.controllers.memory import COS, LOCKED, SIN
 from mjbiped.controllers.replanning import next_discontinuity, plan
 from mjbiped.controllers.settings import PaperSettings, check_imitation
 from mjbiped.controllers.slope_estimator import estimate_rates, slope_estimate, update_estimate
@@ -56,7 +56,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
         return q1, q2, dq1, dq2, ddq1, ddq2
 
     def tracking_errors(
-        self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+        self, memory: Memory, t: float, q: Numbers, dq: Numbers
     ) -> tuple[float, float, float, float, float, float]:
         """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
         reference = self.reference(memory, t)
@@ -64,14 +64,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
         return z1a, z1b, dz1a, dz1b, dz1a + self.position_gain * z1a, dz1b + self.position_gain * z1b
 
 
-def torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     """Write the torques (14) of ankle, hip and swing knee, and the rates (17) of the estimates; see `Law.torque`."""
     joints = len(q)
     observe(joints, q, dq, out)
@@ -81,15 +74,13 @@ def torque(
     out[joints], out[joints + 1] = estimate_rates(parameters[ADAPTATION_GAIN], chain, first, n, out)
 
 
-def touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Update the estimate by (27), and plan the new step (IV-B); see `Law.touchdown`."""
     thigh, rise = feel(parameters, memory, q_before)
     update_estimate(parameters, memory, thigh, q[1])
     plan(parameters, memory, rise, q, dq)
 
 
-def knee_strike(parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+def knee_strike(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     """Follow the branch of the straight knee from now on; see `Law.knee_strike`."""
     memory[LOCKED] = 1.0

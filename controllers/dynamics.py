@@ -1,4 +1,4 @@
-"""Equations of motion of a chain of two or three segments for control laws; `layout` says what stands where.
+r"""Equations of motion of a chain of two or three segments for control laws; `layout` says what stands where.
 
 With unit vectors e_i along the segments, x forward along the ground and z along its normal, the accelerations
 
@@ -16,13 +16,12 @@ Sums over the segments are written out, and the third one is left out of straigh
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
-
-from mjbiped.controllers.layout import COSINE, DQ, FORCE, FORWARD, SINE, UPWARD, Q
+from mjbiped.control.controller import Numbers, Room
+from mjbiped.controllers.room import COSINE, DQ, FORCE, FORWARD, SINE, UPWARD, Q
 from mjbiped.numerics.trigonometry import sine_cosine
 
 
-def observe(n: int, q: Sequence[float], dq: Sequence[float], room: MutableSequence[float]) -> None:
+def observe(n: int, q: Numbers, dq: Numbers, room: Room) -> None:
     """Write angles (rad) and rates (rad/s) of n segments into the room, with the angles' sines and cosines."""
     for i in range(n):
         angle = q[i]
@@ -30,7 +29,7 @@ def observe(n: int, q: Sequence[float], dq: Sequence[float], room: MutableSequen
         room[SINE + i], room[COSINE + i] = sine_cosine(angle)
 
 
-def move_end(i: int, ddq: float, room: MutableSequence[float]) -> None:
+def move_end(i: int, ddq: float, room: Room) -> None:
     """Write the acceleration of the end of a unit vector along segment i, 1/s², that turns with ddq (rad/s²)."""
     s, c, rate = room[SINE + i], room[COSINE + i], room[DQ + i]
     square = rate * rate
@@ -38,9 +37,7 @@ def move_end(i: int, ddq: float, room: MutableSequence[float]) -> None:
     room[UPWARD + i] = -s * ddq - c * square
 
 
-def inverse_dynamics(
-    chain: Sequence[float], first: int, n: int, slope: tuple[float, float], room: MutableSequence[float]
-) -> None:
+def inverse_dynamics(chain: Numbers, first: int, n: int, slope: tuple[float, float], room: Room) -> None:
     """Write the generalised forces M ddq + C dq + g of (1), N m, that make the accelerations of the segments' ends.
 
     Args:
@@ -67,9 +64,7 @@ def inverse_dynamics(
         room[FORCE] += beside * (room[SINE] * sine - room[COSINE] * cosine)
 
 
-def masses(
-    chain: Sequence[float], first: int, n: int, room: Sequence[float]
-) -> tuple[float, float, float, float, float, float]:
+def masses(chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float, float, float, float, float]:
     """Return m11, m12, m22, m13, m23, m33 of M of (1), A_ij cos(q_i - q_j), kg m²; the last three are 0 for two legs.
 
     The arguments are those of `inverse_dynamics`.
@@ -83,7 +78,7 @@ def masses(
     return m11, m12, m22, m13, m23, chain[first + 8]
 
 
-def solve(chain: Sequence[float], first: int, n: int, room: Sequence[float], right: int) -> tuple[float, float, float]:
+def solve(chain: Numbers, first: int, n: int, room: Numbers, right: int) -> tuple[float, float, float]:
     """Return M^-1 times the n numbers at the index `right` of the room; the others are those of `inverse_dynamics`."""
     m11, m12, m22, m13, m23, m33 = masses(chain, first, n, room)
     f1, f2, f3, share1, share2 = room[right], room[right + 1], 0.0, 0.0, 0.0
@@ -96,7 +91,7 @@ def solve(chain: Sequence[float], first: int, n: int, room: Sequence[float], rig
     return w1, w2, f3 - share1 * w1 - share2 * w2
 
 
-def write_torques(n: int, room: Sequence[float], out: MutableSequence[float], place: int) -> None:
+def write_torques(n: int, room: Numbers, out: Room, place: int) -> None:
     """Write the torques that make the generalised forces in the room, B^-1 f: ankle, hip, swing knee, N m."""
     knee = 0.0
     if n > 2:

@@ -7,28 +7,14 @@ its foot to the hip; `mjbiped.robots.bent_leg` has the equations.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.layout import (
-    BENT,
-    BENT_FREE,
-    BENT_STIFF,
-    CLIMBING,
-    CLIMBING_STEPS,
-    DOWN,
-    FREE,
-    LEAN,
-    LOCKED,
-    SEGMENTS,
-    STIFF,
-    UP,
-    WHOLE,
-)
+from mjbiped.control.controller import Memory, Numbers
+from mjbiped.controllers.layout import CLIMBING_STEPS, DOWN, FREE, SEGMENTS, STIFF, UP, WHOLE
+from mjbiped.controllers.memory import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LEAN, LOCKED
 from mjbiped.robots.bent_leg import bent_leg
 
 
-def feel(parameters: Sequence[float], memory: Memory, before: Sequence[float]) -> tuple[float, float]:
+def feel(parameters: Numbers, memory: Memory, before: Numbers) -> tuple[float, float]:
     """Take up what a touchdown tells.
 
     By how much the new foothold is higher than the old one, along the normal of the ground under the old one, follows
@@ -61,7 +47,7 @@ def feel(parameters: Sequence[float], memory: Memory, before: Sequence[float]) -
     return thigh, rise
 
 
-def stand_bent(parameters: Sequence[float], memory: Memory) -> None:
+def stand_bent(parameters: Numbers, memory: Memory) -> None:
     """Write the chains with the stance leg bent by the flexion in the memory, free and locked, behind the curves."""
     whole, free, flexion = int(parameters[WHOLE]), int(parameters[FREE]), memory[BENT]
     length, lean = bent_leg(-parameters[free + 14], -parameters[free + 15], flexion)

@@ -13,14 +13,15 @@ Law (14), adaptive law (17), update (27) and re-planning are those of `mjbiped.c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Law, Memory, Numbers
 from mjbiped.control.tracking import Tracking
-from mjbiped.controllers import adaptive, layout
+from mjbiped.controllers import layout
+from mjbiped.controllers.adaptive import knee_strike, torque, touchdown
+from mjbiped.controllers.memory import KNEES_SIZE
 from mjbiped.controllers.replanning import next_discontinuity
 from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.slope_estimator import slope_estimate
@@ -48,7 +49,7 @@ class KneedController(PaperSettings, Tracking):
     knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
-    memory_size: ClassVar[int] = layout.KNEES_SIZE
+    memory_size: ClassVar[int] = KNEES_SIZE
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""
@@ -63,7 +64,7 @@ class KneedController(PaperSettings, Tracking):
         bump = {layout.KNEE_BUMP: self.knee_bump, layout.KNEE_BUMP_PER_STEP: self.knee_bump_per_step}
         return {**super().scalars(), **bump}
 
-    def chains(self) -> dict[int, Sequence[float]]:
+    def chains(self) -> dict[int, Numbers]:
         """Return the robot model's chains, free, locked and whole, by the indices of their starts."""
         places = {layout.FREE: 3, layout.STIFF: 2, layout.WHOLE: 4}
         return {place: layout.chain_block(*self.robot.chains[n][:3]) for place, n in places.items()}
@@ -71,14 +72,7 @@ class KneedController(PaperSettings, Tracking):
     @cached_property
     def plain_law(self) -> Law:
         """The laws of `mjbiped.controllers.adaptive`; see `LawController.plain_law`."""
-        return Law(
-            self.parameters,
-            adaptive.torque,
-            adaptive.touchdown,
-            slope_estimate,
-            next_discontinuity,
-            knee_strike=adaptive.knee_strike,
-        )
+        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike)
 
     def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
         """Tracked angle, rate and acceleration of stance leg, swing thigh and swing shank at time t of the step."""

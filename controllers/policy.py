@@ -9,7 +9,6 @@ The memory holds the new stance leg's angle just after the last touchdown and th
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.controller import Law, LawController, Memory
+from mjbiped.control.controller import Law, LawController, Memory, Numbers, Room
 from mjbiped.controllers.settings import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Periodic
@@ -113,33 +112,24 @@ class PolicyController(LawController):
         return Law(self.weights.tolist(), torque, touchdown, slope_estimate, next_discontinuity)
 
 
-def torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     """Write ankle and hip torque, N m; see `Law.torque`."""
     shares = action(parameters, min(t, LATEST), q[0], q[1], dq[0], dq[1], memory[AFTER], memory[TURNED])
     for joint in range(2):
         out[joint] = min(max(shares[joint] * TORQUE[joint], -TORQUE[joint]), TORQUE[joint])
 
 
-def touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Remember the posture, and by how much the ground has turned; see `Law.touchdown`."""
     memory[AFTER] = q[0]
     memory[TURNED] += slope_change(q_before[0], q[1])
 
 
-def slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+def slope_estimate(parameters: Numbers, memory: Memory) -> float:
     """Return the slope since the start, rad."""
     return memory[TURNED]
 
 
-def next_discontinuity(parameters: Sequence[float], memory: Memory, t: float) -> float:
+def next_discontinuity(parameters: Numbers, memory: Memory, t: float) -> float:
     """Return the time at which the gains stand still, s."""
     return LATEST if t < LATEST else math.inf

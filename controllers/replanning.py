@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers.dynamics import inverse_dynamics, move_end, observe, solve
 from mjbiped.controllers.layout import (
     ADDITIVE,
-    ANGLES,
     BENT_TABLE,
-    BUMP,
-    CURVES,
     CYCLE,
-    FORCE,
     IMITATED_SLOPE,
     KNEE_BUMP,
     KNEE_BUMP_PER_STEP,
-    LOCKED,
-    POINTS,
-    REFERENCE,
-    REPLANNED,
     REPLANNING_THRESHOLD,
     SEGMENTS,
     TRANSITION_TIME,
@@ -29,6 +20,8 @@ from mjbiped.controllers.layout import (
     moving_chain,
     table_of_step,
 )
+from mjbiped.controllers.memory import BUMP, CURVES, LOCKED, POINTS, REPLANNED
+from mjbiped.controllers.room import ANGLES, FORCE, REFERENCE
 from mjbiped.gaits.reference import reference_at, reference_discontinuity
 
 
@@ -54,7 +47,7 @@ def transition(
     return q, p1, p2, p3, p4, q_end
 
 
-def transition_at(points: Sequence[float], first: int, duration: float, t: float) -> tuple[float, float, float]:
+def transition_at(points: Numbers, first: int, duration: float, t: float) -> tuple[float, float, float]:
     r"""Return angle (rad), rate (rad/s) and acceleration (rad/s²) of a transition curve.
 
     .. math:: q(u) = \sum_k \binom{5}{k} (1-u)^{5-k} u^k P_k, \quad u = t / t_c
@@ -102,9 +95,7 @@ def bump_at(height: float, duration: float, t: float) -> tuple[float, float, flo
     )
 
 
-def reference(
-    parameters: Sequence[float], memory: Sequence[float], t: float, n: int, room: MutableSequence[float]
-) -> None:
+def reference(parameters: Numbers, memory: Numbers, t: float, n: int, room: Room) -> None:
     """Write what n angles track at time t of the step: the transition's curves until they end, then the gait."""
     gait = gait_of(parameters, memory)
     duration = parameters[gait + TRANSITION_TIME]
@@ -124,7 +115,7 @@ def reference(
         room[REFERENCE + i], room[REFERENCE + ANGLES + i], room[REFERENCE + 2 * ANGLES + i] = q, dq, ddq
 
 
-def next_discontinuity(parameters: Sequence[float], memory: Sequence[float], t: float) -> float:
+def next_discontinuity(parameters: Numbers, memory: Numbers, t: float) -> float:
     """Return the first time after t at which what is tracked has a kink, s: the transition's end, then the gait's."""
     gait = gait_of(parameters, memory)
     duration = parameters[gait + TRANSITION_TIME]
@@ -133,7 +124,7 @@ def next_discontinuity(parameters: Sequence[float], memory: Sequence[float], t: 
     return reference_discontinuity(parameters, table_of_step(parameters, memory, gait), t)
 
 
-def plan(parameters: Sequence[float], memory: Memory, rise: float, q: Sequence[float], dq: Sequence[float]) -> None:
+def plan(parameters: Numbers, memory: Memory, rise: float, q: Numbers, dq: Numbers) -> None:
     """Begin a step, and lay transition curves if it starts off the limit cycle.
 
     Args:
@@ -168,9 +159,7 @@ def plan(parameters: Sequence[float], memory: Memory, rise: float, q: Sequence[f
         lay(memory, i, transition(duration, (q[i], dq[i], -falling[i]), end))
 
 
-def fall(
-    parameters: Sequence[float], memory: Memory, slope: float, q: Sequence[float], dq: Sequence[float]
-) -> tuple[float, float, float]:
+def fall(parameters: Numbers, memory: Memory, slope: float, q: Numbers, dq: Numbers) -> tuple[float, float, float]:
     """Return the accelerations M^-1 (C dq + g), times -1 those of a passive walker on a slope (rad), rad/s²."""
     n, chain, first = moving_chain(parameters, memory)
     observe(n, q, dq, memory)

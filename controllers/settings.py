@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from mjbiped.control.controller import Controller, LawController, Memory, check_tracking
+from mjbiped.control.controller import Controller, LawController, Memory, Numbers, check_tracking
 from mjbiped.controllers import layout, replanning
-from mjbiped.controllers.layout import ANGLES, COS, REFERENCE, REPLANNED, SIN, TRANSITION_TIME
+from mjbiped.controllers.layout import TRANSITION_TIME
+from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import ANGLES, REFERENCE
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.gaits.passive import PassiveGait
@@ -62,7 +63,7 @@ class PaperSettings(LawController):
     replanning: str = "paper"
 
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
-    memory_size: ClassVar[int] = layout.STRAIGHT_LEGS_SIZE
+    memory_size: ClassVar[int] = STRAIGHT_LEGS_SIZE
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain.
@@ -107,21 +108,21 @@ class PaperSettings(LawController):
             layout.REPLANNING_THRESHOLD: self.replanning_threshold,
         }
 
-    def chains(self) -> dict[int, Sequence[float]]:
+    def chains(self) -> dict[int, Numbers]:
         """Return the robot model's chains, and other blocks of parameters, by the indices of their starts."""
-        chain = self.robot.chains[2]  # type: ignore[attr-defined]  # of robots with legs
+        chain = self.robot.chains[2]
         return {layout.FREE: layout.chain_block(*chain[:3])}
 
     def gaits(self) -> dict[int, Periodic]:
         """Return the gaits that are imitated, by the indices of their starts."""
         return {layout.GAIT: self.gait}
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Begin with the initial estimate, and plan the transition from the first state to the limit cycle."""
         memory[SIN], memory[COS] = math.sin(self.initial_slope_estimate), math.cos(self.initial_slope_estimate)
         self.plan_first_step(memory, q, dq)
 
-    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def plan_first_step(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
         replanning.plan(self.parameters, memory, 0.0, q, dq)
 
@@ -130,7 +131,7 @@ class PaperSettings(LawController):
         parameters = self.parameters
         return parameters[layout.gait_of(parameters, memory) + TRANSITION_TIME] if memory[REPLANNED] else 0.0
 
-    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+    def tracked(self, memory: Memory, t: float) -> tuple[Numbers, Numbers]:
         """Angles (rad) and rates (rad/s) that are tracked at time t of the step.
 
         Once the knee is locked, thigh and shank are one.
@@ -138,10 +139,10 @@ class PaperSettings(LawController):
         angles, rates, _ = self.reference_of(memory, t)
         return angles, rates
 
-    def reference_of(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float], Sequence[float]]:
+    def reference_of(self, memory: Memory, t: float) -> tuple[Numbers, Numbers, Numbers]:
         """Tracked angles (rad), rates and accelerations at time t of the step, each of all segments."""
         count = len(self.robot.angles)
-        n, room = 2 if memory[layout.LOCKED] else count, [0.0] * layout.CURVES
+        n, room = 2 if memory[LOCKED] else count, [0.0] * CURVES
         replanning.reference(self.parameters, memory, t, n, room)
         places = [min(i, n - 1) for i in range(count)]
         angles, rates, accelerations = (

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.dynamics import solve
-from mjbiped.controllers.layout import COS, COSINE, ERROR, ESTIMATE_UPDATE, SIN, SINE, UPDATE_THRESHOLD
+from mjbiped.controllers.layout import ESTIMATE_UPDATE, UPDATE_THRESHOLD
+from mjbiped.controllers.memory import COS, SIN
+from mjbiped.controllers.room import COSINE, ERROR, SINE
 
 
-def estimate_rates(
-    gain: float, chain: Sequence[float], first: int, n: int, room: Sequence[float]
-) -> tuple[float, float]:
+def estimate_rates(gain: float, chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float]:
     r"""Return the rates of the estimates of the slope's sine and cosine by the adaptive law (17), 1/s.
 
     .. math:: \dot{\hat s}_\varphi = \gamma z_2^T M^{-1} g_c, \quad
@@ -54,7 +53,7 @@ def slope_change(stance_before: float, swing_after: float) -> float:
     return stance_before - swing_after
 
 
-def felt_change(parameters: Sequence[float], stance_before: float, swing_after: float) -> float:
+def felt_change(parameters: Numbers, stance_before: float, swing_after: float) -> float:
     r"""Return by how much (27) changes the slope estimate, rad.
 
     .. math:: \hat\varphi^+ = \hat\varphi^- + q_1^- - q_2^+ \quad \text{if } |q_1^- - q_2^+| > \epsilon
@@ -68,7 +67,7 @@ def felt_change(parameters: Sequence[float], stance_before: float, swing_after: 
     return change if parameters[ESTIMATE_UPDATE] != 0.0 and abs(change) > parameters[UPDATE_THRESHOLD] else 0.0
 
 
-def update_estimate(parameters: Sequence[float], memory: Memory, stance_before: float, swing_after: float) -> None:
+def update_estimate(parameters: Numbers, memory: Memory, stance_before: float, swing_after: float) -> None:
     """Update the estimates in the memory by `felt_change`, onto the unit circle."""
     change = felt_change(parameters, stance_before, swing_after)
     if change != 0.0:
@@ -76,6 +75,6 @@ def update_estimate(parameters: Sequence[float], memory: Memory, stance_before: 
         memory[SIN], memory[COS] = math.sin(slope), math.cos(slope)
 
 
-def slope_estimate(parameters: Sequence[float], memory: Sequence[float]) -> float:
+def slope_estimate(parameters: Numbers, memory: Numbers) -> float:
     """Return the slope estimate, rad."""
     return slope_of(memory[SIN])

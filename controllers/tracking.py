@@ -9,29 +9,14 @@ is the law (12); with the estimates for sine and cosine of the slope it is (14).
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
-
+from mjbiped.control.controller import Numbers, Room
 from mjbiped.controllers.dynamics import inverse_dynamics
-from mjbiped.controllers.layout import (
-    ANGLES,
-    COSINE,
-    DQ,
-    ERROR,
-    FORWARD,
-    MOTION,
-    ON_ANGLE,
-    ON_RATE,
-    POSITION_GAIN,
-    REFERENCE,
-    SINE,
-    UPWARD,
-    Q,
-    moving_chain,
-)
+from mjbiped.controllers.layout import ON_ANGLE, ON_RATE, POSITION_GAIN, moving_chain
 from mjbiped.controllers.replanning import reference
+from mjbiped.controllers.room import ANGLES, COSINE, DQ, ERROR, FORWARD, MOTION, REFERENCE, SINE, UPWARD, Q
 
 
-def aim(parameters: Sequence[float], n: int, room: MutableSequence[float]) -> None:
+def aim(parameters: Numbers, n: int, room: Room) -> None:
     """Write z2 of (9) and the accelerations that (12) asks for, of n angles with their state and reference in the room.
 
     Args:
@@ -50,12 +35,8 @@ def aim(parameters: Sequence[float], n: int, room: MutableSequence[float]) -> No
 
 
 def track(
-    parameters: Sequence[float],
-    memory: Sequence[float],
-    t: float,
-    slope: tuple[float, float],
-    room: MutableSequence[float],
-) -> tuple[int, Sequence[float], int]:
+    parameters: Numbers, memory: Numbers, t: float, slope: tuple[float, float], room: Room
+) -> tuple[int, Numbers, int]:
     """Write the generalised forces of the law (12), N m, with the errors and accelerations that they come from.
 
     Args:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjbiped.controllers import layout
 from mjbiped.controllers.dynamics import inverse_dynamics, observe, write_torques
+from mjbiped.controllers.room import ANGLES, ERROR, REFERENCE, ROOM
 from mjbiped.controllers.slope_estimator import estimate_rates
 from mjbiped.controllers.tracking import aim
 from mjbiped.robots.chain import Array
@@ -31,9 +32,9 @@ def chain_at(parameters: Sequence[float]) -> tuple[Sequence[float], int, int]:
     return parameters, int(parameters[layout.FREE]), 2
 
 
-def room_at(q: Sequence[float], dq: Sequence[float]) -> list[float]:
+def room_at(q: Sequence[float] | Array, dq: Sequence[float] | Array) -> list[float]:
     """A room with a state."""
-    room = [0.0] * (layout.ROOM + 48)
+    room = [0.0] * (ROOM + 48)
     observe(len(q), [float(each) for each in q], [float(each) for each in dq], room)
     return room
 
@@ -43,7 +44,7 @@ def aimed(parameters: Sequence[float], reference: Reference, q: Array, dq: Array
     room = room_at(q, dq)
     for kind, values in enumerate(reference):
         for i, value in enumerate(values):
-            room[layout.REFERENCE + layout.ANGLES * kind + i] = float(value)
+            room[REFERENCE + ANGLES * kind + i] = float(value)
     aim(parameters, 2, room)
     return room
 
@@ -61,5 +62,5 @@ def tracking_torque(
 def rates_of(parameters: Sequence[float], gamma: float, q: Array, z2: Array) -> tuple[float, float]:
     """Rates of the estimates by (17) with errors z2, 1/s."""
     room = room_at(q, (0.0, 0.0))
-    room[layout.ERROR], room[layout.ERROR + 1] = map(float, z2)
+    room[ERROR], room[ERROR + 1] = map(float, z2)
     return estimate_rates(gamma, *chain_at(parameters), room)

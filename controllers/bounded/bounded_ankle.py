@@ -7,14 +7,13 @@ and of recovery steps where one is planned (`mjbiped.controllers.bounded.supervi
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
-from mjbiped.controllers import layout, replanning
+from mjbiped.controllers import replanning
 from mjbiped.controllers.bounded.identifier import (
     SLOPE,
     begin_prediction,
@@ -26,7 +25,9 @@ from mjbiped.controllers.bounded.recovery import planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.footholds import feel
-from mjbiped.controllers.layout import FORCE, RECOVERING, SOLE_SHARE, TORQUE
+from mjbiped.controllers.layout import SOLE_SHARE
+from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
+from mjbiped.controllers.room import FORCE, TORQUE
 from mjbiped.controllers.settings import PaperSettings, check_imitation
 from mjbiped.controllers.tracking import track
 from mjbiped.gaits.gait import Gait
@@ -52,7 +53,7 @@ class OnSole(PaperSettings, Tracking):
         """Return the scalars among the parameters, by their indices."""
         return {**super().scalars(), **footing_of(self.robot, self.sole_share)}
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Begin with the initial estimate, and plan the first step."""
         memory[SLOPE] = self.initial_slope_estimate
         begin_prediction(self.parameters, memory, q, dq)
@@ -81,7 +82,7 @@ class BoundedAnkleController(OnSole):
     gait: Gait
 
     with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.kneed:BoundedKneedController"
-    support: ClassVar[int] = layout.SUPPORT
+    support: ClassVar[int] = SUPPORT
 
     def check_imitated(self) -> None:
         """Refuse robots other than a compass biped, and gaits of other robots."""
@@ -93,14 +94,7 @@ class BoundedAnkleController(OnSole):
         return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity)
 
 
-def move(
-    parameters: Sequence[float],
-    memory: Sequence[float],
-    t: float,
-    share: float,
-    slope: tuple[float, float],
-    room: MutableSequence[float],
-) -> float:
+def move(parameters: Numbers, memory: Numbers, t: float, share: float, slope: tuple[float, float], room: Room) -> float:
     """Write the torques of the step that the memory plans, and the accelerations that the law's model has under them.
 
     Args:
@@ -123,15 +117,8 @@ def move(
     return stand(parameters, memory, ankle, 0.0, share, slope, room)
 
 
-def torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
-    """Write the joint torques, and the rates of the slope's estimate and of the predicted momentum; see `Law.torque`."""
+def torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    """Write joint torques, and rates of the slope's estimate and of the predicted momentum; see `Law.torque`."""
     joints = len(q)
     sine, cosine = math.sin(memory[SLOPE]), math.cos(memory[SLOPE])
     observe(joints, q, dq, out)
@@ -142,26 +129,22 @@ def torque(
     out[joints], out[joints + 1] = identifier_rates(parameters, memory, ankle, sine, cosine, out)
 
 
-def touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Update the estimate by (27), predict the momentum anew, and plan the new step (IV-B); see `Law.touchdown`."""
     rise = feel_step(parameters, memory, q_before, q, dq)
     replanning.plan(parameters, memory, rise, q, dq)
 
 
-def feel_step(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> float:
+def feel_step(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> float:
     """Update the estimate by (27), and predict the momentum anew; return the rise to the new foothold, m."""
     thigh, rise = feel(parameters, memory, q_before)
     update_slope(parameters, memory, thigh, q[1])
-    memory[layout.LOCKED] = 0.0
+    memory[LOCKED] = 0.0
     begin_prediction(parameters, memory, q, dq)
     return rise
 
 
-def next_discontinuity(parameters: Sequence[float], memory: Sequence[float], t: float) -> float:
+def next_discontinuity(parameters: Numbers, memory: Numbers, t: float) -> float:
     """Return the time at which a recovery step is on its constraint, or the kinks of the tracking law, s."""
     if memory[RECOVERING] == 0.0:
         return replanning.next_discontinuity(parameters, memory, t)

@@ -13,11 +13,10 @@ bounded ankle leaves say nothing of the slope, and this law is not misled by the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.dynamics import masses, observe
-from mjbiped.controllers.layout import ADAPTATION_GAIN, COSINE, DQ, SEGMENTS, SINE, moving_chain
+from mjbiped.controllers.layout import ADAPTATION_GAIN, SEGMENTS, moving_chain
+from mjbiped.controllers.room import COSINE, DQ, SINE
 from mjbiped.controllers.slope_estimator import felt_change
 
 SLOPE, MOMENTUM = 0, 1
@@ -28,7 +27,7 @@ OBSERVER_GAIN = 20.0
 
 
 def moments_about_foot(
-    parameters: Sequence[float], memory: Sequence[float], sine: float, cosine: float, room: Sequence[float]
+    parameters: Numbers, memory: Numbers, sine: float, cosine: float, room: Numbers
 ) -> tuple[float, float, float, float]:
     """Return moments about the stance foot: sums of the rows of (1).
 
@@ -63,12 +62,7 @@ def moments_about_foot(
 
 
 def identifier_rates(
-    parameters: Sequence[float],
-    memory: Sequence[float],
-    ankle: float,
-    sine: float,
-    cosine: float,
-    room: Sequence[float],
+    parameters: Numbers, memory: Numbers, ankle: float, sine: float, cosine: float, room: Numbers
 ) -> tuple[float, float]:
     """Return the rates of the slope's estimate, rad/s, and of the predicted momentum, N m, under an ankle torque, N m.
 
@@ -80,17 +74,17 @@ def identifier_rates(
     return slope_rate, ankle + gravity + OBSERVER_GAIN * error
 
 
-def begin_prediction(parameters: Sequence[float], memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+def begin_prediction(parameters: Numbers, memory: Memory, q: Numbers, dq: Numbers) -> None:
     """Let the predicted momentum begin with the one that a step begins with, at angles (rad) and rates (rad/s)."""
     observe(int(parameters[SEGMENTS]), q, dq, memory)
     memory[MOMENTUM] = moments_about_foot(parameters, memory, 0.0, 1.0, memory)[0]
 
 
-def update_slope(parameters: Sequence[float], memory: Memory, stance_before: float, swing_after: float) -> None:
+def update_slope(parameters: Numbers, memory: Memory, stance_before: float, swing_after: float) -> None:
     """Update the estimate in the memory by (27); see `felt_change`."""
     memory[SLOPE] += felt_change(parameters, stance_before, swing_after)
 
 
-def slope_estimate(parameters: Sequence[float], memory: Sequence[float]) -> float:
+def slope_estimate(parameters: Numbers, memory: Numbers) -> float:
     """Return the slope estimate, rad."""
     return memory[SLOPE]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from mjbiped.control.controller import Law
-from mjbiped.controllers import adaptive
+from mjbiped.controllers.adaptive import knee_strike
 from mjbiped.controllers.bounded.bounded_ankle import OnSole, next_discontinuity, torque, touchdown
 from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.kneed import KneedController
@@ -35,11 +35,4 @@ class BoundedKneedController(OnSole, KneedController):
     @cached_property
     def plain_law(self) -> Law:
         """The laws of `mjbiped.controllers.bounded.bounded_ankle`; see `LawController.plain_law`."""
-        return Law(
-            self.parameters,
-            torque,
-            touchdown,
-            slope_estimate,
-            next_discontinuity,
-            knee_strike=adaptive.knee_strike,
-        )
+        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike)

@@ -3,46 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers import replanning
 from mjbiped.controllers.bounded.bounded_ankle import move
 from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.stance import set_support
 from mjbiped.controllers.dynamics import observe
-from mjbiped.controllers.layout import (
-    ALONG,
-    FREE,
-    MOTION,
-    NORMAL,
-    RECOVERING,
-    SUPERVISION,
-    SUPPORT,
-    SUPPORT_AHEAD,
-    TORQUE,
-)
+from mjbiped.controllers.layout import FREE, SUPERVISION
+from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
 from mjbiped.robots import compass
 from mjbiped.rules.scuffing import swing_foot_collides
 
-(
-    COUNTED_SHARE,  # share of the sole that predictions count on
-    STEP,  # length of an integration step, s
-    LONGEST,  # greatest duration of a gait step, s
-    GREATEST,  # greatest angle of the stance leg, rad
-    LEAST_FORCE,  # least normal force, N
-    FRICTION,  # greatest friction that may be used
-    LENGTH,  # leg length, m
-    REACH,  # of the scuffing rule, m
-    CLEAR,  # distance ahead of the stance foot at which the swing foot has to be above the ground, m
-    IMPACT,  # the two impact terms of `compass.Constants`, kg m²
-    FAILURE,  # what a failure counts, m g l, J
-    UNEVENNESS,  # difference of height between footholds that a recovery step should bear, m
-    GRID,  # recovery steps that are tried: first value, distance and number of times, half angles and retractions
-) = (*range(10), 11, 12, 13)
-"""Indices in the block of parameters that begins at `layout.SUPERVISION`: how a simulation is made, what makes it fail,
-and how the supervisor chooses."""
+COUNTED_SHARE, STEP, LONGEST, GREATEST, LEAST_FORCE, FRICTION, LENGTH, REACH, CLEAR = range(9)
+"""Indices in the block of parameters that begins at `layout.SUPERVISION`: share of the sole that predictions count on;
+length of an integration step and greatest duration of a gait step, s; greatest angle of the stance leg, rad; least
+normal force, N; greatest friction that may be used; leg length, m; reach of the scuffing rule, m; and distance ahead of
+the stance foot at which the swing foot has to be above the ground, m."""
+
+IMPACT, FAILURE, UNEVENNESS, GRID = 9, 11, 12, 13
+"""Indices there of the two impact terms of `compass.Constants`, kg m²; of what a failure counts, m g l, J; of the
+difference of height between footholds that a recovery step should bear, m; and of the recovery steps that are tried:
+first value, distance and number of times (s), half angles (rad) and retractions."""
 
 
 class State(NamedTuple):
@@ -61,7 +45,7 @@ class State(NamedTuple):
     dq2: float
 
 
-def step_ahead(parameters: Sequence[float], memory: Memory, state: State, rise: float) -> tuple[float, State]:
+def step_ahead(parameters: Numbers, memory: Memory, state: State, rise: float) -> tuple[float, State]:
     """Simulate the step that the memory plans, by the midpoint rule.
 
     Args:
@@ -97,7 +81,7 @@ def step_ahead(parameters: Sequence[float], memory: Memory, state: State, rise: 
     return math.inf, state
 
 
-def nominal_steps(parameters: Sequence[float], memory: Memory, state: State, count: int) -> tuple[int, float]:
+def nominal_steps(parameters: Numbers, memory: Memory, state: State, count: int) -> tuple[int, float]:
     """Simulate steps of the tracking law, all but the first on all of the sole; the memory's plan is lost.
 
     Returns:
@@ -117,13 +101,13 @@ def nominal_steps(parameters: Sequence[float], memory: Memory, state: State, cou
     return steps, total
 
 
-def plan_nominal(parameters: Sequence[float], memory: Memory, state: State) -> None:
+def plan_nominal(parameters: Numbers, memory: Memory, state: State) -> None:
     """Plan a step of the tracking law."""
     memory[RECOVERING] = 0.0
     replanning.plan(parameters, memory, 0.0, (state.q1, state.q2), (state.dq1, state.dq2))
 
 
-def _move(parameters: Sequence[float], memory: Memory, t: float, state: State) -> bool:
+def _move(parameters: Numbers, memory: Memory, t: float, state: State) -> bool:
     """Write torques, accelerations and the ground's force in a state; return whether the ground holds the foot."""
     limits, slope = int(parameters[SUPERVISION]), memory[SLOPE]
     observe(2, (state.q1, state.q2), (state.dq1, state.dq2), memory)
@@ -132,13 +116,13 @@ def _move(parameters: Sequence[float], memory: Memory, t: float, state: State) -
     return normal >= parameters[limits + LEAST_FORCE] and abs(along) <= parameters[limits + FRICTION] * normal
 
 
-def _moved(memory: Sequence[float], state: State, h: float, dq1: float, dq2: float) -> State:
+def _moved(memory: Numbers, state: State, h: float, dq1: float, dq2: float) -> State:
     """Return the state a time h later, with given rates and the accelerations in the room."""
     ddq1, ddq2 = memory[MOTION], memory[MOTION + 1]
     return State(state.q1 + h * dq1, state.q2 + h * dq2, state.dq1 + h * ddq1, state.dq2 + h * ddq2)
 
 
-def _transferred(parameters: Sequence[float], before: State, after: State, share: float) -> State:
+def _transferred(parameters: Numbers, before: State, after: State, share: float) -> State:
     """Return the state after a support transfer at a share of the way between two states."""
     q1, q2 = before.q1 + share * (after.q1 - before.q1), before.q2 + share * (after.q2 - before.q2)
     dq1, dq2 = before.dq1 + share * (after.dq1 - before.dq1), before.dq2 + share * (after.dq2 - before.dq2)

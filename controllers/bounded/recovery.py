@@ -12,26 +12,16 @@ proportional to the lack of a rate that is higher the further the stance leg lea
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from typing import NamedTuple
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.stance import stand
 from mjbiped.controllers.dynamics import move_end
-from mjbiped.controllers.layout import (
-    ANKLE_GAIN,
-    ANKLE_RATE,
-    ANKLE_STIFFNESS,
-    CURVES,
-    DQ,
-    MOTION,
-    POINTS,
-    RECOVERING,
-    REPLANNED,
-    Q,
-)
+from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS
+from mjbiped.controllers.memory import CURVES, POINTS, RECOVERING, REPLANNED
 from mjbiped.controllers.replanning import lay, transition, transition_at
+from mjbiped.controllers.room import DQ, MOTION, Q
 
 _POSITION_GAIN, _RATE_GAIN = 400.0, 40.0  # 1/s², 1/s: the constraint's error decays critically, with 20/s
 
@@ -64,7 +54,7 @@ class Ankle(NamedTuple):
     stiffness: float
 
 
-def begin(memory: Memory, step: Step, q: Sequence[float], dq: Sequence[float]) -> None:
+def begin(memory: Memory, step: Step, q: Numbers, dq: Numbers) -> None:
     """Plan the way onto the constraint, of degree 5, from the state with which the step begins."""
     memory[RECOVERING], memory[REPLANNED] = 1.0, 0.0
     memory[RECOVERING + 1], memory[RECOVERING + 2], memory[RECOVERING + 3] = step.time, step.half, step.retraction
@@ -73,7 +63,7 @@ def begin(memory: Memory, step: Step, q: Sequence[float], dq: Sequence[float]) -
     lay(memory, 1, transition(step.time, (away, away_rate, 0.0), (0.0, 0.0, 0.0)))
 
 
-def planned(memory: Sequence[float]) -> Step:
+def planned(memory: Numbers) -> Step:
     """Return the recovery step in the memory."""
     return Step(memory[RECOVERING + 1], memory[RECOVERING + 2], memory[RECOVERING + 3])
 
@@ -84,12 +74,7 @@ def constraint(step: Step, q1: float) -> float:
 
 
 def recover(
-    parameters: Sequence[float],
-    memory: Sequence[float],
-    t: float,
-    share: float,
-    slope: tuple[float, float],
-    room: MutableSequence[float],
+    parameters: Numbers, memory: Numbers, t: float, share: float, slope: tuple[float, float], room: Room
 ) -> float:
     """Write the torques of a recovery step, and the accelerations under them; return the ankle torque, N m.
 

@@ -3,31 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers import layout
 from mjbiped.controllers.dynamics import inverse_dynamics, move_end, write_torques
-from mjbiped.controllers.layout import (
-    AHEAD,
-    ALONG,
-    ANKLE_HEIGHT,
-    BEHIND,
-    BY_STANCE,
-    COSINE,
-    FORCE,
-    FORWARD,
-    GRAVITY,
-    MOTION,
-    NORMAL,
-    SINE,
-    SUPPORT,
-    SUPPORT_AHEAD,
-    TORQUE,
-    UPWARD,
-    WEIGHT,
-    moving_chain,
-)
+from mjbiped.controllers.layout import AHEAD, ANKLE_HEIGHT, BEHIND, GRAVITY, WEIGHT, moving_chain
+from mjbiped.controllers.memory import SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import ALONG, BY_STANCE, COSINE, FORCE, FORWARD, MOTION, NORMAL, SINE, TORQUE, UPWARD
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
 
@@ -51,7 +33,7 @@ def set_support(memory: Memory, behind: float, ahead: float) -> None:
     memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
 
 
-def bounds(parameters: Sequence[float], memory: Sequence[float], share: float) -> tuple[float, float]:
+def bounds(parameters: Numbers, memory: Numbers, share: float) -> tuple[float, float]:
     """Return how far behind and ahead of the ankle the law leans in this step, m, on a share of what bears the foot."""
     behind, ahead = parameters[BEHIND], parameters[AHEAD]
     if memory[SUPPORT] + memory[SUPPORT_AHEAD] > 0.0:  # else nothing was told
@@ -60,13 +42,13 @@ def bounds(parameters: Sequence[float], memory: Sequence[float], share: float) -
 
 
 def stand(
-    parameters: Sequence[float],
-    memory: Sequence[float],
+    parameters: Numbers,
+    memory: Numbers,
     ankle: float,
     follows: float,
     share: float,
     slope: tuple[float, float],
-    room: MutableSequence[float],
+    room: Room,
 ) -> float:
     """Bound an ankle torque by the sole; the other segments accelerate as wanted nevertheless.
 
@@ -89,40 +71,31 @@ def stand(
     n, chain, first = moving_chain(parameters, memory)
     move_end(0, 0.0, room)
     inverse_dynamics(chain, first, n, slope, room)
-    moments, gravity = first + n * n, parameters[GRAVITY]
-    rest = inertia = 0.0
-    for i in range(n):  # forces, and the ground's force below: at rest, and by the stance leg's acceleration
-        s, c, row = room[SINE + i], room[COSINE + i], first + n * i
-        along = c * room[COSINE] + s * room[SINE]
-        room[BY_STANCE + i] = chain[row] * along
+    moments, gravity, weight = first + n * n, parameters[GRAVITY], parameters[WEIGHT]
+    beside, rest, inertia = chain[moments + n], 0.0, 0.0
+    room[ALONG] = beside * room[UPWARD] / gravity - weight * slope[0]
+    room[NORMAL] = weight * slope[1] - beside * room[FORWARD] / gravity
+    # forces, and the ground's: while the stance leg does not accelerate, and their change by its acceleration
+    for i in range(n):
+        s, c, row, moment = room[SINE + i], room[COSINE + i], first + n * i, chain[moments + i] / gravity
+        room[BY_STANCE + i] = chain[row] * (c * room[COSINE] + s * room[SINE])
         if follows != 0.0:
             room[BY_STANCE + i] += follows * chain[row + 1] * (c * room[COSINE + 1] + s * room[SINE + 1])
-        rest += room[FORCE + i]
-        inertia += room[BY_STANCE + i]
-    beside = chain[moments + n]
-    room[ALONG] = beside * room[UPWARD] / gravity - parameters[WEIGHT] * slope[0]
-    room[NORMAL] = parameters[WEIGHT] * slope[1] - beside * room[FORWARD] / gravity
-    for i in range(n):
-        room[ALONG] += chain[moments + i] / gravity * room[FORWARD + i]
-        room[NORMAL] += chain[moments + i] / gravity * room[UPWARD + i]
+        rest, inertia = rest + room[FORCE + i], inertia + room[BY_STANCE + i]
+        room[ALONG], room[NORMAL] = room[ALONG] + moment * room[FORWARD + i], room[NORMAL] + moment * room[UPWARD + i]
     along_gain = (chain[moments] * room[COSINE] - beside * room[SINE]) / gravity
     normal_gain = -(chain[moments] * room[SINE] + beside * room[COSINE]) / gravity
     if follows != 0.0:
         along_gain += follows * chain[moments + 1] / gravity * room[COSINE + 1]
         normal_gain -= follows * chain[moments + 1] / gravity * room[SINE + 1]
-    behind, ahead = bounds(parameters, memory, share)
-    given = _transmitted(
-        ankle,
-        parameters[ANKLE_HEIGHT],
-        (behind, ahead),
-        (room[ALONG] - along_gain * rest / inertia, along_gain / inertia),
-        (room[NORMAL] - normal_gain * rest / inertia, normal_gain / inertia),
-    )
+    along = room[ALONG] - along_gain * rest / inertia, along_gain / inertia
+    normal = room[NORMAL] - normal_gain * rest / inertia, normal_gain / inertia
+    sole = bounds(parameters, memory, share)
+    given = _transmitted(ankle, parameters[ANKLE_HEIGHT], sole, along, normal)
     acceleration = (given - rest) / inertia
     room[MOTION] = acceleration
     room[MOTION + 1] += follows * acceleration
-    room[ALONG] += along_gain * acceleration
-    room[NORMAL] += normal_gain * acceleration
+    room[ALONG], room[NORMAL] = room[ALONG] + along_gain * acceleration, room[NORMAL] + normal_gain * acceleration
     for i in range(n):
         room[FORCE + i] += room[BY_STANCE + i] * acceleration
     write_torques(n, room, room, TORQUE)
@@ -131,11 +104,7 @@ def stand(
 
 
 def _transmitted(
-    asked: float,
-    height: float,
-    sole: tuple[float, float],
-    along: tuple[float, float],
-    normal: tuple[float, float],
+    asked: float, height: float, sole: tuple[float, float], along: tuple[float, float], normal: tuple[float, float]
 ) -> float:
     """Return the ankle torque that a sole transmits of one that is asked for, N m.
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
-from mjbiped.control.controller import Law, Memory
-from mjbiped.controllers import layout
+from mjbiped.control.controller import Law, Memory, Numbers
 from mjbiped.controllers.bounded import prediction, recovery
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, feel_step, next_discontinuity, torque
 from mjbiped.controllers.bounded.identifier import slope_estimate
@@ -17,7 +15,8 @@ from mjbiped.controllers.bounded.prediction import FAILURE, GRID, State, nominal
 from mjbiped.controllers.bounded.recovery import Ankle, Step
 from mjbiped.controllers.bounded.stance import set_support
 from mjbiped.controllers.gait_library import GaitLibrary
-from mjbiped.controllers.layout import RECOVERING, SUPERVISION, SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, SUPERVISION
+from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.rules.scuffing import ScuffingRule
 
 
@@ -85,71 +84,56 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
 
     def scalars(self) -> dict[int, float]:
         """Return the scalars among the parameters, by their indices."""
-        gain, rate, stiffness = self.recovery.ankle
-        time, weight = math.sqrt(self.robot.leg_length / self.robot.gravity), self._failure
-        own = {
-            layout.ANKLE_GAIN: gain * weight * time,
-            layout.ANKLE_RATE: rate / time,
-            layout.ANKLE_STIFFNESS: stiffness / time,
-        }
-        return {**super().scalars(), **own}
+        time, failure, (gain, rate, stiffness) = *self._units, self.recovery.ankle
+        own = (gain * failure * time, rate / time, stiffness / time)
+        return {**super().scalars(), **dict(zip((ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS), own, strict=True))}
 
     @property
-    def _failure(self) -> float:
-        """Weight of the robot times the length of its leg, by which a failure counts more than any work, J."""
-        return self.robot.total_mass * self.robot.gravity * self.robot.leg_length
-
-    def chains(self) -> dict[int, Sequence[float]]:
-        """Return the robot model's chain, and what choices take, by the indices of their starts."""
+    def _units(self) -> tuple[float, float]:
+        """Unit of time, s, and weight times leg length, by which a failure counts more than any work, J."""
         length, gravity = self.robot.leg_length, self.robot.gravity
-        time, (times, halves, retractions, _) = math.sqrt(length / gravity), self.recovery
+        return math.sqrt(length / gravity), self.robot.total_mass * gravity * length
+
+    def chains(self) -> dict[int, Numbers]:
+        """Return the robot model's chain, and what choices take, by the indices of their starts."""
+        (time, failure), length, (times, halves, retractions, _) = self._units, self.robot.leg_length, self.recovery
         supervision = [
-            self.margin * self.sole_share,
-            0.02 * time,
-            5.0 * time,
             # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
-            *(0.8, 0.05 * self.robot.total_mass * gravity, 0.75),
-            length,
-            ScuffingRule().reach * length,
-            0.6 * length,
-            *self.robot.constants[5:],
-            self._failure,
-            UNEVENNESS * length,
-            *(times.first * time, times.step * time, times.number, *halves, *retractions),
+            *(self.margin * self.sole_share, 0.02 * time, 5.0 * time, 0.8, 0.05 * failure / length, 0.75),
+            *(length, ScuffingRule().reach * length, 0.6 * length, *self.robot.constants[5:], failure),
+            *(UNEVENNESS * length, times.first * time, times.step * time, times.number, *halves, *retractions),
         ]
-        return {**super().chains(), layout.SUPERVISION: supervision}
+        return {**super().chains(), SUPERVISION: supervision}
 
     @cached_property
     def plain_law(self) -> Law:
         """The laws of this module; see `LawController.plain_law`."""
         return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity)
 
-    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+    def tracked(self, memory: Memory, t: float) -> tuple[Numbers, Numbers]:
         """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
         nothing = (math.nan, math.nan)
         return (nothing, nothing) if memory[RECOVERING] else super().tracked(memory, t)
 
-    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def plan_first_step(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Choose the first step."""
         choose(self.parameters, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
-def touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Take up what the touchdown tells, and choose the new step and its gait; see `Law.touchdown`."""
     feel_step(parameters, memory, q_before, q, dq)
     choose(parameters, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
-def choose(parameters: Sequence[float], memory: Memory, state: State) -> None:
+def choose(parameters: Numbers, memory: Memory, state: State) -> None:
     """Plan the step that begins in a state."""
     steps, _ = nominal_steps(parameters, memory, state, AHEAD)
     if steps == AHEAD or not recovers(parameters, memory, state):
         plan_nominal(parameters, memory, state)
 
 
-def recovers(parameters: Sequence[float], memory: Memory, state: State) -> bool:
+def recovers(parameters: Numbers, memory: Memory, state: State) -> bool:
     """Plan the best recovery step, unless all of the grid fall."""
     found, step = cheapest(parameters, memory, state)
     if found == math.inf:
@@ -158,7 +142,7 @@ def recovers(parameters: Sequence[float], memory: Memory, state: State) -> bool:
     return True
 
 
-def cheapest(parameters: Sequence[float], memory: Memory, state: State) -> tuple[float, Step]:
+def cheapest(parameters: Numbers, memory: Memory, state: State) -> tuple[float, Step]:
     """Return the `cost` of the best recovery step of the grid, infinite where all fall, and it; the plan is lost."""
     best, chosen = math.inf, Step(0.0, 0.0, 0.0)
     for index in range(number_of_steps(parameters)):
@@ -169,13 +153,13 @@ def cheapest(parameters: Sequence[float], memory: Memory, state: State) -> tuple
     return best, chosen
 
 
-def number_of_steps(parameters: Sequence[float]) -> int:
+def number_of_steps(parameters: Numbers) -> int:
     """Return how many recovery steps are tried."""
     grid = int(parameters[SUPERVISION]) + GRID
     return int(parameters[grid + 2] * parameters[grid + 5] * parameters[grid + 8])
 
 
-def step_of(parameters: Sequence[float], index: int) -> Step:
+def step_of(parameters: Numbers, index: int) -> Step:
     """Return one of the recovery steps that are tried."""
     grid = int(parameters[SUPERVISION]) + GRID
     pair, k = divmod(index, int(parameters[grid + 8]))
@@ -187,7 +171,7 @@ def step_of(parameters: Sequence[float], index: int) -> Step:
     )
 
 
-def cost(parameters: Sequence[float], memory: Memory, state: State, step: Step, best: float) -> float:
+def cost(parameters: Numbers, memory: Memory, state: State, step: Step, best: float) -> float:
     """Return the cost of a recovery step, J, or some number over `best` if it is more than that.
 
     It is the work of this and the following steps, and m g l for each step of `AFTER` that is not foreseen, and for

@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Law, LawController, Memory, never
+from mjbiped.control.controller import Law, LawController, Memory, Numbers, never
 from mjbiped.controllers.settings import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Gait
@@ -88,7 +88,7 @@ class KnownSlopeController(LawController):
             *(self.gait.table if self.follows else ()),
         ]
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Begin with the given slope."""
         memory[_LOCAL], memory[_TILT] = float(self.initial_slope_estimate), 0.0
 
@@ -101,20 +101,18 @@ class KnownSlopeController(LawController):
 _COMMON = tuple(each.name for each in fields(KnownSlopeController))
 
 
-def against_slope(memory: Sequence[float], q: Sequence[float]) -> tuple[float, float, float]:
+def against_slope(memory: Numbers, q: Numbers) -> tuple[float, float, float]:
     """Return the law's slope, and both legs' angles from that slope's normal instead of the ground's, rad."""
     return memory[_LOCAL] + memory[_TILT], q[0] - memory[_TILT], q[1] - memory[_TILT]
 
 
-def _touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def _touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     if parameters[SOURCE] >= 1.0:  # all but "none"
         memory[_LOCAL] += slope_change(q_before[0], q[1])
     if parameters[SOURCE] == 2.0:  # "two_point"
         memory[_TILT] = 0.5 * (q[0] + q[1])
 
 
-def _slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+def _slope_estimate(parameters: Numbers, memory: Memory) -> float:
     """Slope under the stance foot as given or dead reckoned, rad; with "two_point" too, whose line differs."""
     return memory[_LOCAL]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.controllers.comparison.known_slope import GAINS, KnownSlopeController, against_slope
 from mjbiped.gaits.reference import MOST, reference_at, reference_discontinuity
 from mjbiped.robots import compass
@@ -51,40 +50,25 @@ class LimitCycleController(KnownSlopeController):
         return super().plain_law._replace(next_discontinuity=_next_discontinuity)
 
 
-def _torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     rate_gain, position_gain = parameters[GAINS], parameters[GAINS + 1]
     slope, q1, q2 = against_slope(memory, q)
     reference_at(parameters, _TABLE, t, out, _REFERENCE)
     a1 = _commanded(out, 0, position_gain, q1, rate_gain, dq[0])
     a2 = _commanded(out, 1, position_gain, q2, rate_gain, dq[1])
-    sine, cosine = math.sin(slope), math.cos(slope)
-    force1, force2 = compass.inverse_dynamics(
-        parameters,
-        compass.legs_of(q1, q2),
-        dq[0],
-        dq[1],
-        sine,
-        cosine,
-        a1,
-        a2,  # type: ignore[arg-type]
-    )
+    constants: Any = parameters  # which begin with them
+    legs, sine, cosine = compass.legs_of(q1, q2), math.sin(slope), math.cos(slope)
+    force1, force2 = compass.inverse_dynamics(constants, legs, dq[0], dq[1], sine, cosine, a1, a2)
     out[0], out[1] = compass.joint_torques(force1, force2)
 
 
-def _commanded(room: Sequence[float], leg: int, position_gain: float, q: float, rate_gain: float, dq: float) -> float:
+def _commanded(room: Numbers, leg: int, position_gain: float, q: float, rate_gain: float, dq: float) -> float:
     """Acceleration of a leg that the law asks for, with the reference in the room, rad/s²."""
     at = _REFERENCE + leg
     return room[at + 2 * MOST] + position_gain * (room[at] - q) + rate_gain * (room[at + MOST] - dq)
 
 
-def _next_discontinuity(parameters: Sequence[float], memory: Memory, t: float) -> float:
+def _next_discontinuity(parameters: Numbers, memory: Memory, t: float) -> float:
     return reference_discontinuity(parameters, _TABLE, t)
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from mjbiped.control.controller import Memory
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers.comparison.known_slope import (
     ENERGY,
     GAINS,
@@ -44,14 +43,7 @@ class PassivityController(KnownSlopeController):
     slope_source: str = field(default="two_point", kw_only=True)
 
 
-def _torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     imitated = parameters[IMITATED_SLOPE]
     gain = parameters[GAINS]
     slope, q1, q2 = against_slope(memory, q)

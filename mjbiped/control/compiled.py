@@ -260,7 +260,7 @@ def _next_discontinuity(record: int, memory: int, t: float) -> float:
     return found
 
 
-_AROUND = (_torque, _touchdown, _slope_estimate, _next_discontinuity, _event, _event)
+_AROUND: tuple[Callable[..., Any], ...] = (_torque, _touchdown, _slope_estimate, _next_discontinuity, _event, _event)
 
 
 @lru_cache(maxsize=256)

@@ -17,13 +17,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, MutableSequence, Sequence
 from functools import cached_property
 from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
+
+Numbers: TypeAlias = Sequence[float]
+"""Numbers that a law reads: a list or tuple in Python, an array where compiled."""
+
+Room: TypeAlias = MutableSequence[float]
+"""Numbers that a law writes."""
 
 Memory = MutableSequence[float]
 """A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
@@ -37,8 +43,8 @@ class Law(NamedTuple):
 
     The functions say what the controller's methods of like names say, and those call them: one law, one place. They
     stand at the top level of a module and call only others that do. All sequences are lists of floats in plain Python
-    and contiguous arrays of float64 in machine code: they are indexed, never resized. The functions allocate nothing (no
-    list, array or string) and raise nothing; a function that they call may return several numbers as a tuple.
+    and contiguous arrays of float64 in machine code: they are indexed, never resized. The functions allocate nothing
+    (no list, array or string) and raise nothing; a function that they call may return several numbers as a tuple.
 
     A state is the robot's n angles q (rad) and their rates dq (rad/s): 2 with straight legs, 3 with knees.
 

@@ -93,11 +93,7 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
 
 
 def prepared(
-    roots: Sequence[Function],
-    inlined: Sequence[Function],
-    apart: Sequence[Function] = (),
-    *,
-    checked: bool = False,
+    roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = (), *, checked: bool = False
 ) -> str:
     """Register functions, and all that they call, for use in compiled code.
 
@@ -249,14 +245,13 @@ def _calling(machine_code: Function) -> Function:
 
 
 def _called(function: Function, known: set[Function]) -> Iterator[Function]:
-    """A function, and all functions at the top level of modules that it calls, directly or indirectly."""
-    if function in known or not isinstance(function, FunctionType):
+    """A function, and all functions that it calls, directly or indirectly, those that a user has jitted included."""
+    if not isinstance(function, FunctionType) or function in known:
         return
     known.add(function)
     yield function
-    for _, value in _globals_of(function):
-        if isinstance(value, FunctionType):
-            yield from _called(value, known)
+    for _, value in (*_globals_of(function), *_free(function)):
+        yield from _called(getattr(value, "py_func", value), known)
 
 
 def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:

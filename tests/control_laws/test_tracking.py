@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from law_rooms import aimed, parameters_of, tracking_torque
 from scipy.integrate import solve_ivp
 
-from mjbiped.controllers.layout import ERROR, MOTION
+from mjbiped.controllers.room import ERROR, MOTION
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import motion_at

@@ -31,7 +31,8 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.dormand_prince import POWERS, STAGES_WITH_DENSE, unrolled
 from mjbiped.numerics.jit import compiled
-from mjbiped.numerics.records import Packer, Shared, in_one_block, unpacking
+from mjbiped.numerics.records import Packer, Shared, in_one_block
+from mjbiped.numerics.unpacking import unpacking
 from mjbiped.records.pressure import BINS
 from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.records.rows import rows_of

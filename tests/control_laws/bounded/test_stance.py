@@ -14,7 +14,8 @@ from law_rooms import parameters_of, room_at
 import mjbiped
 from mjbiped.controllers.bounded.stance import bounds, footing_of, set_support, stand
 from mjbiped.controllers.dynamics import move_end
-from mjbiped.controllers.layout import ALONG, MOTION, NORMAL, STRAIGHT_LEGS_SIZE, TORQUE
+from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
 from mjbiped.robots import compass
 from mjbiped.robots.footed.biped import FootedCompass
 

@@ -14,7 +14,8 @@ from mjbiped.control.controller import Law
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.prediction import COUNTED_SHARE, GRID, State
 from mjbiped.controllers.bounded.stance import bounds, set_support
-from mjbiped.controllers.layout import CLIMBING, RECOVERING, SOLE_SHARE, SUPERVISION, SUPPORT
+from mjbiped.controllers.layout import SOLE_SHARE, SUPERVISION
+from mjbiped.controllers.memory import CLIMBING, RECOVERING, SUPPORT
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 
