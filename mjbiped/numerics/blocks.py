@@ -3,7 +3,7 @@
 A *block* is a dataclass of numbers, of lists, and of lists of blocks. Plain Python works on the object itself. Machine
 code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes one argument.
 What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
-`leg_at(block.legs, i)` with `leg_at = reader(Leg)`.
+`leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
 """
 
 from __future__ import annotations
@@ -46,6 +46,21 @@ def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
     return made, kept
 
 
+def share_arrays(block: Any) -> None:
+    """Make arrays of a block's lists of floats, on which Python and machine code then work both (`packed`)."""
+    for field in dataclasses.fields(block):
+        value = getattr(block, field.name)
+        if isinstance(value, list) and value and isinstance(value[0], float | int | list):
+            setattr(block, field.name, np.array(value, dtype=np.float64))
+
+
+def take_numbers(block: Any, made: NDArray[Any]) -> None:
+    """Let a block have the numbers that stand in its copy for machine code."""
+    for name, value in zip(made.dtype.names or (), made[0].item(), strict=True):
+        if isinstance(getattr(block, name), bool | int | float):
+            setattr(block, name, value)
+
+
 def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
@@ -60,6 +75,11 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
 def numbers(values: Any, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
     """The floats of a list, or of what stands at an address."""
     return values
+
+
+def row(values: Any, index: int, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
+    """The floats of one row of a table whose rows have `count` of them: a list of lists, or what stands at an address."""
+    return values[index]
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:
@@ -83,5 +103,5 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     return result
 
 
-for _each in (numbers, call, call_for_float):
+for _each in (numbers, row, call, call_for_float):
     _each.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `machine`

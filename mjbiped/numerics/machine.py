@@ -48,12 +48,24 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
     imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
 
 
-def _view(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+def _array_at(context: Any, builder: Any, address: Any, count: Any) -> Any:
     """Make an array that does not own its memory."""
     made, word = context.make_array(_FLOATS)(context, builder), context.get_constant(types.intp, 8)
-    data = builder.inttoptr(arguments[0], made.data.type)
-    populate_array(made, data=data, shape=[arguments[1]], strides=[word], itemsize=word, meminfo=None)
+    data = builder.inttoptr(address, made.data.type)
+    populate_array(made, data=data, shape=[count], strides=[word], itemsize=word, meminfo=None)
     return made._getvalue()
+
+
+def _view(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+    """Make an array of the floats at an address."""
+    return _array_at(context, builder, arguments[0], arguments[1])
+
+
+def _row(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+    """Make an array of the floats of one row of the table at an address."""
+    first, index, count = arguments
+    passed = builder.mul(builder.mul(index, count), context.get_constant(types.intp, 8))
+    return _array_at(context, builder, builder.add(first, passed), count)
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
@@ -70,6 +82,7 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) 
 
 
 defined(blocks.numbers, lambda values, count: _FLOATS, _view)
+defined(blocks.row, lambda values, index, count: _FLOATS, _row)
 defined(blocks.call, lambda function, *arguments: types.void, _call)
 defined(blocks.call_for_float, lambda function, *arguments: types.float64, _call)
 

@@ -73,6 +73,7 @@ class KneedBiped(KneedLegs):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "kneed"
+    lands_bent: ClassVar[bool] = True
     equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:

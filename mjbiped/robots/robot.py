@@ -6,15 +6,18 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.dynamics.linkage import Linkage
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.mechanism import linkages_of
 from mjbiped.robots.model import Model, model_of
 from mjbiped.utils import domains
 
@@ -40,6 +43,7 @@ class Robot(ABC):
         collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
             decides when it can.
         knee_opens: Whether a touchdown can bend the knee of the leg that leaves the ground, which is then free at once.
+        lands_bent: Whether a leg whose knee is bent can become the stance leg.
         equations: Equations of motion, guards and reset maps for event-driven engines.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances from the ankle to the heel and to the toe of the flat, massless sole on which the stance leg
@@ -53,10 +57,21 @@ class Robot(ABC):
     places: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
     knee_opens: ClassVar[bool] = False
+    lands_bent: ClassVar[bool] = False
     equations: ClassVar[Equations]
     untold: ClassVar[tuple[str, ...]] = ()
     gravity: float
     sole: tuple[float, float] | None = None
+
+    @cached_property
+    def linkages(self) -> tuple[Linkage, ...]:
+        """The robot as a linkage on its flat foot; where feet are bodies, also on its toe and on its heel."""
+        return linkages_of(self.bodies, self.radius, self.gravity)
+
+    @property
+    def between(self) -> float:
+        """Angle between two legs that are one rigid body, rad; 0 for legs that move by themselves."""
+        return 0.0
 
     @property
     def radius(self) -> float:

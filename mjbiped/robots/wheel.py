@@ -15,17 +15,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjbiped.dynamics.linkage import Linkage
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import straight_leg
 from mjbiped.robots.bodies import Bodies, Limb, Segment
 from mjbiped.robots.chain import Array, Chain, hold_end, stop_end, with_room
 from mjbiped.robots.equations import Equations
+from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.model import Model, model_of, rows
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -120,6 +123,22 @@ class RimlessWheel(Robot):
     def __post_init__(self) -> None:
         """Check every value, and convert all but the number of spokes to plain floats."""
         domains.check_fields(self)
+
+    @cached_property
+    def linkages(self) -> tuple[Linkage, ...]:
+        """The wheel on one spoke; its swing foot is that of the next spoke."""
+        spoke, next_foot = np.array([self.length + 0j]), np.array([complex(*self.levers)])
+        return (
+            linkage_with(
+                [(self.mass, self.inertia, 0, spoke)],
+                spoke,
+                next_foot,
+                np.zeros(1, dtype=np.complex128),
+                angles=1,
+                radius=0.0,
+                gravity=self.gravity,
+            ),
+        )
 
     @property
     def between(self) -> float:

@@ -1,0 +1,1 @@
+"""The hybrid engine: the paper's equations and impact map."""

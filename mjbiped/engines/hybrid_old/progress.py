@@ -1,0 +1,46 @@
+"""Whether a gait step of the hybrid engine gets on: a torque that switches would keep it busy without end.
+
+Where a torque jumps, integration steps shrink until its jump is no more than the tolerance, and then grow again. Where
+it jumps to and fro without end (a torque by the sign of a rate, which it brings to zero), they never do, and the motion
+all but stands still. Gains beyond what any robot has are of the same effect.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.engines.hybrid.state import Walk
+from mjbiped.numerics.dormand_prince import STAGES
+
+MOST_ATTEMPTS = 100_000  # integration steps tried in one gait step; the paper's controller needs some 20
+ATTEMPTS_BETWEEN_LOOKS = 2000
+LEAST_PROGRESS = 2e-3
+"""Between two looks, of the stall time: at this pace a gait step would need ten times `MOST_ATTEMPTS`."""
+
+TAME = 1e3
+"""Of the legs' rates, in sqrt(g / l): the robot moves, and is not about to fly apart."""
+
+
+def watch(w: Any) -> None:
+    """Begin to watch a gait step."""
+    w.under_way, w.looked = True, 0.0
+    w.step_started = w.evaluations
+    w.look = w.step_started + STAGES * ATTEMPTS_BETWEEN_LOOKS
+
+
+def lags(s: Walk) -> bool:
+    """Whether a gait step takes too many integration steps, or the last of them have brought it on too little."""
+    w = s.w
+    progress = w.elapsed - w.looked
+    w.looked, w.look = w.elapsed, w.evaluations + STAGES * ATTEMPTS_BETWEEN_LOOKS
+    tried = w.evaluations - w.step_started
+    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * s.c.stall_time)
+
+
+def is_tame(s: Walk) -> bool:
+    """Whether the robot moves as robots do."""
+    w, rates = s.w, 0.0
+    for rate in s.laws.dq(w.y):
+        rates += abs(rate)
+    return bool(rates < TAME * math.sqrt(s.c.gravity / s.c.length))
