@@ -21,9 +21,12 @@ HEEL, FLAT, TOE = -1, 0, 1
 
 def hold_pivot(linkage: Any, w: Any) -> None:
     """Let the stance foot stand, or roll, in an impact: two rows, the ground's impulse along it and normal to it."""
-    _empty_row(w)[0], _next_row(w)[PIVOT] = 1.0, -linkage.radius
+    add_row(w)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
+    added[0], added[PIVOT] = 1.0, -linkage.radius
     hold(w, 0.0)
-    _empty_row(w)[1] = 1.0
+    add_row(w)
+    row(w.matrix, w.size + w.held, SYSTEM)[1] = 1.0
     hold(w, 0.0)
 
 
@@ -31,14 +34,16 @@ def hold_end(linkage: Any, w: Any) -> None:
     """Let the swing foot stand, or begin to roll, in an impact: two rows likewise."""
     n, sines, cosines = linkage.segments, numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
     along, ahead = row(linkage.levers, END, n), row(linkage.levers, END + 1, n)
-    added = _empty_row(w)
+    add_row(w)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
     added[0] = 1.0
     for i in range(n):
         added[PIVOT + i] = along[i] * cosines[i] - ahead[i] * sines[i]
     if n > 1:
         added[PIVOT + 1] -= linkage.radius
     hold(w, 0.0)
-    added = _empty_row(w)
+    add_row(w)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
     added[1] = 1.0
     for i in range(n):
         added[PIVOT + i] = -along[i] * sines[i] - ahead[i] * cosines[i]
@@ -47,7 +52,8 @@ def hold_end(linkage: Any, w: Any) -> None:
 
 def hold_joint(w: Any, upper: int, lower: int, share: float = 1.0) -> None:
     """Let a segment's rate be a share of another one's in an impact: 1 locks the joint, 0 stops the lower one."""
-    added = _empty_row(w)
+    add_row(w)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
     added[PIVOT + upper] -= share
     added[PIVOT + lower] += 1.0
     hold(w, 0.0)
@@ -64,7 +70,9 @@ def hold_mode(linkage: Any, w: Any) -> None:
 
 def stop_end(linkage: Any, w: Any, along: float, normal: float) -> None:
     """Let a surface stop the swing foot in an impact, without friction, along a direction in the ground's frame."""
-    n, sines, cosines, added = linkage.segments, numbers(w.sines, ROOM), numbers(w.cosines, ROOM), _empty_row(w)
+    add_row(w)
+    n, sines, cosines = linkage.segments, numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
     line, ahead = row(linkage.levers, END, n), row(linkage.levers, END + 1, n)
     added[0], added[1] = along, normal
     for i in range(n):
@@ -78,7 +86,8 @@ def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> 
 
     The equations are `loaded`, with the sines and cosines of the free angles.
     """
-    sines, cosines, added = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), _empty_row(w)
+    add_row(w)
+    sines, cosines, added = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), row(w.matrix, w.size + w.held, SYSTEM)
     line, ahead = row(w.levers, END, ROOM), row(w.levers, END + 1, ROOM)
     rest = 0.0
     added[0] = along * linkage.radius
@@ -93,19 +102,14 @@ def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> 
 
 def hold_stop(w: Any, upper: int, lower: int) -> None:
     """Let a moving robot's knee rest on its stop: the row's force is the torque with which the stop bends it."""
-    added = _empty_row(w)
+    add_row(w)
+    added = row(w.matrix, w.size + w.held, SYSTEM)
     added[upper], added[lower] = -1.0, 1.0
     hold(w, 0.0)
 
 
-def _next_row(w: Any) -> Any:
-    """The row that is held next."""
-    return row(w.matrix, w.size + w.held, SYSTEM)
-
-
-def _empty_row(w: Any) -> Any:
-    """The row that is held next, with zeros."""
+def add_row(w: Any) -> None:
+    """Let the row that is held next have zeros."""
     added = row(w.matrix, w.size + w.held, SYSTEM)
     for i in range(w.size):
         added[i] = 0.0
-    return added

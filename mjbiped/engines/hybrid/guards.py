@@ -19,7 +19,7 @@ from mjbiped.engines.hybrid.meeting import (
     Place,
     decided_by_ends,
     foot_event,
-    state_within,
+    write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
 from mjbiped.engines.hybrid.state import ground_of, hip, linkage_of, swing_foot
@@ -103,7 +103,8 @@ def _happened(c: Any, w: Any, x: float, event: int) -> bool:
         return value_at(c, w, c.shank, x) < value_at(c, w, c.thigh, x)
     if event == FOOT_FLAT:
         return bool(w.edge * value_at(c, w, c.foot, x) < 0.0)
-    return body_ends(c, w, state_within(c, w, x)) != NOTHING
+    write_angles_at(c, w, x)
+    return body_ends(c, w, numbers(w.spare, c.size)) != NOTHING
 
 
 def _bisected(c: Any, w: Any, h: float, event: int) -> float:

@@ -56,16 +56,23 @@ def segment_under(c: Any, w: Any, x: float) -> int:
     return int(w.segment)
 
 
-def state_within(c: Any, w: Any, x: float) -> Any:
-    """The state at the share x of the step, of which only the angles are computed."""
-    if x == 0.0:
-        return numbers(w.y, c.size)
-    if x == 1.0:
-        return numbers(w.out, c.size)
-    spare = numbers(w.spare, c.size)
+def write_angles_at(c: Any, w: Any, x: float) -> None:
+    """Write the angles at the share x of the step into `w.spare`."""
+    y, out, spare = numbers(w.y, c.size), numbers(w.out, c.size), numbers(w.spare, c.size)
     for i in range(c.angles):
-        spare[i] = value_at(c, w, i, x)
-    return spare
+        spare[i] = y[i] if x == 0.0 else out[i] if x == 1.0 else value_at(c, w, i, x)
+
+
+def foot_within(c: Any, w: Any, x: float) -> tuple[float, float]:
+    """Place x, z of the swing foot at the share x of the step, m."""
+    write_angles_at(c, w, x)
+    return swing_foot(c, w, numbers(w.spare, c.size))
+
+
+def foot_over_ground_within(c: Any, w: Any, x: float) -> Place:
+    """Where the swing foot is at the share x of the step; see `foot_over_ground`."""
+    write_angles_at(c, w, x)
+    return foot_over_ground(c, w, numbers(w.spare, c.size))
 
 
 def foot_over_ground(c: Any, w: Any, y: Any) -> Place:
@@ -136,7 +143,7 @@ def foot_event(c: Any, w: Any, h: float, until: float) -> tuple[int, float]:
     if x >= until or w.sliding:
         return NOTHING, until
     bound = acceleration_bound(c, w) / 8.0
-    here = foot_over_ground(c, w, state_within(c, w, x))
+    here = foot_over_ground_within(c, w, x)
     while x < until:
         event, share, end, there = _interval(c, w, h, bound, x, until, here)
         if event != NOTHING:
@@ -162,7 +169,7 @@ def _interval(
         Event and its share, or nothing; the end of that first part, and where the foot is there.
     """
     while True:
-        there = foot_over_ground(c, w, state_within(c, w, end))
+        there = foot_over_ground_within(c, w, end)
         width = (end - x) * h
         room = bound * width * width
         if _decided(c, w, w.elapsed + end * h, room, here, there):
@@ -194,7 +201,7 @@ def _draws_in(c: Any, w: Any, x: float) -> bool:
     """
     if c.contact:
         return False
-    ahead = foot_over_ground(c, w, state_within(c, w, x))[0]
+    ahead = foot_over_ground_within(c, w, x)[0]
     if not swing_foot_is_drawn_in(c.reach, ahead):
         return False
     w.contact_enabled = False
@@ -211,7 +218,7 @@ def _crossing(c: Any, w: Any, h: float, x: float, end: float, here: Place, there
     middle = x
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
-        foot_x, foot_z = swing_foot(c, w, state_within(c, w, middle))
+        foot_x, foot_z = foot_within(c, w, middle)
         gap = foot_z - height_of(ground_of(c), segment, foot_x)
         if gap > 0.0:
             x, above = middle, gap
@@ -232,7 +239,7 @@ def _narrowed(c: Any, w: Any, h: float, x: float, end: float) -> tuple[float, fl
         middle = 0.5 * (x + end)
         if not x < middle < end:
             break
-        ahead, clearance, _ = foot_over_ground(c, w, state_within(c, w, middle))
+        ahead, clearance, _ = foot_over_ground_within(c, w, middle)
         if happens(c, w, w.elapsed + middle * h, ahead, clearance):
             end = middle
         else:
@@ -243,19 +250,18 @@ def _narrowed(c: Any, w: Any, h: float, x: float, end: float) -> tuple[float, fl
 def _kind(c: Any, w: Any, before: float, after: float) -> int:
     """What a foot that is below ground after the share `before` has met; a face that it hit is noted in the state."""
     ground = ground_of(c)
-    own = foot_over_ground(c, w, state_within(c, w, before))[2]
-    y = state_within(c, w, after)
-    other = foot_over_ground(c, w, y)[2]
+    own = foot_over_ground_within(c, w, before)[2]
+    other = foot_over_ground_within(c, w, after)[2]
     w.landing = other
     if own == other:
         return TOUCHDOWN
     face = ground.x[max(own, other)]
     top = height_of(ground, other, face)
-    if top - height_of(ground, own, face) < CORNER or swing_foot(c, w, y)[1] > top - CORNER:
+    if top - height_of(ground, own, face) < CORNER or foot_within(c, w, after)[1] > top - CORNER:
         return TOUCHDOWN
     w.face_x, w.face_top, w.face_segment = face, top, own
     return FACE_IMPACT
 
 
 def _over_the_top(c: Any, w: Any, x: float) -> bool:
-    return bool(swing_foot(c, w, state_within(c, w, x))[1] >= w.face_top)
+    return bool(foot_within(c, w, x)[1] >= w.face_top)

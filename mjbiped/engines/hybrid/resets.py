@@ -90,16 +90,15 @@ def transfer_support(c: Any, w: Any) -> None:
         w.outcome = LEFT_TERRAIN
 
 
-def _land(c: Any, w: Any, held: bool) -> Any:
+def _land(c: Any, w: Any, held: bool) -> None:
     """Compute the impact of the swing foot that comes to stand; both legs are as stiff as they then are.
+
+    Rates of the pivot and of all segments then stand in `right`, then the ground's impulse on the new stance foot.
 
     Args:
         c: The walk's constants.
         w: Its state.
         held: Whether the knee of the leg that leaves the ground is held as well.
-
-    Returns:
-        Rates of the pivot and of all segments, then the ground's impulse on the new stance foot.
     """
     linkage = linkage_of(c, w)
     load_impact(linkage, w, numbers(w.y, c.size))
@@ -109,7 +108,6 @@ def _land(c: Any, w: Any, held: bool) -> Any:
         if held:
             hold_joint(w, 0, 3)
     solve_impact(w)
-    return numbers(w.right, SYSTEM)
 
 
 def _exchange_legs(c: Any, w: Any, slope: float) -> None:
@@ -120,9 +118,10 @@ def _exchange_legs(c: Any, w: Any, slope: float) -> None:
     y, n, linkage, offsets = numbers(w.y, c.size), c.angles, linkage_of(c, w), numbers(w.offsets, ROOM)
     angles, segments, locked = numbers(w.sines, ROOM), linkage.segments, RESTING
     standing = 0.0 if w.locked == LOCKED else y[c.shank] - y[c.thigh]
-    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and _opens(_land(c, w, False)))):
+    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and _opens(c, w))):
         locked = FREE
-    result = _land(c, w, locked == RESTING or not c.knee_opens)
+    _land(c, w, locked == RESTING or not c.knee_opens)
+    result = numbers(w.right, SYSTEM)
     # of the pivot as it stood, whose ground is the frame's
     along, normal = result[w.size], result[w.size + 1]
     turned = w.slope - slope
@@ -140,8 +139,10 @@ def _exchange_legs(c: Any, w: Any, slope: float) -> None:
     enter_mode(c, w)
 
 
-def _opens(result: Any) -> bool:
-    """Whether an impact bends the knee of the leg that leaves the ground."""
+def _opens(c: Any, w: Any) -> bool:
+    """Whether the impact of the swing foot bends the knee of the leg that leaves the ground, which a stop holds."""
+    _land(c, w, False)
+    result = numbers(w.right, SYSTEM)
     return bool(result[PIVOT + 3] > result[PIVOT])
 
 
@@ -230,7 +231,10 @@ def lands(c: Any, w: Any) -> bool:
         return False
     if w.locked == LOCKED and w.stance_flexion == 0.0:
         return True
-    return bool(c.lands_bent and _land(c, w, True)[1] > 0.0)
+    if not c.lands_bent:
+        return False
+    _land(c, w, True)
+    return bool(numbers(w.right, SYSTEM)[1] > 0.0)
 
 
 def strike_knee(c: Any, w: Any) -> None:
@@ -304,15 +308,16 @@ def _stop_swing_foot(c: Any, w: Any) -> None:
 
     A locked knee stays locked, and one that rests on its stop does so if the impact presses it on.
     """
-    result = _stopped(c, w, False)
+    _hit(c, w, False)
+    result = numbers(w.right, SYSTEM)
     if w.locked == RESTING and result[PIVOT + c.shank] > result[PIVOT + c.thigh]:
         w.locked = FREE
     elif w.locked == RESTING:
-        _stopped(c, w, True)
+        _hit(c, w, True)
     _take(c, w)
 
 
-def _stopped(c: Any, w: Any, stop: bool) -> Any:
+def _hit(c: Any, w: Any, stop: bool) -> None:
     """Solve an impact of the swing foot under the rows of the mode, and of the knee's stop if the knee rests on it."""
     linkage = linkage_of(c, w)
     load_impact(linkage, w, numbers(w.y, c.size))
@@ -322,7 +327,6 @@ def _stopped(c: Any, w: Any, stop: bool) -> Any:
     if stop:
         hold_joint(w, c.thigh, c.shank)
     solve_impact(w)
-    return numbers(w.right, SYSTEM)
 
 
 def stub(c: Any, w: Any) -> None:
