@@ -14,7 +14,7 @@ from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, rate_at, value_
 from mjbiped.dynamics.linkage import ROOM
 from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
-from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, write_state_at
+from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
 from mjbiped.engines.hybrid.records import write_sample
 from mjbiped.engines.hybrid.state import GIVEN
 from mjbiped.numerics.blocks import numbers, row
@@ -56,7 +56,7 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
 
 def note_peaks(c: Any, w: Any, stage: int) -> None:
     """Keep the greatest magnitudes of the torques, with those at a stage."""
-    peaks, torques = numbers(w.peak_torque, ROOM), row(w.torques, stage, c.joints)
+    peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, GIVEN)
     for joint in range(c.joints):
         peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
@@ -84,7 +84,7 @@ def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
 
 def _torque_at(c: Any, w: Any, i: int, joint: int) -> float:
     """Magnitude of a joint's torque at the i-th stage in the order of their places, N m."""
-    return float(abs(row(w.torques, IN_ORDER[i], c.joints)[joint]))
+    return float(abs(row(w.given, IN_ORDER[i], GIVEN)[joint]))
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
@@ -147,18 +147,17 @@ def _torque_within(c: Any, w: Any, h: float, piece: int, joint: int) -> float:
     x = piece / PIECES
     write_state_at(c, w, x)
     write_torques(c, w, w.elapsed + x * h, numbers(w.spare, c.size))
-    return float(numbers(w.given, GIVEN)[joint])
+    return float(numbers(w.sampled, GIVEN)[joint])
 
 
 def write_torques(c: Any, w: Any, t: float, y: Any) -> float:
-    """Write the torques that act in a state into `w.given`; returns the one that is asked of the ankle, N m."""
-    q, dq, given = numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.given, GIVEN)
-    for i in range(c.angles):
-        q[i], dq[i] = y[i], y[c.angles + i]
-    ask(c, w, t, y)
+    """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
+    given = numbers(w.sampled, GIVEN)
+    take_angles(c, w, y)
+    ask(c, w, t, y, given)
     asked = given[0]
     if c.behind < math.inf:
-        bound_ankle(c, w)
+        bound_ankle(c, w, given)
     return float(asked)
 
 

@@ -28,7 +28,7 @@ from mjbiped.engines.hybrid.guards import (
     first_event,
 )
 from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
-from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step
+from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.resets import (
     hit_face,
@@ -42,7 +42,7 @@ from mjbiped.engines.hybrid.resets import (
     tip_over,
     transfer_support,
 )
-from mjbiped.engines.hybrid.state import GIVEN, constants_at, pushes_of, state_at, tell, to_memory
+from mjbiped.engines.hybrid.state import GIVEN, constants_at, pushes_of, state_at, to_memory
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
@@ -251,7 +251,7 @@ def _look_ahead(c: Any, w: Any) -> None:
         # a step that ends at a tick is short by design: `progress` does not count it
         w.step_started += STAGES
         w.look += STAGES
-        tell(c, w, y)
+        take_angles(c, w, y)
         call(c.tick, c.parameters, memory, t, numbers(w.told, ROOM), numbers(w.dq, ROOM))
     if time > w.next_push - NOW:
         _begin_or_end_push(c, w)

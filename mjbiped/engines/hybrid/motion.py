@@ -19,84 +19,75 @@ WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and c
 
 def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
     """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
-    angles, joints = c.angles, c.joints
-    q, dq, given = numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.given, GIVEN)
-    ddq, torques = numbers(w.ddq, ROOM), row(w.torques, w.stage, joints)
-    for i in range(angles):
-        q[i], dq[i] = y[i], y[angles + i]
-    tame = _is_tame(c, q)
+    n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
+    given, tame = row(w.given, w.stage, GIVEN), take_angles(c, w, y)
     if not tame:
-        for i in range(angles):
-            q[i] = dq[i] = 0.0
-    ask(c, w, t, y)
+        q, told = numbers(w.q, ROOM), numbers(w.told, ROOM)
+        for i in range(n):
+            q[i] = dq[i] = told[i] = 0.0
+    ask(c, w, t, y, given)
     if c.behind < math.inf:
         numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
-        numbers(w.normals, STAGES_WITH_DENSE)[w.stage] = bound_ankle(c, w)
-    _move(c, w)
+        numbers(w.normals, STAGES_WITH_DENSE)[w.stage] = bound_ankle(c, w, given)
+    _move(c, w, given)
     if c.toe > 0.0:
-        _bear(c, w)
-    for i in range(angles):
-        dy[i], dy[angles + i] = dq[i], ddq[i] if tame else math.nan
-    first = 2 * angles
+        _bear(c, w, given)
+    for i in range(n):
+        dy[i], dy[n + i] = dq[i], ddq[i]
+    if not tame:
+        dy[n] = math.nan
     for i in range(c.states):
-        dy[first + i] = given[joints + i]
-    first += c.states
-    turned = sole_angle(c, dq)
+        dy[2 * n + i] = given[joints + i]
+    first, turned = 2 * n + c.states, sole_angle(c, dq)
     for i in range(joints):
-        torques[i] = given[i]
         dy[first + i] = given[i] * (dq[i] - turned)
         turned = dq[i]
     w.stage += 1
 
 
-def _is_tame(c: Any, q: Any) -> bool:
-    """Whether the angles have a meaning."""
-    tame = True
-    for i in range(c.angles):
-        tame = tame and abs(q[i]) < WILDEST_ANGLE
+def take_angles(c: Any, w: Any, y: Any) -> bool:
+    """Write angles and rates of a state into `w.q` and `w.dq`, and the angles that a law is told into `w.told`.
+
+    Returns:
+        Whether the angles have a meaning.
+    """
+    q, dq, told, n, tip, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.told, ROOM), c.angles, 0.0, True
+    if c.foot >= 0:
+        tip = y[c.foot]
+    for i in range(n):
+        q[i], dq[i], told[i] = y[i], y[n + i], y[i] - tip
+        tame = tame and abs(y[i]) < WILDEST_ANGLE
     return tame
 
 
-def ask(c: Any, w: Any, t: float, y: Any) -> None:
-    """Ask the law for torques and rates of its states, with the angles and rates in `w.q` and `w.dq`."""
-    q, told, tip = numbers(w.q, ROOM), numbers(w.told, ROOM), sole_angle(c, numbers(w.q, ROOM))
-    for i in range(c.angles):
-        told[i] = q[i] - tip
+def ask(c: Any, w: Any, t: float, y: Any, given: Any) -> None:
+    """Ask the law for torques and rates of its states in a state whose angles `take_angles` has taken."""
     to_memory(c, w, y)
     time = min(max(t, w.after), w.before)
-    call(
-        c.torque,
-        c.parameters,
-        numbers(w.memory, GIVEN),
-        time,
-        told,
-        numbers(w.dq, ROOM),
-        numbers(w.given, GIVEN),
-    )
+    call(c.torque, c.parameters, numbers(w.memory, GIVEN), time, numbers(w.told, ROOM), numbers(w.dq, ROOM), given)
 
 
-def bound_ankle(c: Any, w: Any) -> float:
-    """Let the sole transmit what it can of the ankle's torque in `w.given`; the normal force on the stance foot, N."""
-    given = numbers(w.given, GIVEN)
-    asked, force = given[0], _normal_force(c, w)
+def bound_ankle(c: Any, w: Any, given: Any) -> float:
+    """Let the sole transmit what it can of the first of the torques; returns the normal force on the stance foot, N."""
+    asked, force = given[0], _normal_force(c, w, given)
     if asked == 0.0:
         return force
     given[0] = 0.0
-    given[0], force = bounded_by_own_force(asked, force, _normal_force(c, w), c.behind, c.ahead)
+    given[0], force = bounded_by_own_force(asked, force, _normal_force(c, w, given), c.behind, c.ahead)
     return force
 
 
-def _normal_force(c: Any, w: Any) -> float:
-    """Normal force on the stance foot under the torques in `w.given`, N."""
-    _move(c, w)
+def _normal_force(c: Any, w: Any, given: Any) -> float:
+    """Normal force on the stance foot under torques, N."""
+    _move(c, w, given)
     _, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
     return normal
 
 
-def _move(c: Any, w: Any) -> None:
-    """Write the accelerations under the torques in `w.given` into `w.ddq`, with the state in `w.q` and `w.dq`."""
+def _move(c: Any, w: Any, given: Any) -> None:
+    """Write the accelerations under torques into `w.ddq`, with the state in `w.q` and `w.dq`."""
     linkage, q, dq = linkage_of(c, w), numbers(w.q, ROOM), numbers(w.dq, ROOM)
-    _write_forces(c, w)
+    _write_forces(c, w, given)
     touches = w.face != 0.0 or w.sliding
     if not touches and w.locked != RESTING:
         accelerate(linkage, w, q, dq)
@@ -121,20 +112,17 @@ def pushed(w: Any) -> tuple[float, float]:
     return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
 
 
-def _write_forces(c: Any, w: Any) -> None:
-    """Write the generalised forces of the joints, and of a push at the hip, into `w.ddq`, N m.
+def _write_forces(c: Any, w: Any, given: Any) -> None:
+    """Write the generalised forces of torques, and of a push at the hip, into `w.ddq`, N m.
 
     The ankle acts between the stance leg and the ground, or its foot, each other joint between two segments.
     """
-    forces, given, joints = numbers(w.ddq, ROOM), numbers(w.given, GIVEN), c.joints
-    for i in range(c.angles):
-        forces[i] = 0.0
-    for i in range(joints):
-        forces[i] += given[i]
-        if i > 0:
-            forces[i - 1] -= given[i]
+    forces, last = numbers(w.ddq, ROOM), c.joints - 1
+    for i in range(last):
+        forces[i] = given[i] - given[i + 1]
+    forces[last] = given[last]
     if c.foot >= 0:
-        forces[c.foot] -= given[0]
+        forces[c.foot] = -given[0]
     if w.push != 0.0:
         q, along, ahead = numbers(w.q, ROOM), row(w.levers, HIP, ROOM), row(w.levers, HIP + 1, ROOM)
         forces[0] += w.push * linkage_of(c, w).radius * w.cosine
@@ -159,14 +147,14 @@ def stance_force(c: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, floa
     return along, normal
 
 
-def _bear(c: Any, w: Any) -> None:
+def _bear(c: Any, w: Any, given: Any) -> None:
     """Note how the ground bears a stance foot that is a body, in the current stage of a step.
 
     About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
     moment is tau + h F_t, of a force at x = -(tau + h F_t) / F_n. A flat foot stays so while x lies on its sole.
     """
     along, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
-    moment, margin = moment_about_ankle(numbers(w.given, GIVEN)[0], c.height, along), math.inf
+    moment, margin = moment_about_ankle(given[0], c.height, along), math.inf
     if w.edge != FLAT:
         moment = -c.toe * normal if w.edge == TOE else c.heel * normal
     elif normal > 0.0:
@@ -212,7 +200,7 @@ def carry_over(c: Any, w: Any) -> None:
     start, end = row(w.k, 0, c.size), row(w.k, STAGES, c.size)
     for i in range(c.size):
         start[i] = end[i]
-    first, last = row(w.torques, 0, c.joints), row(w.torques, STAGES, c.joints)
+    first, last = row(w.given, 0, GIVEN), row(w.given, STAGES, GIVEN)
     for i in range(c.joints):
         first[i] = last[i]
     for values in (w.asked, w.normals, w.moments, w.margins):

@@ -48,7 +48,7 @@ def columns_of(kind: type[Robot], table: str) -> NDArray[np.int64]:
 
 
 def write_posture(c: Any, w: Any, y: Any) -> None:
-    """Write the posture `qpos` of a state into `w.posture`: hip, upper segments of both legs, and what is below them."""
+    """Write the posture `qpos` of a state into `w.posture`: hip, upper segments of both legs, what is below."""
     posture, offsets = numbers(w.posture, POSTURE), numbers(w.offsets, ROOM)
     left = w.stance if c.angles > 1 else 0
     posture[0], posture[1] = hip(c, w, y)
@@ -75,13 +75,13 @@ def write_sample(c: Any, w: Any, time: float, y: Any, asked: float) -> None:
 
     Args:
         c: The walk's constants.
-        w: Its state; the torques that act stand in `w.given`.
+        w: Its state; the torques that act stand in `w.sampled`.
         time: Since the start, s.
         y: State of motion, the controller's states behind it.
         asked: Torque that the ankle is asked for, N m.
     """
     to, tip = row(c.sample_buffer, w.samples, c.sample_width), sole_angle(c, y)
-    given, posture, memory = numbers(w.given, GIVEN), numbers(w.posture, POSTURE), numbers(w.memory, GIVEN)
+    given, posture = numbers(w.sampled, GIVEN), numbers(w.posture, POSTURE)
     write_posture(c, w, y)
     to[SAMPLE.time] = time
     for i in range(c.told):

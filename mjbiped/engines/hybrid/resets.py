@@ -25,7 +25,7 @@ from mjbiped.dynamics.modes import (
     stop_end,
 )
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
-from mjbiped.engines.hybrid.motion import enter_mode, pushed
+from mjbiped.engines.hybrid.motion import enter_mode, pushed, take_angles
 from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
 from mjbiped.engines.hybrid.state import (
     GIVEN,
@@ -35,7 +35,6 @@ from mjbiped.engines.hybrid.state import (
     sole_angle,
     stance_foot,
     swing_foot,
-    tell,
     to_memory,
 )
 from mjbiped.numerics.blocks import call, numbers
@@ -66,13 +65,13 @@ def transfer_support(c: Any, w: Any) -> None:
     w.swing_sole = slope - (w.slope + sole_angle(c, y))
     write_posture(c, w, y)
     to_memory(c, w, y)
-    tell(c, w, y)
+    take_angles(c, w, y)
     memory, told, before = numbers(w.memory, GIVEN), numbers(w.told, ROOM), numbers(w.told_before, ROOM)
     for i in range(n):
         before[i], spare[i] = told[i], y[n + i]
     estimate_before = estimated_slope(c, w)
     _exchange_legs(c, w, slope)
-    tell(c, w, y)
+    take_angles(c, w, y)
     if c.support >= 0:
         memory[c.support], memory[c.support + 1] = c.heel, c.toe  # all of the sole stands
     call(c.touchdown, c.parameters, memory, before, told, numbers(w.dq, ROOM))
@@ -254,7 +253,7 @@ def strike_knee(c: Any, w: Any) -> None:
         after[i] = y[n + i]
     w.strike_time = w.elapsed
     to_memory(c, w, y)
-    tell(c, w, y)
+    take_angles(c, w, y)
     memory, told, dq = numbers(w.memory, GIVEN), numbers(w.told, ROOM), numbers(w.dq, ROOM)
     call(c.knee_strike, c.parameters, memory, w.elapsed, told, dq)
     from_memory(c, w)

@@ -24,9 +24,9 @@ from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import announced_for, can_compile, compiles
 from mjbiped.engines.hybrid.bridge import machine_code_of, methods_of
 from mjbiped.engines.hybrid.gait_step import advance, advance_at
+from mjbiped.engines.hybrid.motion import take_angles
 from mjbiped.engines.hybrid.records import columns_of, write_sample
 from mjbiped.engines.hybrid.setup import constants_of, state_of, ticks
-from mjbiped.engines.hybrid.state import tell
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.blocks import packed, share_arrays, take_numbers
@@ -171,8 +171,8 @@ class HybridRun(Run):
     def _sample(self) -> None:
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         c, w = self.constants, self.state
-        w.given[: c.joints] = w.torques[0]
-        write_sample(c, w, w.time, w.y, (w.given if c.behind == math.inf else w.asked)[0])
+        w.sampled[: c.joints] = w.given[0][: c.joints]
+        write_sample(c, w, w.time, w.y, (w.sampled if c.behind == math.inf else w.asked)[0])
         self._record(c.row_buffer[:0], c.sample_buffer[:1])
 
     def compile(self) -> bool:
@@ -236,7 +236,7 @@ class HybridRun(Run):
         c, w, controller = self.constants, self.state, self.controller
         first = 2 * c.angles
         memory = [float(value) for value in (*w.y[first : first + c.states], *w.memory[c.states :])]
-        tell(c, w, w.y)
+        take_angles(c, w, w.y)
         q, dq = (tuple(map(float, values[: c.told])) for values in (w.told, w.dq))
         t = float(w.time - w.clock)
         if isinstance(controller, SampledController):

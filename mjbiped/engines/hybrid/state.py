@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.dynamics.linkage import BASE, END, HIP, ROOM, Linkage, Motion, point
+from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
 from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.numerics.blocks import Floats, numbers, reader
 from mjbiped.terrain.profile import Profile
@@ -37,8 +37,9 @@ class State(Motion):
         dq: Rates of these angles, rad/s.
         told: The angles that the law is told, rad: from the normal of the stance foot's sole, where that tips.
         told_before: The same before a touchdown.
-        given: What the law returns.
-        torques: Torques of all joints at each stage of the current step, N m; the first are those in the state `y`.
+        given: What the law returns at each stage of the current step, of which the sole has let act what it can: the
+            torques of all joints, N m, then the rates of the law's states. The first are those in the state `y`.
+        sampled: The same in a state between the stages.
         asked: Torque that the law asks of the ankle at each of these stages, N m.
         normals: Normal force on the stance foot at each of them, N, where the ankle is bounded.
         moments: On feet that are bodies, moment of the ground's force about the ankle at each of them, N m, as that of
@@ -131,8 +132,8 @@ class State(Motion):
     dq: Floats
     told: Floats
     told_before: Floats
-    given: Floats
-    torques: list[list[float]]
+    given: list[list[float]]
+    sampled: Floats
     asked: Floats
     normals: Floats
     moments: Floats
@@ -376,13 +377,6 @@ def from_memory(c: Any, w: Any) -> None:
     y, memory, first = numbers(w.y, c.size), numbers(w.memory, GIVEN), 2 * c.angles
     for i in range(c.states):
         y[first + i] = memory[i]
-
-
-def tell(c: Any, w: Any, y: Any) -> None:
-    """Write the angles and rates that a law is told into `w.told` and `w.dq`."""
-    told, dq, tip = numbers(w.told, ROOM), numbers(w.dq, ROOM), sole_angle(c, y)
-    for i in range(c.angles):
-        told[i], dq[i] = y[i] - tip, y[c.angles + i]
 
 
 def sole_angle(c: Any, y: Any) -> float:
