@@ -290,7 +290,7 @@ def _eliminate(w: Any, j: int, n: int) -> None:
 
 
 def solve_impact(w: Any) -> None:
-    """`solve` an impact: M of a free pivot may be singular, as of a point mass on a massless leg, so rows are pivoted."""
+    """`solve` an impact, with pivots: M may be singular there, as of a point mass on a massless leg."""
     n, right = w.size + w.held, numbers(w.right, SYSTEM)
     for j in range(n):
         greatest = j

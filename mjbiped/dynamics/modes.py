@@ -6,9 +6,10 @@ The force or the impulse of each row stands behind the motion in the solution (`
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from mjbiped.dynamics.linkage import END, PIVOT, ROOM, SYSTEM, hold
+from mjbiped.dynamics.linkage import END, PIVOT, ROOM, SYSTEM, hold, load_impact, solve_impact
 from mjbiped.numerics.blocks import numbers, row
 
 FREE, LOCKED, RESTING = 0, 1, 2
@@ -113,3 +114,51 @@ def add_row(w: Any) -> None:
     added = row(w.matrix, w.size + w.held, SYSTEM)
     for i in range(w.size):
         added[i] = 0.0
+
+
+def land(linkage: Any, w: Any, y: Any, held: bool) -> None:
+    """Solve the impact of a swing foot that comes to stand in a state; both knees are locked as they then are.
+
+    Rates of the pivot and of all segments then stand in `right`, then the ground's impulse on the new stance foot.
+
+    Args:
+        linkage: The linkage.
+        w: Its motion.
+        y: Angles, rad, and rates, rad/s, before the impact.
+        held: Whether the knee of the leg that leaves the ground is held as well.
+    """
+    load_impact(linkage, w, y)
+    hold_end(linkage, w)
+    if linkage.knees:
+        hold_joint(w, 1, 2)
+        if held:
+            hold_joint(w, 0, 3)
+    solve_impact(w)
+
+
+def opens(linkage: Any, w: Any, y: Any) -> bool:
+    """Whether that impact bends the knee of the leg that leaves the ground, where nothing but its stop holds it."""
+    land(linkage, w, y, False)
+    result = numbers(w.right, SYSTEM)
+    return bool(result[PIVOT + 3] > result[PIVOT])
+
+
+def partner(linkage: Any, segment: int) -> int:
+    """The segment that takes a segment's role in a support transfer."""
+    other = segment ^ 1
+    return other if other < linkage.segments else segment
+
+
+def bend_stance_knee(w: Any, upper: float, lower: float, flexion: float) -> None:
+    """Let the stance leg be locked at a flexion, rad; its angle is that of the line from its foot to the hip.
+
+    Args:
+        w: The motion; its `offsets` are changed.
+        upper: Length of the thigh, m.
+        lower: Length of the shank, m.
+        flexion: Of the stance knee, rad.
+    """
+    offsets, lean = numbers(w.offsets, ROOM), 0.0
+    if flexion != 0.0:
+        lean = math.atan2(upper * math.sin(flexion), lower + upper * math.cos(flexion))
+    offsets[0], offsets[3] = lean - flexion, lean

@@ -78,12 +78,12 @@ def numbers(values: Any, count: int) -> Any:  # noqa: ARG001 (machine code needs
 
 
 def row(values: Any, index: int, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
-    """The floats of one row of a table whose rows have `count` of them: a list of lists, or what stands at an address."""
+    """The floats of one row of a table, a list of lists or what stands at an address, whose rows have `count` each."""
     return values[index]
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:
-    """The function (blocks, index) -> one block of a list, or of those that stand at an address one behind the other."""
+    """The function (blocks, index) -> one block of a list, or of those at an address one behind the other."""
 
     def entry(blocks: Any, index: int) -> Any:
         return blocks[index]

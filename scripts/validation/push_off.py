@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from mjbiped.robots.chain import Array
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.round.linkage import turn
 
 LIGHT_LEGS = RoundCompass(leg_mass=1e-9, hip_mass=1.0, lower_length=0.5, upper_length=0.5, foot_radius=0.0, gravity=1.0)

@@ -14,7 +14,7 @@ import mjbiped
 from mjbiped.controllers import PassiveController
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.robots.chain import Array
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import (
     MCGEER_ROBOT,

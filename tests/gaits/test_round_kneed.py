@@ -10,7 +10,7 @@ from mjbiped.gaits.kneed import KneedGait, _step, find_kneed_gait, follow_kneed_
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round_kneed import RoundKneed
 
 SLOPE = 0.0456
 PLAIN = KneedBiped()

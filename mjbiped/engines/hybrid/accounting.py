@@ -34,7 +34,7 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
     note_peaks(c, w, STAGES)
     acts, peaks, pressure = False, numbers(w.peak_torque, ROOM), numbers(w.pressure, 2)
     for joint in range(c.joints):
-        size, place = _greatest_torque(c, w, joint)
+        size, place = _greatest_torque(w, joint)
         acts = acts or size > 0.0
         if size > peaks[joint] * NEGLIGIBLE:
             _note_peak_within(c, w, h, joint, place)
@@ -61,28 +61,28 @@ def note_peaks(c: Any, w: Any, stage: int) -> None:
         peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
 
-def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
+def _greatest_torque(w: Any, joint: int) -> tuple[float, float]:
     """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
 
     Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
     """
     last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
-        size = _torque_at(c, w, i, joint)
+        size = _torque_at(w, i, joint)
         least = min(least, size)
         if size > greatest:
             last, greatest = i, size
     if 2.0 * greatest - least > numbers(w.peak_torque, ROOM)[joint]:
         i = min(max(last, 1), len(IN_ORDER) - 2)
-        middle = _torque_at(c, w, i, joint)
-        left, right = middle - _torque_at(c, w, i - 1, joint), _torque_at(c, w, i + 1, joint) - middle
+        middle = _torque_at(w, i, joint)
+        left, right = middle - _torque_at(w, i - 1, joint), _torque_at(w, i + 1, joint) - middle
         slope, bend, before, after = _parabola(i, left, right)
         if 2.0 * bend * after < -slope < -2.0 * bend * before:
             return middle - slope * slope / (4.0 * bend), PLACES[i] - slope / (2.0 * bend)
     return greatest, PLACES[last]
 
 
-def _torque_at(c: Any, w: Any, i: int, joint: int) -> float:
+def _torque_at(w: Any, i: int, joint: int) -> float:
     """Magnitude of a joint's torque at the i-th stage in the order of their places, N m."""
     return float(abs(row(w.given, IN_ORDER[i], GIVEN)[joint]))
 

@@ -18,10 +18,13 @@ from mjbiped.dynamics.modes import (
     LOCKED,
     RESTING,
     TOE,
-    hold_end,
+    bend_stance_knee,
     hold_joint,
     hold_mode,
     hold_pivot,
+    land,
+    opens,
+    partner,
     stop_end,
 )
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
@@ -38,7 +41,6 @@ from mjbiped.engines.hybrid.state import (
     to_memory,
 )
 from mjbiped.numerics.blocks import call, numbers
-from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
@@ -89,26 +91,6 @@ def transfer_support(c: Any, w: Any) -> None:
         w.outcome = LEFT_TERRAIN
 
 
-def _land(c: Any, w: Any, held: bool) -> None:
-    """Compute the impact of the swing foot that comes to stand; both legs are as stiff as they then are.
-
-    Rates of the pivot and of all segments then stand in `right`, then the ground's impulse on the new stance foot.
-
-    Args:
-        c: The walk's constants.
-        w: Its state.
-        held: Whether the knee of the leg that leaves the ground is held as well.
-    """
-    linkage = linkage_of(c, w)
-    load_impact(linkage, w, numbers(w.y, c.size))
-    hold_end(linkage, w)
-    if linkage.knees:
-        hold_joint(w, 1, 2)
-        if held:
-            hold_joint(w, 0, 3)
-    solve_impact(w)
-
-
 def _exchange_legs(c: Any, w: Any, slope: float) -> None:
     """Impact of a touchdown on a slope (rad), and the legs exchange their roles; the state is then in `w.y`.
 
@@ -117,9 +99,9 @@ def _exchange_legs(c: Any, w: Any, slope: float) -> None:
     y, n, linkage, offsets = numbers(w.y, c.size), c.angles, linkage_of(c, w), numbers(w.offsets, ROOM)
     angles, segments, locked = numbers(w.sines, ROOM), linkage.segments, RESTING
     standing = 0.0 if w.locked == LOCKED else y[c.shank] - y[c.thigh]
-    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and _opens(c, w))):
+    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and opens(linkage, w, y))):
         locked = FREE
-    _land(c, w, locked == RESTING or not c.knee_opens)
+    land(linkage, w, y, locked == RESTING or not c.knee_opens)
     result = numbers(w.right, SYSTEM)
     # of the pivot as it stood, whose ground is the frame's
     along, normal = result[w.size], result[w.size + 1]
@@ -128,30 +110,15 @@ def _exchange_legs(c: Any, w: Any, slope: float) -> None:
         angles[i] = y[i if i < n else 0] + offsets[i] + turned - c.between
     if linkage.knees:
         w.locked = locked
-        _bend_stance_knee(c, w, standing)
+        w.stance_flexion = standing
+        bend_stance_knee(w, c.upper, c.lower, standing)
     for i in range(n):
-        other = i ^ 1 if i ^ 1 < segments else i
+        other = partner(linkage, i)
         y[i], y[n + i] = angles[other] - offsets[i], result[PIVOT + other]
     w.impulse_along = along * math.cos(turned) + normal * math.sin(turned)
     w.impulse_normal = normal * math.cos(turned) - along * math.sin(turned)
     w.edge = FLAT
     enter_mode(c, w)
-
-
-def _opens(c: Any, w: Any) -> bool:
-    """Whether the impact of the swing foot bends the knee of the leg that leaves the ground, which a stop holds."""
-    _land(c, w, False)
-    result = numbers(w.right, SYSTEM)
-    return bool(result[PIVOT + 3] > result[PIVOT])
-
-
-def _bend_stance_knee(c: Any, w: Any, flexion: float) -> None:
-    """Let the stance leg be locked at a flexion, rad; its angle is that of the line from its foot to the hip."""
-    offsets = numbers(w.offsets, ROOM)
-    lean = 0.0
-    if flexion != 0.0:
-        _, lean = bent_leg(c.upper, c.lower, flexion)
-    offsets[0], offsets[3], w.stance_flexion = lean - flexion, lean, flexion
 
 
 def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
@@ -232,7 +199,7 @@ def lands(c: Any, w: Any) -> bool:
         return True
     if not c.lands_bent:
         return False
-    _land(c, w, True)
+    land(linkage_of(c, w), w, numbers(w.y, c.size), True)
     return bool(numbers(w.right, SYSTEM)[1] > 0.0)
 
 

@@ -22,11 +22,11 @@ from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import announced_for, can_compile, compiles
-from mjbiped.engines.hybrid.bridge import machine_code_of, methods_of
+from mjbiped.engines.hybrid.bridge import machine_code_of
 from mjbiped.engines.hybrid.gait_step import advance, advance_at
 from mjbiped.engines.hybrid.motion import take_angles
 from mjbiped.engines.hybrid.records import columns_of, write_sample
-from mjbiped.engines.hybrid.setup import constants_of, state_of, ticks
+from mjbiped.engines.hybrid.setup import walk_of
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.blocks import packed, share_arrays, take_numbers
@@ -37,10 +37,8 @@ TOLERANCE = 1e-8
 """Relative and absolute tolerance of an integration step. With `setup.LONGEST_STEP` it keeps the states after
 touchdowns accurate to some 1e-10 (docs/hybrid.md)."""
 
-_ROWS = 1024  # touchdowns between updates of the progress bar, some 20 ms
 _FIRST_STINT = 24_000  # evaluations of the law until compiled code first returns to Python, some 2 ms
 _SHORT, _LONG = 0.02, 0.08  # wanted duration of a stint of compiled code, s
-_STALLS = 10  # number of longest gait steps whose samples fit in the buffer
 _WHY = {
     Outcome.UNRESOLVED: "the torque switches, or changes, faster than the integrator can follow: name the times of its "
     "jumps in the controller's next_discontinuity, make it smooth, or walk with engine='mujoco' and a control_period",
@@ -86,25 +84,11 @@ class HybridRun(Run):
 
     def _set_up(self, compile: bool) -> None:
         """Make everything that the walk begins with, for machine code or for plain Python."""
-        plan, control_period = self.plan, self.plan.disturbances.period(None, 0.0)
-        self.controller, self._stint = plan.driven(control_period), _FIRST_STINT
+        plan = self.plan
+        self.controller, self._stint = plan.driven(plan.disturbances.period(None, 0.0)), _FIRST_STINT
         self._law = compilable_law(self.controller) if compile else None
         self.compiled = self._law is not None
-        period = plan.terms.sample_period
-        self.constants = constants_of(
-            plan,
-            methods_of(self.controller),
-            states=len(self.controller.states),
-            support=self.controller.support,
-            tolerance=self._tolerance,
-            control_period=control_period,
-            sample_period=float(period) if period is not None and self.sampled else math.inf,
-            rows=_ROWS if self.compiled else 1,
-            sampled_steps=_STALLS if self.compiled else 2,
-        )
-        memory = [0.0] * self.controller.memory_size
-        self.controller.start(memory, tuple(map(float, plan.q)), tuple(map(float, plan.dq)))
-        self.state = state_of(plan, self.constants, memory, ticks=ticks(self.controller))
+        self.constants, self.state = walk_of(plan, self.controller, self._tolerance, self.sampled, self.compiled)
 
     @property
     def ended(self) -> Outcome:

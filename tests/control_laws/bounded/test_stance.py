@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import mjbiped
 from mjbiped.controllers.bounded.stance import SUPPORT, Driven, driven, model_of, set_support, standing
 from mjbiped.robots import compass
-from mjbiped.robots.footed.biped import FootedCompass
+from mjbiped.robots.footed import FootedCompass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 SLOPES = st.floats(-0.3, 0.3)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from mjbiped.robots.chain import Array
 from mjbiped.robots.equations import FREE, LOCKED, RESTING
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.round.kneed_equations import EQUATIONS
 from mjbiped.robots.stance_knee import stance_knee_torque
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.round.linkage import Linkage, linkage_of
 
 RELATIVE = 1e-12

@@ -1,1 +1,0 @@
-"""The hybrid engine: the paper's equations and impact map."""
