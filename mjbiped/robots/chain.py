@@ -13,9 +13,8 @@ allocate none. docs/knees.md derives the equations.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +25,8 @@ from mjbiped.numerics.blocks import packed, reader, share_arrays
 from mjbiped.numerics.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
+
+_NONE: Array = np.zeros(1)
 
 
 def coupled(weight: float, angle: float) -> tuple[float, float]:
@@ -152,8 +153,7 @@ def ground_force(moments: Array, mass: float, gravity: float, q: Array, dq: Arra
     return forward, upward
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
+class Chain(NamedTuple):
     """A linkage of n angles on one foot.
 
     Attributes:
@@ -173,9 +173,9 @@ class Chain:
     reach: Array
     mass: float
     gravity: float
-    odd: Array = field(default_factory=lambda: np.zeros(1))
-    across: Array = field(default_factory=lambda: np.zeros(1))
-    beside: Array = field(default_factory=lambda: np.zeros(1))
+    odd: Array = _NONE
+    across: Array = _NONE
+    beside: Array = _NONE
     radius: float = 0.0
 
     @property
