@@ -1,42 +1,26 @@
-"""The paper's adaptive controller: tracking law, slope estimator and re-planning put together."""
+"""The paper's adaptive controller: tracking law, slope estimator and re-planning put together.
+
+Its laws are those of every chain of segments, with straight legs and with knees (`mjbiped.controllers.kneed`).
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.control.tracking import AdaptiveTracking
-from mjbiped.controllers.replanning import POINTS, Motion, begin_step, discontinuity_after, lay, legs_at, transition
-from mjbiped.controllers.settings import COS, REPLANNED, SIN, Gains, PaperSettings, check_imitation
-from mjbiped.controllers.slope_estimator import estimate_rates, slope_estimate_law, update_estimate
-from mjbiped.controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.dynamics import observe, write_torques
+from mjbiped.controllers.footholds import feel
+from mjbiped.controllers.layout import ADAPTATION_GAIN
+from mjbiped.controllers.memory import COS, LOCKED, SIN
+from mjbiped.controllers.replanning import next_discontinuity, plan
+from mjbiped.controllers.settings import PaperSettings, check_imitation
+from mjbiped.controllers.slope_estimator import estimate_rates, slope_estimate, update_estimate
+from mjbiped.controllers.tracking import track
 from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.reference import Table, reference_at
-from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
-
-CURVES = REPLANNED + 1
-"""Index in the memory of the control points of re-planned steps."""
-
-
-class Parameters(NamedTuple):
-    """Parameters of the laws of this module: `AdaptiveController`'s attributes in plain numbers.
-
-    Attributes:
-        constants: Lumped constants of the robot model.
-        gains: Gains and switches.
-        cycle: First state on the limit cycle.
-        table: The gait's trajectory.
-    """
-
-    constants: compass.Constants
-    gains: Gains
-    cycle: tuple[float, ...]
-    table: Table
 
 
 @dataclass(frozen=True)
@@ -55,7 +39,6 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     robot: Compass
     gait: Gait
 
-    memory_size: ClassVar[int] = CURVES + 2 * POINTS
     with_knees: ClassVar[str | None] = "mjbiped.controllers.kneed:KneedController"
 
     def check_imitated(self) -> None:
@@ -63,66 +46,41 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
         check_imitation(self)
 
     @cached_property
-    def parameters(self) -> Parameters:
-        """The attributes in plain numbers, as the laws take them."""
-        return Parameters(self.robot.constants, self.gains, tuple(self.gait.start.tolist()), self.gait.table)
-
-    @cached_property
     def plain_law(self) -> Law:
         """The laws of this module; see `LawController.plain_law`."""
-        return Law(self.parameters, torque_law, touchdown_law, slope_estimate_law, next_discontinuity_law)
+        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity)
 
-    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Lay the transition curves where the walk starts off the limit cycle."""
-        plan(self.parameters_of(memory), memory, q[0], q[1], dq[0], dq[1])
-
-    def reference(self, memory: Memory, t: float) -> Motion:
+    def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
         """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
-        parameters = self.parameters_of(memory)
-        return legs_at(parameters.gains, memory, CURVES, parameters.table, t)
+        (q1, q2), (dq1, dq2), (ddq1, ddq2) = self.reference_of(memory, t)
+        return q1, q2, dq1, dq2, ddq1, ddq2
 
-    def tracking_errors(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Motion:
+    def tracking_errors(
+        self, memory: Memory, t: float, q: Numbers, dq: Numbers
+    ) -> tuple[float, float, float, float, float, float]:
         """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
-        return tracking_errors(self.position_gain, self.reference(memory, t), q[0], q[1], dq[0], dq[1])
+        reference = self.reference(memory, t)
+        z1a, z1b, dz1a, dz1b = reference[0] - q[0], reference[1] - q[1], reference[2] - dq[0], reference[3] - dq[1]
+        return z1a, z1b, dz1a, dz1b, dz1a + self.position_gain * z1a, dz1b + self.position_gain * z1b
 
 
-def torque_law(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float, float, float]:
-    """Ankle and hip torque (14), and the rates of the estimates (17)."""
-    constants, gains = parameters.constants, parameters.gains
-    reference = legs_at(gains, memory, CURVES, parameters.table, t)
-    legs = compass.legs_of(q1, q2)
-    errors = tracking_errors(gains.position, reference, q1, q2, dq1, dq2)
-    ankle, hip = tracking_torque(
-        constants, gains.position, gains.velocity, reference, errors, legs, dq1, dq2, memory[SIN], memory[COS]
-    )
-    sin_rate, cos_rate = estimate_rates(constants, gains.adaptation, legs, errors[4], errors[5])
-    return ankle, hip, sin_rate, cos_rate
+def torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    """Write the torques (14) of ankle, hip and swing knee, and the rates (17) of the estimates; see `Law.torque`."""
+    joints = len(q)
+    observe(joints, q, dq, out)
+    n, chain, first = track(parameters, memory, t, (memory[SIN], memory[COS]), out)
+    out[joints - 1] = 0.0  # of a locked knee
+    write_torques(n, out, out, 0)
+    out[joints], out[joints + 1] = estimate_rates(parameters[ADAPTATION_GAIN], chain, first, n, out)
 
 
-def touchdown_law(
-    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
-) -> None:
-    """Estimate update (27) and plan of the new step (IV-B)."""
-    update_estimate(parameters.gains, memory, before1, q2)
-    plan(parameters, memory, q1, q2, dq1, dq2)
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+    """Update the estimate by (27), and plan the new step (IV-B); see `Law.touchdown`."""
+    thigh, rise = feel(parameters, memory, q_before)
+    update_estimate(parameters, memory, thigh, q[1])
+    plan(parameters, memory, rise, q, dq)
 
 
-def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
-    """The transition's end, then the end of the gait's trajectory, s."""
-    return discontinuity_after(parameters.gains, memory, parameters.table, t)
-
-
-def plan(parameters: Parameters, memory: Memory, q1: float, q2: float, dq1: float, dq2: float) -> None:
-    """Lay the transition curves if the step starts off the limit cycle."""
-    gains = parameters.gains
-    if not begin_step(gains, memory, CURVES, parameters.cycle, (q1, q2), (dq1, dq2)):
-        return
-    # the curve leaves the measured state with the acceleration that the imitated passive walker would have there
-    sine, cosine = math.sin(gains.imitated_slope), math.cos(gains.imitated_slope)
-    ddq1, ddq2 = compass.acceleration(parameters.constants, q1, q2, dq1, dq2, sine, cosine, 0.0, 0.0)
-    duration = gains.transition_time
-    end = reference_at(parameters.table, duration)
-    lay(memory, CURVES, 0, transition(duration, q1, dq1, ddq1, end[0], end[2], end[4]))
-    lay(memory, CURVES, 1, transition(duration, q2, dq2, ddq2, end[1], end[3], end[5]))
+def knee_strike(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
+    """Follow the branch of the straight knee from now on; see `Law.knee_strike`."""
+    memory[LOCKED] = 1.0

@@ -4,35 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Memory
+from mjbiped.controllers import layout
 from mjbiped.controllers.settings import PaperSettings
-from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
-from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
 CLEARANCE, THRESHOLD = 0.14, 0.025
 """Clearance of the climbing gait and height change that counts, in leg lengths, where no others are given."""
-
-
-class Switch(NamedTuple):
-    """When the climbing gait takes the place of the economical one.
-
-    Attributes:
-        length: Leg length, m.
-        up: Height change above which the ground counts as uneven, m.
-        down: Height change below which it does so, m.
-        steps: Number of steps made with the climbing gait after such a change.
-    """
-
-    length: float
-    up: float
-    down: float
-    steps: float
 
 
 @dataclass(frozen=True)
@@ -85,33 +67,16 @@ class GaitLibrary(PaperSettings):
             )
             object.__setattr__(self, "climbing_gait", found)
         if self.climbing_gait is not self.gait:
-            self.climbing.check_imitated()
+            replace(self, gait=self.climbing_gait).check_imitated()
 
-    @cached_property
-    def climbing(self) -> Self:
-        """The controller that walks with the climbing gait always."""
-        return replace(self, gait=self.climbing_gait or self.gait)
+    def scalars(self) -> dict[int, float]:
+        """Return the scalars among the parameters, by their indices."""
+        threshold = self.height_threshold
+        up = THRESHOLD * self.robot.leg_length if threshold is None else threshold
+        down = -up if self.lifts_after_drop else -math.inf
+        own = {layout.UP: up, layout.DOWN: down, layout.CLIMBING_STEPS: float(self.climbing_steps)}
+        return {**super().scalars(), **own}
 
-    @property
-    def switch(self) -> Switch:
-        """When the climbing gait takes the place of the economical one, as the laws take it."""
-        length, threshold = self.robot.leg_length, self.height_threshold
-        up = THRESHOLD * length if threshold is None else threshold
-        return Switch(length, up, -up if self.lifts_after_drop else -math.inf, float(self.climbing_steps))
-
-
-def count_steps(switch: Switch, memory: Memory, place: int, before1: float, before2: float) -> None:
-    """Count how many steps are left with the climbing gait, the one that begins included.
-
-    Args:
-        switch: When the climbing gait takes the place of the economical one.
-        memory: Memory of the controller.
-        place: Index of the number in it.
-        before1: Stance angle just before the support transfer, rad.
-        before2: Swing angle, rad.
-    """
-    _, change = compass.swing_foot(switch.length, compass.legs_of(before1, before2))
-    if change > switch.up or change < switch.down:
-        memory[place] = switch.steps
-    elif memory[place] > 0.0:
-        memory[place] -= 1.0
+    def gaits(self) -> dict[int, Periodic]:
+        """Return the gaits that are imitated, by the indices of their starts."""
+        return {**super().gaits(), layout.CLIMBING_GAIT: self.climbing_gait or self.gait}

@@ -12,12 +12,12 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.controller import Law, LawController, Memory
+from mjbiped.control.controller import Law, LawController, Memory, Numbers, Room
 from mjbiped.controllers.settings import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Periodic
@@ -53,23 +53,12 @@ STORED = Path(__file__).with_name("policy.csv")
 AFTER, TURNED = 0, 1  # indices in the memory
 
 
-class Parameters(NamedTuple):
-    """Parameters of the laws of this module.
-
-    Attributes:
-        weights: Of the features: ankle's constant part and part that goes with time, then the hip's; shape (32,).
-        torque: Greatest ankle and hip torque, N m.
-    """
-
-    weights: Any
-    torque: tuple[float, float]
-
-
 def action(weights: Any, t: Any, q1: Any, q2: Any, dq1: Any, dq2: Any, after: Any, turned: Any) -> tuple[Any, Any]:
     """Torques of ankle and hip as shares of the greatest; of many robots at once where the numbers are arrays.
 
     Args:
-        weights: 32 numbers, or arrays with a number for each robot; see `Parameters`.
+        weights: Of the features: the ankle's constant part and part that goes with time, then the hip's; 32 numbers, or
+            arrays with a number for each robot.
         t: Time since the touchdown, at most `LATEST`, s.
         q1: Stance angle, rad.
         q2: Swing angle, rad.
@@ -119,37 +108,28 @@ class PolicyController(LawController):
 
     @cached_property
     def plain_law(self) -> Law:
-        """The laws of this module; see `LawController.plain_law`."""
-        weights = tuple(self.weights.tolist())
-        return Law(Parameters(weights, TORQUE), torque_law, touchdown_law, slope_law, discontinuity_law)
-
-    def law(self) -> Law:
-        """The law for compilation, with the weights in an array."""
-        return self.plain_law._replace(parameters=Parameters(self.weights, TORQUE))
+        """The laws of this module, whose parameters are the weights; see `LawController.plain_law`."""
+        return Law(self.weights.tolist(), torque, touchdown, slope_estimate, next_discontinuity)
 
 
-def torque_law(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    """Ankle and hip torque, N m."""
-    shares = action(parameters.weights, min(t, LATEST), q1, q2, dq1, dq2, memory[AFTER], memory[TURNED])
-    ankle, hip = parameters.torque
-    return min(max(shares[0] * ankle, -ankle), ankle), min(max(shares[1] * hip, -hip), hip)
+def torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    """Write ankle and hip torque, N m; see `Law.torque`."""
+    shares = action(parameters, min(t, LATEST), q[0], q[1], dq[0], dq[1], memory[AFTER], memory[TURNED])
+    for joint in range(2):
+        out[joint] = min(max(shares[joint] * TORQUE[joint], -TORQUE[joint]), TORQUE[joint])
 
 
-def touchdown_law(
-    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
-) -> None:
-    """Remember the posture, and by how much the ground has turned."""
-    memory[AFTER] = q1
-    memory[TURNED] += slope_change(before1, q2)
+def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+    """Remember the posture, and by how much the ground has turned; see `Law.touchdown`."""
+    memory[AFTER] = q[0]
+    memory[TURNED] += slope_change(q_before[0], q[1])
 
 
-def slope_law(parameters: Parameters, memory: Memory) -> float:
-    """Slope since the start, rad."""
+def slope_estimate(parameters: Numbers, memory: Memory) -> float:
+    """Return the slope since the start, rad."""
     return memory[TURNED]
 
 
-def discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
-    """The time at which the gains stand still, s."""
+def next_discontinuity(parameters: Numbers, memory: Memory, t: float) -> float:
+    """Return the time at which the gains stand still, s."""
     return LATEST if t < LATEST else math.inf

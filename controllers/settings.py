@@ -4,50 +4,27 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Controller, LawController, Memory, check_tracking
+import numpy as np
+
+from mjbiped.control.controller import Controller, LawController, Memory, Numbers, check_tracking
+from mjbiped.controllers import layout, replanning
+from mjbiped.controllers.layout import TRANSITION_TIME
+from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import ANGLES, REFERENCE
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Branched, Gait, Periodic
 from mjbiped.gaits.passive import PassiveGait
+from mjbiped.gaits.reference import table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
-SIN, COS, REPLANNED = 0, 1, 2
-"""Indices in the memory of the estimates of the slope's sine and cosine, and of whether the step is re-planned."""
-
 REPLANNINGS = ("paper", "additive")
 """Values of `PaperSettings.replanning`."""
-
-
-class Gains(NamedTuple):
-    """Gains and switches of the law as plain numbers; see `PaperSettings`.
-
-    Attributes:
-        position: K1, 1/s.
-        velocity: K2, 1/s.
-        adaptation: gamma.
-        transition_time: t_c = zeta T, s; 0 where re-planning is off.
-        additive: Whether the transition is added to the gait, or leads to it in its stead.
-        estimate_update: Whether (27) acts.
-        update_threshold: epsilon of (27), rad.
-        replanning_threshold: Distance from the limit cycle beyond which a step is re-planned, rad and rad/s.
-        imitated_slope: phi_r, rad.
-    """
-
-    position: float
-    velocity: float
-    adaptation: float
-    transition_time: float
-    additive: bool
-    estimate_update: bool
-    update_threshold: float
-    replanning_threshold: float
-    imitated_slope: float
 
 
 @dataclass(frozen=True)
@@ -86,6 +63,7 @@ class PaperSettings(LawController):
     replanning: str = "paper"
 
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
+    memory_size: ClassVar[int] = STRAIGHT_LEGS_SIZE
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain.
@@ -108,41 +86,84 @@ class PaperSettings(LawController):
         """
 
     @cached_property
-    def gains(self) -> Gains:
-        """Gains and switches in plain numbers, as the laws take them."""
-        return Gains(
-            position=self.position_gain,
-            velocity=self.velocity_gain,
-            adaptation=self.adaptation_gain,
-            transition_time=float((self.replanning_delay or 0.0) * self.gait.period),
-            additive=self.replanning == "additive",
-            estimate_update=self.estimate_update,
-            update_threshold=self.update_threshold,
-            replanning_threshold=self.replanning_threshold,
-            imitated_slope=float(self.gait.slope),
-        )
+    def parameters(self) -> list[float]:
+        """The numbers of the laws, as `mjbiped.controllers.layout` lays them out."""
+        parameters = layout.flat(self.scalars(), self.chains())
+        for index, gait in self.gaits().items():
+            add_gait(parameters, index, gait, self.replanning_delay)
+        return parameters
 
-    @property
-    @abstractmethod
-    def parameters(self) -> Any:
-        """Parameters of the laws: the attributes in plain numbers."""
+    def scalars(self) -> dict[int, float]:
+        """Return the scalars among the parameters, by their indices."""
+        k1, k2 = self.position_gain, self.velocity_gain
+        return {
+            layout.SEGMENTS: len(self.robot.angles),
+            layout.POSITION_GAIN: k1,
+            layout.ON_ANGLE: k1 * k2 + 1.0,
+            layout.ON_RATE: k1 + k2,
+            layout.ADAPTATION_GAIN: self.adaptation_gain,
+            layout.ADDITIVE: self.replanning == "additive",
+            layout.ESTIMATE_UPDATE: self.estimate_update,
+            layout.UPDATE_THRESHOLD: self.update_threshold,
+            layout.REPLANNING_THRESHOLD: self.replanning_threshold,
+        }
 
-    def parameters_of(self, memory: Memory) -> Any:
-        """Return the parameters that act in the current step; by default they are the same in all steps."""
-        return self.parameters
+    def chains(self) -> dict[int, Numbers]:
+        """Return the robot model's chains, and other blocks of parameters, by the indices of their starts."""
+        chain = self.robot.chains[2]  # type: ignore[attr-defined]  # of robots with legs
+        return {layout.FREE: layout.chain_block(*chain[:3])}
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def gaits(self) -> dict[int, Periodic]:
+        """Return the gaits that are imitated, by the indices of their starts."""
+        return {layout.GAIT: self.gait}
+
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Begin with the initial estimate, and plan the transition from the first state to the limit cycle."""
         memory[SIN], memory[COS] = math.sin(self.initial_slope_estimate), math.cos(self.initial_slope_estimate)
         self.plan_first_step(memory, q, dq)
 
-    @abstractmethod
-    def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def plan_first_step(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Lay the transition curves where the walk starts off the limit cycle."""
+        replanning.plan(self.parameters, memory, 0.0, q, dq)
 
     def transition_end(self, memory: Memory) -> float:
         """Time at which the re-planned transition of the step ends, s; 0 where the step was not re-planned."""
-        return float(self.parameters_of(memory).gains.transition_time) if memory[REPLANNED] else 0.0
+        parameters = self.parameters
+        return parameters[layout.gait_of(parameters, memory) + TRANSITION_TIME] if memory[REPLANNED] else 0.0
+
+    def tracked(self, memory: Memory, t: float) -> tuple[Numbers, Numbers]:
+        """Angles (rad) and rates (rad/s) that are tracked at time t of the step.
+
+        Once the knee is locked, thigh and shank are one.
+        """
+        angles, rates, _ = self.reference_of(memory, t)
+        return angles, rates
+
+    def reference_of(self, memory: Memory, t: float) -> tuple[Numbers, Numbers, Numbers]:
+        """Tracked angles (rad), rates and accelerations at time t of the step, each of all segments."""
+        count = len(self.robot.angles)
+        n, room = 2 if memory[LOCKED] else count, [0.0] * CURVES
+        replanning.reference(self.parameters, memory, t, n, room)
+        places = [min(i, n - 1) for i in range(count)]
+        angles, rates, accelerations = (
+            tuple(room[REFERENCE + ANGLES * kind + place] for place in places) for kind in range(3)
+        )
+        return angles, rates, accelerations
+
+
+def add_gait(parameters: list[float], index: int, gait: Periodic, delay: float | None) -> None:
+    """Add a gait's block and trajectories behind a law's parameters; its start stands at an index."""
+    first = len(parameters)
+    parameters[index] = float(first)
+    parameters += [(delay or 0.0) * gait.period, gait.slope, 0.0, 0.0, *np.asarray(gait.start).tolist()]
+    if isinstance(gait, Branched):
+        tables = [table_of(gait.rate, branch) for branch in (gait.bent, gait.straight)]
+    else:
+        assert isinstance(gait, Gait)
+        tables = [gait.table]
+    for place, table in zip((layout.BENT_TABLE, layout.STRAIGHT_TABLE), tables, strict=False):
+        parameters[first + place] = float(len(parameters))
+        parameters += table
 
 
 def check_imitation(controller: Controller) -> None:

@@ -13,15 +13,11 @@ bounded ankle leaves say nothing of the slope, and this law is not misled by the
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.settings import Gains
+from mjbiped.control.controller import Memory, Numbers
+from mjbiped.controllers.dynamics import masses, observe
+from mjbiped.controllers.layout import ADAPTATION_GAIN, SEGMENTS, moving_chain
+from mjbiped.controllers.room import COSINE, DQ, SINE
 from mjbiped.controllers.slope_estimator import felt_change
-from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots import compass
-from mjbiped.robots.bent_leg import gravity_beside
-from mjbiped.robots.chain import Array
 
 SLOPE, MOMENTUM = 0, 1
 """Indices in the memory of the slope's estimate, rad, and of the predicted momentum, kg m²/s."""
@@ -30,89 +26,65 @@ OBSERVER_GAIN = 20.0
 """k, 1/s: overdamped with gamma = 0.3 and uniform legs of 1 m, whose frequency is 6.4 rad/s, by a ratio of 1.6."""
 
 
-class AboutFoot(NamedTuple):
-    """Moments about the stance foot.
-
-    Attributes:
-        momentum: Angular momentum, sigma, kg m²/s.
-        gravity: Moment of gravity on a slope, G, N m.
-        by_slope: Its derivative by the slope, G', N m.
-        inertia: Of the whole robot, I, kg m².
-    """
-
-    momentum: float
-    gravity: float
-    by_slope: float
-    inertia: float
-
-
-def compass_about_foot(
-    constants: compass.Constants, legs: compass.Legs, dq1: float, dq2: float, sine: float, cosine: float
-) -> AboutFoot:
-    """Moments about the foot of a compass: sums of the rows of (1).
+def moments_about_foot(
+    parameters: Numbers, memory: Numbers, sine: float, cosine: float, room: Numbers
+) -> tuple[float, float, float, float]:
+    """Return moments about the stance foot: sums of the rows of (1).
 
     Args:
-        constants: Lumped constants of the robot.
-        legs: Sine and cosine of stance and swing angle.
-        dq1: Rate of the stance leg, rad/s.
-        dq2: Rate of the swing leg, rad/s.
+        parameters: Of the law; see `mjbiped.controllers.layout`.
+        memory: Of the controller.
         sine: Sine of the slope, or of its estimate.
         cosine: Cosine of it.
+        room: Has the state.
+
+    Returns:
+        Angular momentum sigma (kg m²/s), moment of gravity G and its derivative by the slope (N m), and inertia of the
+        robot I (kg m²).
     """
-    m11, m12, m22 = compass.mass_terms(constants, legs)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, legs)
-    on_sine, on_cosine = -(gc1 + gc2), -(gs1 + gs2)
-    return AboutFoot(
-        (m11 + m12) * dq1 + (m12 + m22) * dq2,
-        on_sine * sine + on_cosine * cosine,
-        on_sine * cosine - on_cosine * sine,
-        m11 + 2.0 * m12 + m22,
-    )
+    n, chain, first = moving_chain(parameters, memory)
+    m11, m12, m22, m13, m23, m33 = masses(chain, first, n, room)
+    momentum = (m11 + m12) * room[DQ] + (m12 + m22) * room[DQ + 1]
+    inertia = m11 + 2.0 * m12 + m22
+    if n > 2:
+        momentum += m13 * (room[DQ] + room[DQ + 2]) + m23 * (room[DQ + 1] + room[DQ + 2]) + m33 * room[DQ + 2]
+        inertia += 2.0 * (m13 + m23) + m33
+    moments, gravity, by_slope = first + n * n, 0.0, 0.0
+    for i in range(n):
+        moment, s, c = chain[moments + i], room[SINE + i], room[COSINE + i]
+        gravity += moment * (s * cosine + c * sine)
+        by_slope += moment * (c * cosine - s * sine)
+    beside, s, c = chain[moments + n], room[SINE], room[COSINE]
+    if beside != 0.0:  # of a bent stance leg's weight
+        gravity -= beside * (s * sine - c * cosine)
+        by_slope -= beside * (s * cosine + c * sine)
+    return momentum, gravity, by_slope, inertia
 
 
-def chain_about_foot(
-    moments: Array, across: float, q: Array, dq: Array, even: Array, sine: float, cosine: float
-) -> AboutFoot:
-    """Moments about the foot of a chain of n segments, whose stance leg may be bent.
+def identifier_rates(
+    parameters: Numbers, memory: Numbers, ankle: float, sine: float, cosine: float, room: Numbers
+) -> tuple[float, float]:
+    """Return the rates of the slope's estimate, rad/s, and of the predicted momentum, N m, under an ankle torque, N m.
 
-    Args:
-        moments: b of `mjbiped.robots.chain.Chain`, shape (n,), N m.
-        across: Moment of the stance leg's weight beside its line (`mjbiped.robots.bent_leg`), N m; 0 if straight.
-        q: Angles, shape (n,), rad.
-        dq: Rates, shape (n,), rad/s.
-        even: M, shape (n, n), kg m².
-        sine: Sine of the slope, or of its estimate.
-        cosine: Cosine of it.
+    The other arguments are those of `moments_about_foot`.
     """
-    momentum = inertia = gravity = by_slope = 0.0
-    for i in range(len(q)):
-        sine_q, cosine_q = sine_cosine(q[i])
-        gravity += moments[i] * (sine_q * cosine + cosine_q * sine)
-        by_slope += moments[i] * (cosine_q * cosine - sine_q * sine)
-        for j in range(len(q)):
-            momentum += even[i, j] * dq[j]
-            inertia += even[i, j]
-    if across != 0.0:
-        gravity -= gravity_beside(across, q[0], sine, cosine)
-        by_slope -= gravity_beside(across, q[0], cosine, -sine)
-    return AboutFoot(momentum, gravity, by_slope, inertia)
+    momentum, gravity, by_slope, inertia = moments_about_foot(parameters, memory, sine, cosine, room)
+    error = momentum - memory[MOMENTUM]
+    slope_rate = parameters[ADAPTATION_GAIN] * by_slope * error / (inertia * inertia)
+    return slope_rate, ankle + gravity + OBSERVER_GAIN * error
 
 
-def identifier_rates(gain: float, memory: Memory, about: AboutFoot, ankle: float) -> tuple[float, float]:
-    """Rates of the slope's estimate, rad/s, and of the predicted momentum, N m.
-
-    Args:
-        gain: gamma.
-        memory: Memory of the controller.
-        about: Moments about the foot, on the estimated slope.
-        ankle: Ankle torque, N m.
-    """
-    error = about.momentum - memory[MOMENTUM]
-    slope_rate = gain * about.by_slope * error / (about.inertia * about.inertia)
-    return slope_rate, ankle + about.gravity + OBSERVER_GAIN * error
+def begin_prediction(parameters: Numbers, memory: Memory, q: Numbers, dq: Numbers) -> None:
+    """Let the predicted momentum begin with the one that a step begins with, at angles (rad) and rates (rad/s)."""
+    observe(int(parameters[SEGMENTS]), q, dq, memory)
+    memory[MOMENTUM] = moments_about_foot(parameters, memory, 0.0, 1.0, memory)[0]
 
 
-def update_slope(gains: Gains, memory: Memory, stance_before: float, swing_after: float) -> None:
-    """Update (27) of the estimate in the memory, where it is wanted; see `felt_change`."""
-    if gains.estimate_update:
-        memory[SLOPE] += felt_change(gains.update_threshold, stance_before, swing_after)
+def update_slope(parameters: Numbers, memory: Memory, stance_before: float, swing_after: float) -> None:
+    """Update the estimate in the memory by (27); see `felt_change`."""
+    memory[SLOPE] += felt_change(parameters, stance_before, swing_after)
+
+
+def slope_estimate(parameters: Numbers, memory: Numbers) -> float:
+    """Return the slope estimate, rad."""
+    return memory[SLOPE]

@@ -14,19 +14,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.adaptive import CURVES
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers.bounded.identifier import SLOPE
-from mjbiped.controllers.bounded.stance import SUPPORT, Driven, Model, driven, standing
-from mjbiped.controllers.replanning import POINTS, lay, transition, transition_at
-from mjbiped.controllers.settings import REPLANNED
-from mjbiped.robots import compass
-
-RECOVERING = SUPPORT + 2
-"""Index in the memory of whether this is a recovery step; behind it stand its `Step`'s numbers."""
-
-SIZE = RECOVERING + 4
-"""Floats of a memory with a recovery step."""
+from mjbiped.controllers.bounded.stance import stand
+from mjbiped.controllers.dynamics import move_end
+from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS
+from mjbiped.controllers.memory import CURVES, POINTS, RECOVERING, REPLANNED
+from mjbiped.controllers.replanning import lay, transition, transition_at
+from mjbiped.controllers.room import DQ, MOTION, Q
 
 _POSITION_GAIN, _RATE_GAIN = 400.0, 40.0  # 1/s², 1/s: the constraint's error decays critically, with 20/s
 
@@ -59,40 +54,49 @@ class Ankle(NamedTuple):
     stiffness: float
 
 
-def begin(memory: Memory, step: Step, q1: float, q2: float, dq1: float, dq2: float) -> None:
+def begin(memory: Memory, step: Step, q: Numbers, dq: Numbers) -> None:
     """Plan the way onto the constraint, of degree 5, from the state with which the step begins."""
     memory[RECOVERING], memory[REPLANNED] = 1.0, 0.0
     memory[RECOVERING + 1], memory[RECOVERING + 2], memory[RECOVERING + 3] = step.time, step.half, step.retraction
-    away = q2 - constraint(step, q1)
-    away_rate = dq2 - (1.0 - step.retraction) * dq1
-    lay(memory, CURVES, 1, transition(step.time, away, away_rate, 0.0, 0.0, 0.0, 0.0))
+    away = q[1] - constraint(step, q[0])
+    away_rate = dq[1] - (1.0 - step.retraction) * dq[0]
+    lay(memory, 1, transition(step.time, (away, away_rate, 0.0), (0.0, 0.0, 0.0)))
 
 
-def planned(memory: Memory) -> Step:
-    """The recovery step in the memory."""
+def planned(memory: Numbers) -> Step:
+    """Return the recovery step in the memory."""
     return Step(memory[RECOVERING + 1], memory[RECOVERING + 2], memory[RECOVERING + 3])
 
 
 def constraint(step: Step, q1: float) -> float:
-    """Swing angle on the constraint, rad."""
+    """Return the swing angle on the constraint, rad."""
     return q1 - 2.0 * step.half - step.retraction * (q1 - step.half)
 
 
-def motion(
-    model: Model, ankle: Ankle, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> Driven:
-    """Torques of a recovery step, and the accelerations that the law's model has under them."""
-    step = planned(memory)
-    share = 1.0 - step.retraction
+def recover(
+    parameters: Numbers, memory: Numbers, t: float, share: float, slope: tuple[float, float], room: Room
+) -> float:
+    """Write the torques of a recovery step, and the accelerations under them; return the ankle torque, N m.
+
+    Args:
+        parameters: Of the law; see `mjbiped.controllers.layout`.
+        memory: Of the controller, with the recovery step.
+        t: Time since the touchdown, s.
+        share: Share of the sole on which the law leans.
+        slope: Sine and cosine of the slope, or of its estimate.
+        room: Has the state; see `stance.stand`.
+    """
+    step, q1, q2, dq1, dq2 = planned(memory), room[Q], room[Q + 1], room[DQ], room[DQ + 1]
+    follows = 1.0 - step.retraction
     away, away_rate, away_acceleration = 0.0, 0.0, 0.0
     if t < step.time:
         away, away_rate, away_acceleration = transition_at(memory, CURVES + POINTS, step.time, t)
-    offset = (
+    room[MOTION + 1] = (
         away_acceleration
         + _POSITION_GAIN * (away - (q2 - constraint(step, q1)))
-        + _RATE_GAIN * (away_rate - (dq2 - share * dq1))
+        + _RATE_GAIN * (away_rate - (dq2 - follows * dq1))
     )
-    lean = ankle.stiffness * (q1 + memory[SLOPE])
-    asked = ankle.gain * (math.sqrt(ankle.rate * ankle.rate + lean * lean) - dq1)
-    slope = math.sin(memory[SLOPE]), math.cos(memory[SLOPE])
-    return driven(standing(model, memory), compass.legs_of(q1, q2), dq1, dq2, slope, asked, offset, share)
+    move_end(1, room[MOTION + 1], room)
+    lean, upright = parameters[ANKLE_STIFFNESS] * (q1 + memory[SLOPE]), parameters[ANKLE_RATE]
+    asked = parameters[ANKLE_GAIN] * (math.sqrt(upright * upright + lean * lean) - dq1)
+    return stand(parameters, memory, asked, follows, share, slope, room)

@@ -1,178 +1,126 @@
-"""A compass biped on its sole: the ankle torque that the sole transmits, and the accelerations under it."""
+"""A robot on its sole: the ankle torque that the sole transmits, and the accelerations under it."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.adaptive import CURVES
-from mjbiped.controllers.replanning import POINTS
-from mjbiped.robots import compass
-from mjbiped.robots.compass import Compass
+from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.controllers import layout
+from mjbiped.controllers.dynamics import inverse_dynamics, move_end, write_torques
+from mjbiped.controllers.layout import AHEAD, ANKLE_HEIGHT, BEHIND, GRAVITY, WEIGHT, moving_chain
+from mjbiped.controllers.memory import SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import ALONG, BY_STANCE, COSINE, FORCE, FORWARD, MOTION, NORMAL, SINE, TORQUE, UPWARD
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
 
-SUPPORT = CURVES + 2 * POINTS
-"""Index in the memory of how far behind and ahead of the ankle the ground bears the foot; see `Controller.support`."""
 
-
-class Footing(NamedTuple):
-    """What presses on the sole, and how large it is.
-
-    Attributes:
-        mass: Of the whole robot, kg.
-        gravity: m/s².
-        behind: Distance behind the ankle on which the law leans, m; infinite without a sole.
-        ahead: Distance ahead of the ankle on which the law leans, m; infinite without a sole.
-        share: Share of the sole that these are.
-        height: Of the ankle over the sole, m.
-    """
-
-    mass: float
-    gravity: float
-    behind: float
-    ahead: float
-    share: float
-    height: float
-
-
-class Model(NamedTuple):
-    """What a law knows of a compass and its sole.
-
-    Attributes:
-        constants: Lumped constants of the robot.
-        footing: What presses on the sole, and how large it is.
-    """
-
-    constants: compass.Constants
-    footing: Footing
-
-
-class Driven(NamedTuple):
-    """Torques, and what they do.
-
-    Attributes:
-        ankle: Ankle torque, N m.
-        hip: Hip torque, N m.
-        ddq1: Acceleration of the stance leg, rad/s².
-        ddq2: Acceleration of the swing leg, rad/s².
-        along: Force of the ground along it, N.
-        normal: Force of the ground normal to it, N.
-    """
-
-    ankle: float
-    hip: float
-    ddq1: float
-    ddq2: float
-    along: float
-    normal: float
-
-
-def model_of(robot: Compass, share: float) -> Model:
-    """What a law knows of a compass that leans on a share of its sole."""
-    return Model(robot.constants, footing_of(robot, share))
-
-
-def footing_of(robot: Robot, share: float) -> Footing:
-    """What presses on the sole of a robot that leans on a share of it."""
+def footing_of(robot: Robot, share: float) -> dict[int, float]:
+    """Return what presses on a robot's sole, how large that is, and the share on which a law leans, as parameters."""
     behind, ahead = robot.sole or (math.inf, math.inf)
     foot = robot.bodies.foot
-    height = 0.0 if foot is None else foot.height
-    return Footing(robot.total_mass, robot.gravity, share * behind, share * ahead, share, height)
+    return {
+        layout.WEIGHT: robot.total_mass * robot.gravity,
+        layout.GRAVITY: robot.gravity,
+        layout.BEHIND: behind,
+        layout.AHEAD: ahead,
+        layout.SOLE_SHARE: share,
+        layout.ANKLE_HEIGHT: 0.0 if foot is None else foot.height,
+    }
 
 
 def set_support(memory: Memory, behind: float, ahead: float) -> None:
     """Let the ground bear the stance foot so far behind and ahead of its ankle, m; both zero: on all of its sole."""
-    memory[SUPPORT], memory[SUPPORT + 1] = behind, ahead
+    memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
 
 
-def standing(model: Model, memory: Memory) -> Model:
-    """What the law knows of the robot in the step under way, whose sole is what the ground bears of it."""
-    mass, gravity, behind, ahead, share, height = model.footing
-    if memory[SUPPORT] + memory[SUPPORT + 1] > 0.0:  # else nothing was told
-        behind, ahead = min(behind, share * memory[SUPPORT]), min(ahead, share * memory[SUPPORT + 1])
-    return Model(model.constants, Footing(mass, gravity, behind, ahead, share, height))
+def bounds(parameters: Numbers, memory: Numbers, share: float) -> tuple[float, float]:
+    """Return how far behind and ahead of the ankle the law leans in this step, m, on a share of what bears the foot."""
+    behind, ahead = parameters[BEHIND], parameters[AHEAD]
+    if memory[SUPPORT] + memory[SUPPORT_AHEAD] > 0.0:  # else nothing was told
+        behind, ahead = min(behind, memory[SUPPORT]), min(ahead, memory[SUPPORT_AHEAD])
+    return share * behind, share * ahead
 
 
-def holds(footing: Footing, moment: float, normal: float) -> bool:
-    """Whether the sole transmits a moment about the ankle, N m, under a normal force, N."""
-    return footing.behind == math.inf or -footing.ahead * normal <= moment <= footing.behind * normal
-
-
-def turned(footing: Footing, along: float, normal: float, slope: tuple[float, float]) -> tuple[float, float]:
-    """A force of the ground on a slope, along it and normal to it, N, of one on level ground: gravity leans.
-
-    Args:
-        footing: What presses on the sole.
-        along: Force along level ground under the same motion relative to the ground, N.
-        normal: Force normal to it, N.
-        slope: Sine and cosine of the slope, or of its estimate.
-    """
-    weight = footing.mass * footing.gravity
-    return along - weight * slope[0], normal - weight * (1.0 - slope[1])
-
-
-def driven(
-    model: Model,
-    legs: compass.Legs,
-    dq1: float,
-    dq2: float,
-    slope: tuple[float, float],
-    asked: float,
-    offset: float,
+def stand(
+    parameters: Numbers,
+    memory: Numbers,
+    ankle: float,
+    follows: float,
     share: float,
-) -> Driven:
-    """Bound an ankle torque by the sole, and make the swing leg accelerate by `offset + share * ddq1` nevertheless.
+    slope: tuple[float, float],
+    room: Room,
+) -> float:
+    """Bound an ankle torque by the sole; the other segments accelerate as wanted nevertheless.
 
-    The stance leg is let go: its acceleration follows from the moments about the ankle, which are the sum of both rows
-    of (1) and hold no hip torque.
+    The stance leg is let go: its acceleration follows from the moments about the ankle, which are the sum of all rows
+    of (1) and hold no torque of the other joints. Forces and accelerations are linear in it.
 
     Args:
-        model: What the law knows of the robot.
-        legs: Sine and cosine of stance and swing angle.
-        dq1: Rate of the stance leg, rad/s.
-        dq2: Rate of the swing leg, rad/s.
+        parameters: Of the law; see `mjbiped.controllers.layout`.
+        memory: Of the controller.
+        ankle: Ankle torque that is asked for, N m.
+        follows: Share of the stance leg's acceleration by which the swing leg accelerates in addition.
+        share: Share of the sole on which the law leans.
         slope: Sine and cosine of the slope, or of its estimate.
-        asked: Ankle torque that is asked for, N m.
-        offset: Acceleration of the swing leg while the stance leg's is zero, rad/s².
-        share: Share of the stance leg's acceleration that the swing leg shares.
+        room: Has the state, and the accelerations wanted of all segments but the stance leg, with those of their ends.
+            Receives the torques, the accelerations, and the force of the ground.
+
+    Returns:
+        The ankle torque, N m.
     """
-    constants, footing, (sine, cosine) = model.constants, model.footing, slope
-    m11, m12, m22 = compass.mass_terms(constants, legs)
-    rest1, rest2 = compass.inverse_dynamics(constants, legs, dq1, dq2, sine, cosine, 0.0, 0.0)
-    rest = rest1 + rest2 + (m12 + m22) * offset
-    inertia = m11 + m12 + (m12 + m22) * share
-    ddq1 = (asked - rest) / inertia
-    ddq2 = offset + share * ddq1
-    along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
-    ankle = asked
-    moment = moment_about_ankle(asked, footing.height, along)
-    if asked != 0.0 and moment != 0.0 and not holds(footing, moment, normal):
-        free = -rest / inertia
-        free_along, free_normal = ground_force(model, legs, dq1, dq2, free, offset + share * free, slope)
-        # forces are linear in the torque, and in the moment
-        lever = 1.0 + footing.height * (along - free_along) / asked
-        sheared = footing.height * free_along
-        without = free_normal - sheared / lever * ((normal - free_normal) / asked)
-        borne, _ = bounded_by_own_force(moment, normal, without, footing.behind, footing.ahead)
-        ankle = (borne - sheared) / lever
-        ddq1 = (ankle - rest) / inertia
-        ddq2 = offset + share * ddq1
-        along, normal = ground_force(model, legs, dq1, dq2, ddq1, ddq2, slope)
-    return Driven(ankle, rest2 + m12 * ddq1 + m22 * ddq2, ddq1, ddq2, along, normal)
+    n, chain, first = moving_chain(parameters, memory)
+    move_end(0, 0.0, room)
+    inverse_dynamics(chain, first, n, slope, room)
+    moments, gravity, weight = first + n * n, parameters[GRAVITY], parameters[WEIGHT]
+    beside, rest, inertia = chain[moments + n], 0.0, 0.0
+    room[ALONG] = beside * room[UPWARD] / gravity - weight * slope[0]
+    room[NORMAL] = weight * slope[1] - beside * room[FORWARD] / gravity
+    # forces, and the ground's: while the stance leg does not accelerate, and their change by its acceleration
+    for i in range(n):
+        s, c, row, moment = room[SINE + i], room[COSINE + i], first + n * i, chain[moments + i] / gravity
+        room[BY_STANCE + i] = chain[row] * (c * room[COSINE] + s * room[SINE])
+        if follows != 0.0:
+            room[BY_STANCE + i] += follows * chain[row + 1] * (c * room[COSINE + 1] + s * room[SINE + 1])
+        rest, inertia = rest + room[FORCE + i], inertia + room[BY_STANCE + i]
+        room[ALONG], room[NORMAL] = room[ALONG] + moment * room[FORWARD + i], room[NORMAL] + moment * room[UPWARD + i]
+    along_gain = (chain[moments] * room[COSINE] - beside * room[SINE]) / gravity
+    normal_gain = -(chain[moments] * room[SINE] + beside * room[COSINE]) / gravity
+    if follows != 0.0:
+        along_gain += follows * chain[moments + 1] / gravity * room[COSINE + 1]
+        normal_gain -= follows * chain[moments + 1] / gravity * room[SINE + 1]
+    along = room[ALONG] - along_gain * rest / inertia, along_gain / inertia
+    normal = room[NORMAL] - normal_gain * rest / inertia, normal_gain / inertia
+    sole = bounds(parameters, memory, share)
+    given = _transmitted(ankle, parameters[ANKLE_HEIGHT], sole, along, normal)
+    acceleration = (given - rest) / inertia
+    room[MOTION] = acceleration
+    room[MOTION + 1] += follows * acceleration
+    room[ALONG], room[NORMAL] = room[ALONG] + along_gain * acceleration, room[NORMAL] + normal_gain * acceleration
+    for i in range(n):
+        room[FORCE + i] += room[BY_STANCE + i] * acceleration
+    write_torques(n, room, room, TORQUE)
+    room[TORQUE] = given
+    return given
 
 
-def ground_force(
-    model: Model,
-    legs: compass.Legs,
-    dq1: float,
-    dq2: float,
-    ddq1: float,
-    ddq2: float,
-    slope: tuple[float, float],
-) -> tuple[float, float]:
-    """Force of the ground on the stance foot, along the ground and normal to it, N; see `driven`."""
-    constants, footing = model.constants, model.footing
-    level = compass.ground_force(constants, footing.mass, footing.gravity, legs, dq1, dq2, ddq1, ddq2)
-    return turned(footing, level[0], level[1], slope)
+def _transmitted(
+    asked: float, height: float, sole: tuple[float, float], along: tuple[float, float], normal: tuple[float, float]
+) -> float:
+    """Return the ankle torque that a sole transmits of one that is asked for, N m.
+
+    Args:
+        asked: That torque, N m.
+        height: Of the ankle over the sole, m.
+        sole: Distances from the ankle back to the heel and forward to the toe, m.
+        along: Force of the ground along it without a torque of the ankle, N, and its change by that torque, 1/m.
+        normal: Force of the ground normal to it, likewise.
+    """
+    behind, ahead = sole
+    force = normal[0] + normal[1] * asked
+    moment = moment_about_ankle(asked, height, along[0] + along[1] * asked)
+    if asked == 0.0 or moment == 0.0 or behind == math.inf or -ahead * force <= moment <= behind * force:
+        return asked
+    lever, sheared = 1.0 + height * along[1], height * along[0]
+    without = normal[0] - sheared / lever * normal[1]
+    borne, _ = bounded_by_own_force(moment, force, without, behind, ahead)
+    return (borne - sheared) / lever

@@ -6,8 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
@@ -72,20 +78,18 @@ class EnergyConstraintController(KnownSlopeController):
             raise InputError("ratio = 0 (mu, ankle over hip torque): must be another number than 0")
 
 
-def _torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    constants, imitated = parameters.constants, parameters.imitated_slope
-    gain, ratio, band = parameters.gains
-    slope, q1, q2 = against_slope(memory, q1, q2)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, compass.legs_of(q1, q2))
-    moment, moment_rate = -(gs1 + gs2), -(gc1 * dq1 + gc2 * dq2)  # M g X and its rate
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    imitated = parameters[IMITATED_SLOPE]
+    gain, ratio, band = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
+    slope, q1, q2 = against_slope(memory, q)
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(parameters, compass.legs_of(q1, q2))
+    moment, moment_rate = -(gs1 + gs2), -(gc1 * dq[0] + gc2 * dq[1])  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
-    wanted = parameters.energy * math.cos(slope) / math.cos(imitated) + pull * moment
-    power = pull * moment_rate - gain * energy_error(constants, slope, wanted, q1, q2, dq1, dq2)
-    hip_speed = (ratio - 1.0) * dq1 + dq2  # power per hip torque
+    wanted = parameters[ENERGY] * math.cos(slope) / math.cos(imitated) + pull * moment
+    power = pull * moment_rate - gain * energy_error(parameters, slope, wanted, q1, q2, dq)
+    hip_speed = (ratio - 1.0) * dq[0] + dq[1]  # power per hip torque
     hip = power * hip_speed / max(hip_speed * hip_speed, band * band)
-    return ratio * hip, hip
+    out[0], out[1] = ratio * hip, hip
 
 
 EnergyConstraintController.torque_law = staticmethod(_torque)

@@ -5,8 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.utils import domains
 
@@ -53,16 +59,14 @@ class KineticEnergyController(KnownSlopeController):
     slope_source: str = field(default="two_point", kw_only=True)
 
 
-def _torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    constants, imitated = parameters.constants, parameters.imitated_slope
-    gain, slowest, hip_weight = parameters.gains
-    slope, q1, q2 = against_slope(memory, q1, q2)
-    error = energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)  # T - T_ref
-    swing = hip_weight * dq2
-    damping = gain * error / max(dq1 * dq1 + swing * dq2, slowest * slowest)
-    return shaped_torque(constants, slope, imitated, q1, q2, -damping * dq1, -damping * swing)
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    imitated = parameters[IMITATED_SLOPE]
+    gain, slowest, hip_weight = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
+    slope, q1, q2 = against_slope(memory, q)
+    error = energy_error(parameters, imitated, parameters[ENERGY], q1, q2, dq)  # T - T_ref
+    swing = hip_weight * dq[1]
+    damping = gain * error / max(dq[0] * dq[0] + swing * dq[1], slowest * slowest)
+    out[0], out[1] = shaped_torque(parameters, slope, imitated, q1, q2, -damping * dq[0], -damping * swing)
 
 
 KineticEnergyController.torque_law = staticmethod(_torque)

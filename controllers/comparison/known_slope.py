@@ -6,17 +6,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Law, LawController, Memory, never
+from mjbiped.control.controller import Law, LawController, Memory, Numbers, never
 from mjbiped.controllers.settings import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
-from mjbiped.robots import compass
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
@@ -25,25 +24,10 @@ SLOPE_SOURCES = ("none", "local", "two_point")
 # indices in the memory: slope under the stance foot, and from there to the slope that the law takes, rad
 _LOCAL, _TILT = 0, 1
 
-
-class Parameters(NamedTuple):
-    """Parameters of the laws of these controllers: the attributes in plain numbers.
-
-    Attributes:
-        constants: Lumped constants of the robot model.
-        source: Index of the slope's source in `SLOPE_SOURCES`.
-        imitated_slope: phi_r, rad.
-        energy: E_ref, J; NaN for a gait that has none.
-        gains: The law's own attributes, in their order.
-        table: The gait's trajectory, for a law that follows it; else empty.
-    """
-
-    constants: compass.Constants
-    source: int
-    imitated_slope: float
-    energy: float
-    gains: tuple[float, ...]
-    table: Any
+SOURCE, IMITATED_SLOPE, ENERGY, GAINS = range(7, 11)
+"""Indices in the parameters, behind the robot model's lumped `compass.Constants`: index of the slope's source in
+`SLOPE_SOURCES`; phi_r, rad; E_ref, J (NaN for a gait that has none); and the law's own attributes, in their order.
+Behind these stands the gait's trajectory, for a law that follows it."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +62,8 @@ class KnownSlopeController(LawController):
 
     memory_size: ClassVar[int] = 2
     follows: ClassVar[bool] = False
-    torque_law: ClassVar[Callable[..., tuple[float, float]]]
-    """(parameters, memory, t, q1, q2, dq1, dq2) -> ankle and hip torque, N m; a function at a module's top level."""
+    torque_law: ClassVar[Callable[..., None]]
+    """`Law.torque` of the class; a function at a module's top level."""
 
     def __post_init__(self) -> None:
         """Refuse a robot or gait of another kind, an unknown source, and numbers outside their domains.
@@ -92,18 +76,19 @@ class KnownSlopeController(LawController):
         domains.check_fields(self)
 
     @cached_property
-    def parameters(self) -> Parameters:
+    def parameters(self) -> list[float]:
         """The attributes in plain numbers, as the law takes them."""
-        return Parameters(
-            constants=self.robot.constants,
-            source=SLOPE_SOURCES.index(self.slope_source),
-            imitated_slope=float(self.gait.slope),
-            energy=self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
-            gains=tuple(getattr(self, each.name) for each in fields(self) if each.name not in _COMMON),
-            table=self.gait.table if self.follows else (),
-        )
+        gains = (getattr(self, each.name) for each in fields(self) if each.name not in _COMMON)
+        return [
+            *self.robot.constants,
+            float(SLOPE_SOURCES.index(self.slope_source)),
+            float(self.gait.slope),
+            self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
+            *map(float, gains),
+            *(self.gait.table if self.follows else ()),
+        ]
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Begin with the given slope."""
         memory[_LOCAL], memory[_TILT] = float(self.initial_slope_estimate), 0.0
 
@@ -116,20 +101,18 @@ class KnownSlopeController(LawController):
 _COMMON = tuple(each.name for each in fields(KnownSlopeController))
 
 
-def against_slope(memory: Memory, q1: float, q2: float) -> tuple[float, float, float]:
-    """Return the law's slope, and convert angles from the ground's normal to angles from that slope's normal, rad."""
-    return memory[_LOCAL] + memory[_TILT], q1 - memory[_TILT], q2 - memory[_TILT]
+def against_slope(memory: Numbers, q: Numbers) -> tuple[float, float, float]:
+    """Return the law's slope, and both legs' angles from that slope's normal instead of the ground's, rad."""
+    return memory[_LOCAL] + memory[_TILT], q[0] - memory[_TILT], q[1] - memory[_TILT]
 
 
-def _touchdown(
-    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
-) -> None:
-    if parameters.source >= 1:  # all but "none"
-        memory[_LOCAL] += slope_change(before1, q2)
-    if parameters.source == 2:  # "two_point"
-        memory[_TILT] = 0.5 * (q1 + q2)
+def _touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+    if parameters[SOURCE] >= 1.0:  # all but "none"
+        memory[_LOCAL] += slope_change(q_before[0], q[1])
+    if parameters[SOURCE] == 2.0:  # "two_point"
+        memory[_TILT] = 0.5 * (q[0] + q[1])
 
 
-def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
+def _slope_estimate(parameters: Numbers, memory: Memory) -> float:
     """Slope under the stance foot as given or dead reckoned, rad; with "two_point" too, whose line differs."""
     return memory[_LOCAL]

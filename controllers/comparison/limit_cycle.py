@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Law, Memory
-from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
-from mjbiped.controllers.tracking import computed_torque, tracking_errors
-from mjbiped.gaits.reference import reference_at, reference_discontinuity
-from mjbiped.robots.compass import legs_of
+from mjbiped.control.controller import Law, Memory, Numbers, Room
+from mjbiped.controllers.comparison.known_slope import GAINS, KnownSlopeController, against_slope
+from mjbiped.gaits.reference import MOST, reference_at, reference_discontinuity
+from mjbiped.robots import compass
 from mjbiped.utils import domains
+
+_TABLE = GAINS + 2  # index in the parameters of the gait's trajectory
+_REFERENCE = 2  # index in `out` of the reference
 
 
 @dataclass(frozen=True)
@@ -48,29 +50,34 @@ class LimitCycleController(KnownSlopeController):
         return super().plain_law._replace(next_discontinuity=_next_discontinuity)
 
 
-def _torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    rate_gain, position_gain = parameters.gains
-    slope, q1, q2 = against_slope(memory, q1, q2)
-    reference = reference_at(parameters.table, t)
-    errors = tracking_errors(0.0, reference, q1, q2, dq1, dq2)
-    return computed_torque(
-        parameters.constants,
-        position_gain,
-        rate_gain,
-        reference,
-        errors,
-        legs_of(q1, q2),
-        dq1,
-        dq2,
-        math.sin(slope),
-        math.cos(slope),
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    rate_gain, position_gain = parameters[GAINS], parameters[GAINS + 1]
+    slope, q1, q2 = against_slope(memory, q)
+    reference_at(parameters, _TABLE, t, out, _REFERENCE)
+    a1 = _commanded(out, 0, position_gain, q1, rate_gain, dq[0])
+    a2 = _commanded(out, 1, position_gain, q2, rate_gain, dq[1])
+    sine, cosine = math.sin(slope), math.cos(slope)
+    force1, force2 = compass.inverse_dynamics(
+        parameters,
+        compass.legs_of(q1, q2),
+        dq[0],
+        dq[1],
+        sine,
+        cosine,
+        a1,
+        a2,  # type: ignore[arg-type]
     )
+    out[0], out[1] = compass.joint_torques(force1, force2)
 
 
-def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
-    return reference_discontinuity(parameters.table, t)
+def _commanded(room: Numbers, leg: int, position_gain: float, q: float, rate_gain: float, dq: float) -> float:
+    """Acceleration of a leg that the law asks for, with the reference in the room, rad/s²."""
+    at = _REFERENCE + leg
+    return room[at + 2 * MOST] + position_gain * (room[at] - q) + rate_gain * (room[at + MOST] - dq)
+
+
+def _next_discontinuity(parameters: Numbers, memory: Memory, t: float) -> float:
+    return reference_discontinuity(parameters, _TABLE, t)
 
 
 LimitCycleController.torque_law = staticmethod(_torque)

@@ -5,8 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from mjbiped.control.controller import Memory
-from mjbiped.controllers.comparison.known_slope import KnownSlopeController, Parameters, against_slope
+from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.controllers.comparison.known_slope import (
+    ENERGY,
+    GAINS,
+    IMITATED_SLOPE,
+    KnownSlopeController,
+    against_slope,
+)
 from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
 from mjbiped.utils import domains
 
@@ -37,14 +43,12 @@ class PassivityController(KnownSlopeController):
     slope_source: str = field(default="two_point", kw_only=True)
 
 
-def _torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    constants, imitated = parameters.constants, parameters.imitated_slope
-    (gain,) = parameters.gains
-    slope, q1, q2 = against_slope(memory, q1, q2)
-    damping = gain * energy_error(constants, imitated, parameters.energy, q1, q2, dq1, dq2)
-    return shaped_torque(constants, slope, imitated, q1, q2, -damping * dq1, -damping * dq2)
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    imitated = parameters[IMITATED_SLOPE]
+    gain = parameters[GAINS]
+    slope, q1, q2 = against_slope(memory, q)
+    damping = gain * energy_error(parameters, imitated, parameters[ENERGY], q1, q2, dq)
+    out[0], out[1] = shaped_torque(parameters, slope, imitated, q1, q2, -damping * dq[0], -damping * dq[1])
 
 
 PassivityController.torque_law = staticmethod(_torque)

@@ -4,40 +4,32 @@ from __future__ import annotations
 
 import math
 
+from mjbiped.control.controller import Numbers
 from mjbiped.robots import compass
 
 
-def energy_error(
-    constants: compass.Constants, slope: float, energy: float, q1: float, q2: float, dq1: float, dq2: float
-) -> float:
+def energy_error(constants: Numbers, slope: float, energy: float, q1: float, q2: float, dq: Numbers) -> float:
     r"""Error of the energy that the robot would have on a slope.
 
     .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi) - E_{ref}
 
     Args:
-        constants: Lumped constants of the controller's robot model.
+        constants: Begin with the lumped `compass.Constants` of the controller's robot model.
         slope: phi, whose gravity counts; of the imitated slope or of the ground, rad.
         energy: E_ref about the stance foot, J.
         q1: Stance angle, rad.
         q2: Swing angle, rad.
-        dq1: Stance rate, rad/s.
-        dq2: Swing rate, rad/s.
+        dq: Rates of both, rad/s.
 
     Returns:
         E - E_ref, J.
     """
-    kinetic = compass.kinetic_energy(constants, q1, q2, dq1, dq2)
+    kinetic = compass.kinetic_energy(constants, q1, q2, dq[0], dq[1])
     return kinetic + compass.potential_energy(constants, q1, q2, slope) - energy
 
 
 def shaped_torque(
-    constants: compass.Constants,
-    slope: float,
-    imitated_slope: float,
-    q1: float,
-    q2: float,
-    force1: float,
-    force2: float,
+    constants: Numbers, slope: float, imitated_slope: float, q1: float, q2: float, force1: float, force2: float
 ) -> tuple[float, float]:
     r"""Potential energy shaping (Spong's controlled symmetry) with further forces u.
 
@@ -45,7 +37,7 @@ def shaped_torque(
               \frac{d}{dt} [T + V(q, \varphi_r)] = u^T \dot q
 
     Args:
-        constants: Lumped constants of the controller's robot model.
+        constants: Begin with the lumped `compass.Constants` of the controller's robot model.
         slope: phi, of the ground, rad.
         imitated_slope: phi_r, rad.
         q1: Stance angle from that ground's normal, rad.

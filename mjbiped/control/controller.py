@@ -15,41 +15,53 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, MutableSequence, Sequence
+from functools import cached_property
 from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
+from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Branched, Gait, Periodic
-from mjbiped.gaits.reference import in_arrays
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
+
+Numbers: TypeAlias = Sequence[float]
+"""Numbers that a law reads: a list or tuple in Python, an array where compiled."""
+
+Room: TypeAlias = MutableSequence[float]
+"""Numbers that a law writes."""
 
 Memory = MutableSequence[float]
 """A controller's memory: floats that the engine keeps, copies and saves; a list in Python, an array where compiled."""
 
+ROOM = 64
+"""Floats behind torques and rates in `out` of `Law.torque`, for a law's intermediate results."""
+
 
 class Law(NamedTuple):
-    """A controller's laws as functions of plain numbers, which Numba can compile; for engines that do so.
+    """A controller's laws as functions of arrays, which Numba can compile; for engines that do so.
 
     The functions say what the controller's methods of like names say, and those call them: one law, one place. They
-    stand at the top level of a module and call only others that do; `memory` is indexed, never resized. They allocate
-    nothing: several numbers are returned as a tuple, never as a list or an array.
+    stand at the top level of a module and call only others that do. All sequences are lists of floats in plain Python
+    and contiguous arrays of float64 in machine code: they are indexed, never resized. The functions allocate nothing (no
+    list, array or string) and raise nothing; a function that they call may return several numbers as a tuple.
 
-    For a robot with knees each state has three angles, q1, q2, q3, and three rates.
+    A state is the robot's n angles q (rad) and their rates dq (rad/s): 2 with straight legs, 3 with knees.
 
     Attributes:
-        parameters: All that the laws need besides the memory: numbers, arrays, tuples and NamedTuples of these.
-        torque: (parameters, memory, t, q1, q2, dq1, dq2) -> floats, as `Controller.torque`.
-        touchdown: (parameters, memory, q1 and q2 before, q1, q2, dq1, dq2), as `Controller.on_touchdown`.
-        slope_estimate: (parameters, memory) -> float.
-        next_discontinuity: (parameters, memory, t) -> float.
-        tick: Action of `mjbiped.disturbances.sampled.SampledController` once in each control period, with the
-            arguments of `torque`; None for all other controllers.
-        knee_strike: `Controller.on_knee_strike`, with the arguments of `torque`; robots with knees need it.
+        parameters: All that the laws need besides the memory: one flat sequence of floats.
+        torque: (parameters, memory, t, q, dq, out): writes the torque of each joint (N m), then the rate of each state
+            (1/s), into `out`. Behind these stand `ROOM` floats for intermediate results.
+        touchdown: (parameters, memory, q_before, q, dq), as `Controller.on_touchdown`.
+        slope_estimate: (parameters, memory) -> float, rad.
+        next_discontinuity: (parameters, memory, t) -> float, s.
+        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.sampled.SampledController` once in each
+            control period; None for all other controllers.
+        knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; robots with knees need it.
     """
 
-    parameters: Any
-    torque: Callable[..., Sequence[float]]
+    parameters: Sequence[float]
+    torque: Callable[..., None]
     touchdown: Callable[..., None]
     slope_estimate: Callable[..., float]
     next_discontinuity: Callable[..., float]
@@ -200,37 +212,43 @@ class LawController(Controller):
     @property
     @abstractmethod
     def plain_law(self) -> Law:
-        """The law for plain Python, with tables in tuples, which it reads faster than arrays."""
+        """The law, with its parameters in a list, which plain Python reads faster than an array."""
+
+    @cached_property
+    def _law(self) -> Law:
+        return on_arrays(self.plain_law)
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after a support transfer; see `Controller.on_touchdown`."""
-        law = self.plain_law
-        law.touchdown(law.parameters, memory, *q_before, *q, *dq)
+        law = self._law
+        law.touchdown(law.parameters, memory, q_before, q, dq)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after the knee strike; see `Controller.on_knee_strike`."""
-        law = self.plain_law
+        law = self._law
         if law.knee_strike is not None:
-            law.knee_strike(law.parameters, memory, t, *q, *dq)
+            law.knee_strike(law.parameters, memory, t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Joint torques and the rates of the states; see `Controller.torque`."""
-        law = self.plain_law
-        return law.torque(law.parameters, memory, t, *q, *dq)
+        law, count = self._law, len(self.joints) + len(self.states)
+        out = [0.0] * (count + ROOM)
+        law.torque(law.parameters, memory, t, q, dq, out)
+        return tuple(out[:count])
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's estimate of the slope under its stance foot, rad."""
-        law = self.plain_law
+        law = self._law
         return law.slope_estimate(law.parameters, memory)
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The first time after t at which `torque` may have a kink, s; see `Controller.next_discontinuity`."""
-        law = self.plain_law
+        law = self._law
         return law.next_discontinuity(law.parameters, memory, t)
 
     def law(self) -> Law:
         """The law for compilation; see `Controller.law`."""
-        return self.plain_law._replace(parameters=in_arrays(self.plain_law.parameters))
+        return self._law
 
 
 def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
@@ -30,17 +31,24 @@ class Unpowered(LawController):
     @property
     def plain_law(self) -> Law:
         """Law that applies no torque in any state."""
-        zeros = (0.0,) * len(self.joints)
-        return Law(zeros, _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
+        return Law([], _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
 
 
-def _no_torque(zeros: tuple[float, ...], memory: Memory, t: float, *state: float) -> tuple[float, ...]:
-    return zeros
+def _no_torque(
+    parameters: Sequence[float],
+    memory: Memory,
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+    out: MutableSequence[float],
+) -> None:
+    for joint in range(len(q)):
+        out[joint] = 0.0
 
 
-def _no_notice(zeros: tuple[float, ...], memory: Memory, *state: float) -> None:
+def _no_notice(parameters: Sequence[float], memory: Memory, first: object, q: object, dq: object) -> None:
     pass
 
 
-def _no_estimate(zeros: tuple[float, ...], memory: Memory) -> float:
+def _no_estimate(parameters: Sequence[float], memory: Memory) -> float:
     return math.nan

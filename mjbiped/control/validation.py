@@ -17,7 +17,8 @@ from numbers import Real
 from typing import Any
 
 from mjbiped.control.adapters import gives_its_law, values_of
-from mjbiped.control.controller import Controller, Law
+from mjbiped.control.controller import ROOM, Controller, Law
+from mjbiped.control.scalar_laws import takes_scalars
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -68,6 +69,8 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
         raise InputError(f"{name}.law() gives {shown(law)}; expected a Law, or None")
     _given(controller, "start", memory, q, dq)
     _check_memory(controller, "start", memory)
+    if law is not None:
+        _check_written(controller, law, memory, q, dq)
     first = _asked(controller, memory, 0.0, q, dq)
     if fault := fault_in(controller, first, 0.0, q, dq):
         raise InputError(f"{fault}: the walk cannot begin")
@@ -81,6 +84,28 @@ def _try_out(controller: Controller, q: State, dq: State) -> None:
             f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
             "and neither chance nor the clock has a part in it"
         )
+
+
+def _check_written(controller: Controller, law: Law, memory: list[Any], q: State, dq: State) -> None:
+    """Refuse a law whose `torque` returns something, or leaves a torque or rate unwritten.
+
+    Raises:
+        InputError: It does.
+    """
+    if takes_scalars(law.torque):
+        return
+    names = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
+    out: list[Any] = [None] * len(names) + [0.0] * ROOM
+    try:
+        found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)  # type: ignore[func-returns-value]
+    except Exception:  # the walk tells of it, or its compilation
+        return
+    place = f"{type(controller).__name__}.law().torque"
+    if found is not None:
+        raise InputError(f"{place} returns {shown(found)}; expected are {len(names)} numbers written into out")
+    for index, name in enumerate(names):
+        if out[index] is None:
+            raise InputError(f"{place} leaves out[{index}], the {name}, unwritten")
 
 
 def _given(controller: Controller, method: str, *arguments: Any) -> Any:

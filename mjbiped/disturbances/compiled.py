@@ -5,54 +5,94 @@ This module imports Numba: import it where something is compiled, not before.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import MutableSequence, Sequence
+from typing import Any
 
-from mjbiped.control import machine_code
+from mjbiped.control.compiled import CompiledLaw
 from mjbiped.control.controller import Law, Memory, never
-from mjbiped.control.machine_code import CompiledLaw, halves, thirds
 from mjbiped.disturbances import loop as laws
 from mjbiped.disturbances.loop import Loop
-from mjbiped.numerics.addresses import floats_at
+from mjbiped.disturbances.sensors import Sensors
+from mjbiped.numerics.addresses import call, call_for_number
 
+TORQUE, TOUCHDOWN, SLOPE_ESTIMATE, KNEE_STRIKE, RECORD, LOOP = range(6)
+"""Indices in the parameters of the addresses of the inner law, and of the first number of the loop."""
 
-class Parts(NamedTuple):
-    """Parameters of the disturbed loop's laws.
-
-    Attributes:
-        inner: The controller's machine code.
-        loop: The loop's parameters.
-    """
-
-    inner: CompiledLaw
-    loop: Loop
+_SENSORS = LOOP + len(Loop._fields) - 1
 
 
 def law_of(inner: CompiledLaw, loop: Loop) -> Law:
-    """The laws of a disturbed loop; the caller keeps the inner machine code alive."""
-    return Law(Parts(inner, loop), _torque, _touchdown, _slope_estimate, never, _tick, _knee_strike)
+    """Return the laws of a disturbed loop; the caller keeps the inner machine code alive."""
+    addresses = inner.torque, inner.touchdown, inner.slope_estimate, inner.knee_strike, inner.record
+    sensors = *loop.sensors[:-1], *loop.sensors.seed
+    parameters = [float(each) for each in (*addresses, *loop[:-1], *sensors)]
+    return Law(parameters, _torque, _touchdown, _slope_estimate, never, _tick, _knee_strike)
 
 
-def _torque(parts: Parts, memory: Memory, *_: float) -> tuple[float, ...]:
-    held: tuple[float, ...] = floats_at(memory, parts.loop.size + parts.loop.held, parts.inner.values)
-    return held
+def _torque(
+    parameters: Sequence[float],
+    memory: Memory,
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+    out: MutableSequence[float],
+) -> None:
+    loop = _loop(parameters)
+    first = loop.size + loop.held
+    for index in range(loop.joints + loop.states):
+        out[index] = memory[first + index]
 
 
-def _tick(parts: Parts, memory: Memory, t: float, *state: float) -> None:
-    q, dq = halves(state)
-    laws.tick(machine_code.torque, parts.inner, parts.loop, memory, t, q, dq)
+def _tick(parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+    laws.tick(_ask, parameters, _loop(parameters), memory, t, q, dq)
 
 
-def _touchdown(parts: Parts, memory: Memory, *postures: float) -> None:
-    q_before, q, dq = thirds(postures)
-    q_before, q, dq = laws.touchdown(parts.loop, memory, q_before, q, dq)
-    machine_code.touchdown(parts.inner, memory, q_before, q, dq)
+def _touchdown(
+    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
+) -> None:
+    laws.touchdown(_tell_touchdown, parameters, _loop(parameters), memory, q_before, q, dq)
 
 
-def _knee_strike(parts: Parts, memory: Memory, t: float, *state: float) -> None:
-    q, dq = halves(state)
-    q, dq = laws.knee_strike(parts.loop, memory, q, dq)
-    machine_code.knee_strike(parts.inner, memory, t, q, dq)
+def _knee_strike(
+    parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+) -> None:
+    laws.knee_strike(_tell_strike, parameters, _loop(parameters), memory, t, q, dq)
 
 
-def _slope_estimate(parts: Parts, memory: Memory) -> float:
-    return machine_code.slope_estimate(parts.inner, memory)
+def _slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+    return float(call_for_number(int(parameters[SLOPE_ESTIMATE]), (int(parameters[RECORD]), memory)))
+
+
+def _ask(parameters: Any, memory: Any, t: float, q: Any, dq: Any, place: int) -> None:
+    """Call the inner law's `torque`, which writes into the memory."""
+    call(int(parameters[TORQUE]), (int(parameters[RECORD]), memory, t, q, dq, memory[place:]))
+
+
+def _tell_touchdown(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
+    call(int(parameters[TOUCHDOWN]), (int(parameters[RECORD]), memory, q_before, q, dq))
+
+
+def _tell_strike(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> None:
+    call(int(parameters[KNEE_STRIKE]), (int(parameters[RECORD]), memory, t, q, dq))
+
+
+def _loop(p: Sequence[float]) -> Loop:
+    """Return the loop's parameters, from among those of the law."""
+    k = _SENSORS
+    seed = int(p[k + 5]), int(p[k + 6])
+    return Loop(
+        int(p[LOOP]),
+        int(p[LOOP + 1]),
+        int(p[LOOP + 2]),
+        int(p[LOOP + 3]),
+        int(p[LOOP + 4]),
+        int(p[LOOP + 5]),
+        int(p[LOOP + 6]),
+        int(p[LOOP + 7]),
+        int(p[LOOP + 8]),
+        p[LOOP + 9] != 0.0,
+        p[LOOP + 10],
+        p[LOOP + 11],
+        p[LOOP + 12],
+        Sensors(p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], seed),
+    )

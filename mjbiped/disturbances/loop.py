@@ -1,15 +1,16 @@
-"""A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of plain numbers.
+"""A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of arrays.
 
 `mjbiped.disturbances.sampled` calls them with a controller's methods, `mjbiped.disturbances.compiled` with its machine
-code. The loop's own memory stands behind the controller's: `at` counts from there.
+code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the index
+`Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable, MutableSequence, Sequence
 from typing import Any, NamedTuple
 
-from mjbiped.disturbances.sensors import STRIKE, TICK, Angles, Sensors, at_touchdown, sensed
+from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 
 (
     TICKS,  # so far
@@ -17,6 +18,9 @@ from mjbiped.disturbances.sensors import STRIKE, TICK, Angles, Sensors, at_touch
     SIDE,  # 1: the left leg stands, -1: the right one
     BEGUN,  # first of the torques that the motors have at the tick's beginning, N m, one for each joint
 ) = range(4)
+
+SHOWN = 3 * MOST
+"""Room for what the sensors show."""
 
 
 class Loop(NamedTuple):
@@ -31,11 +35,13 @@ class Loop(NamedTuple):
         ring: Index in the loop's memory of the delayed torques, those of all joints in turn.
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
+        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at a
+            touchdown the angles in the old roles. Behind these the law writes.
         senses: Whether the sensors differ from the truth.
-        sensors: Errors of the sensors.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
         mean: Mean of that fraction over the tick.
+        sensors: Errors of the sensors.
     """
 
     size: int
@@ -46,20 +52,27 @@ class Loop(NamedTuple):
     ring: int
     room: int
     delay: int
+    shown: int
     senses: bool
-    sensors: Sensors
     torque_limit: float
     remaining: float
     mean: float
+    sensors: Sensors
 
 
 def tick(
-    ask: Callable[..., Any], law: Any, loop: Loop, memory: MutableSequence[float], t: float, q: Angles, dq: Angles
+    ask: Callable[..., None],
+    law: Any,
+    loop: Loop,
+    memory: MutableSequence[float],
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
 ) -> None:
     """Read the sensors, ask the law, and set the torques that are held until the next tick.
 
     Args:
-        ask: The law's `torque`.
+        ask: (law, memory, t, q, dq, place): writes what the law's `torque` gives into the memory, from an index on.
         law: Parameters of the law.
         loop: Parameters of the loop.
         memory: Memory, whose part behind the controller's is changed in place.
@@ -67,15 +80,18 @@ def tick(
         q: Angles, rad.
         dq: Their rates, rad/s.
     """
+    at, place = loop.size, loop.size + loop.shown
+    values = place + SHOWN
     if loop.senses:
-        number = int(memory[loop.size + TICKS])
-        q, dq = sensed(loop.sensors, memory[loop.size + SIDE], number, TICK, q, dq)
-    values = ask(law, memory, t, q, dq)
+        number, n = int(memory[at + TICKS]), len(q)
+        sensed(loop.sensors, memory[at + SIDE], (number, TICK), q, dq, memory, place)
+        ask(law, memory, t, memory[place : place + n], memory[place + MOST : place + MOST + n], values)
+    else:
+        ask(law, memory, t, q, dq, values)
     for joint in range(loop.joints):
-        _drive(loop, memory, joint, values[joint])
-    at = loop.size
+        _drive(loop, memory, joint, memory[values + joint])
     for index in range(loop.states):
-        memory[at + loop.rates + index] = values[loop.joints + index]
+        memory[at + loop.rates + index] = memory[values + loop.joints + index]
     memory[at + TICKS] += 1.0
 
 
@@ -96,25 +112,62 @@ def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float
 
 
 def touchdown(
-    loop: Loop, memory: MutableSequence[float], q_before: Angles, q: Angles, dq: Angles
-) -> tuple[Angles, Angles, Angles]:
-    """Exchange the motors' roles at a support transfer, and read the sensors for the controller.
+    tell: Callable[..., None],
+    law: Any,
+    loop: Loop,
+    memory: MutableSequence[float],
+    q_before: Sequence[float],
+    q: Sequence[float],
+    dq: Sequence[float],
+) -> None:
+    """Exchange the motors' roles at a support transfer, read the sensors, and tell the controller.
 
-    Returns:
-        The posture in the old roles, in the new ones, and the rates.
+    Args:
+        tell: (law, memory, q_before, q, dq): tells the law.
+        law: Parameters of the law.
+        loop: Parameters of the loop.
+        memory: Memory, changed in place.
+        q_before: Angles in the old roles, rad.
+        q: Angles in the new ones, rad.
+        dq: Their rates, rad/s.
     """
-    number = _exchanged(loop, memory)
+    number, n, place = _exchanged(loop, memory), len(q), loop.size + loop.shown
     if not loop.senses:
-        return q_before, q, dq
-    return at_touchdown(loop.sensors, memory[loop.size + SIDE], number, q_before, q, dq)
+        tell(law, memory, q_before, q, dq)
+        return
+    side, before = memory[loop.size + SIDE], place + 2 * MOST
+    posture_before(loop.sensors, side, number, q_before, q, memory, before)
+    sensed(loop.sensors, side, (number, TOUCHDOWN), q, dq, memory, place)
+    rates = place + MOST
+    tell(law, memory, memory[before : before + n], memory[place : place + n], memory[rates : rates + n])
 
 
-def knee_strike(loop: Loop, memory: MutableSequence[float], q: Angles, dq: Angles) -> tuple[Angles, Angles]:
-    """Read the sensors for the controller when the swing knee strikes its stop; the motors hold their torques."""
+def knee_strike(
+    tell: Callable[..., None],
+    law: Any,
+    loop: Loop,
+    memory: MutableSequence[float],
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+) -> None:
+    """Read the sensors when the swing knee strikes its stop, and tell the controller; motors hold their torques.
+
+    Args:
+        tell: (law, memory, t, q, dq): tells the law.
+        law: Parameters of the law.
+        loop: Parameters of the loop.
+        memory: Memory, changed in place.
+        t: Time since the support transfer, s.
+        q: Angles, rad.
+        dq: Their rates, rad/s.
+    """
     if not loop.senses:
-        return q, dq
-    number = int(memory[loop.size + TOUCHDOWNS])
-    return sensed(loop.sensors, memory[loop.size + SIDE], number, STRIKE, q, dq)
+        tell(law, memory, t, q, dq)
+        return
+    number, n, place = int(memory[loop.size + TOUCHDOWNS]), len(q), loop.size + loop.shown
+    sensed(loop.sensors, memory[loop.size + SIDE], (number, STRIKE), q, dq, memory, place)
+    tell(law, memory, t, memory[place : place + n], memory[place + MOST : place + MOST + n])
 
 
 def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:

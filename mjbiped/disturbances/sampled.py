@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from mjbiped.control import adapters
-from mjbiped.control.compilation import MachineCode, compilable_law
-from mjbiped.control.compile_errors import refused_in_words
-from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.compiled import MachineCode, compilable_law, refused_in_words
+from mjbiped.control.controller import ROOM, Controller, Law, Memory
 from mjbiped.disturbances import loop as laws
 from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
 from mjbiped.disturbances.loop import Loop
@@ -51,7 +50,8 @@ class SampledController(Controller):
         room = LONGEST_DELAY + 1 if delay else 0
         held = laws.BEGUN + joints
         ring = held + joints + states
-        self.memory_size = inner.memory_size + ring + joints * room  # type: ignore[misc]
+        shown = ring + joints * room
+        self.memory_size = inner.memory_size + shown + laws.SHOWN + joints + states + ROOM  # type: ignore[misc]
         self.loop = Loop(
             size=inner.memory_size,
             joints=joints,
@@ -61,6 +61,7 @@ class SampledController(Controller):
             ring=ring,
             room=room,
             delay=delay,
+            shown=shown,
             senses=any(sensors[:-1]),
             sensors=sensors,
             torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
@@ -75,12 +76,13 @@ class SampledController(Controller):
 
     def tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Read the sensors, ask the controller, and set the torques that are held."""
-        laws.tick(self._ask, self.inner, self.loop, memory, t, tuple(q), tuple(dq))
+        laws.tick(self._ask, self.inner, self.loop, memory, t, q, dq)
 
     def _ask(
-        self, inner: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
-    ) -> Sequence[float]:
-        return adapters.torque(inner, memory[: self.loop.size], t, q, dq)
+        self, inner: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float], place: int
+    ) -> None:
+        values = adapters.torque(inner, memory[: self.loop.size], t, tuple(q), tuple(dq))
+        memory[place : place + len(values)] = values
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Torques and rates of states that are held since the last tick."""
@@ -89,13 +91,11 @@ class SampledController(Controller):
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Exchange the motors' roles, and pass the posture that the sensors show to the controller."""
-        told = laws.touchdown(self.loop, memory, tuple(q_before), tuple(q), tuple(dq))
-        self._tell(self.inner.on_touchdown, memory, *told)
+        laws.touchdown(self._tell, self.inner.on_touchdown, self.loop, memory, q_before, q, dq)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Pass the state that the sensors show to the controller."""
-        told = laws.knee_strike(self.loop, memory, tuple(q), tuple(dq))
-        self._tell(self.inner.on_knee_strike, memory, t, *told)
+        laws.knee_strike(self._tell, self.inner.on_knee_strike, self.loop, memory, t, q, dq)
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's estimate of the slope, rad."""
@@ -104,7 +104,7 @@ class SampledController(Controller):
     def _tell(self, method: Callable[..., None], memory: Memory, *arguments: Any) -> None:
         """Call a method of the controller, which changes its own part of the memory."""
         own = list(memory[: self.loop.size])
-        method(own, *arguments)
+        method(own, *(each if isinstance(each, float) else tuple(each) for each in arguments))
         memory[: self.loop.size] = own
 
     @cached_property

@@ -1,8 +1,12 @@
-"""What the sensors of ankle, hip and swing knee show, as functions of plain numbers."""
+"""What the sensors of ankle, hip and swing knee show, as functions of arrays.
+
+Angles are those of stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import MutableSequence, Sequence
 from typing import NamedTuple, TypeAlias
 
 from mjbiped.disturbances.chance import Seed, normal
@@ -12,11 +16,11 @@ Channels: TypeAlias = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 TICK: Channels = (0, 1, 9), (2, 3, 10)
 STRIKE: Channels = (14, 15, 18), (16, 17, 19)
-_TOUCHDOWN: Channels = (8, 5, 12), (6, 7, 13)  # the ankle that stands and the knee that swings from then on
+TOUCHDOWN: Channels = (8, 5, 12), (6, 7, 13)  # the ankle that stands and the knee that swings from then on
 _OLD_ANKLE, _HIP, _OLD_KNEE = 4, 5, 11  # of the same posture's angles in the old roles
 
-Angles: TypeAlias = tuple[float, ...]
-"""Stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad, or their rates, rad/s."""
+MOST = 3
+"""Greatest number of angles: `sensed` writes rates so far behind angles."""
 
 
 class Sensors(NamedTuple):
@@ -40,38 +44,49 @@ class Sensors(NamedTuple):
 
 
 def sensed(
-    sensors: Sensors, side: float, number: int, channels: Channels, q: Angles, dq: Angles
-) -> tuple[Angles, Angles]:
-    """Angles and rates as the sensors of ankle, hip and swing knee show them.
+    sensors: Sensors,
+    side: float,
+    reading: tuple[int, Channels],
+    q: Sequence[float],
+    dq: Sequence[float],
+    shown: MutableSequence[float],
+    place: int,
+) -> None:
+    """Write angles and rates as the sensors of ankle, hip and swing knee show them.
 
     The hip's sensors show the angle from the left to the right leg.
 
     Args:
         sensors: Errors of the sensors.
         side: 1: the left leg stands, -1: the right one.
-        number: Number of the reading.
-        channels: Channels of its noise.
+        reading: Number of the reading, and channels of its noise.
         q: Angles, rad.
         dq: Their rates, rad/s.
+        shown: Receives the angles from an index on, and the rates `MOST` behind them.
+        place: That index.
     """
-    angles, rates = channels
-    ankle = _angle(sensors, q[0], number, angles[0])
-    ankle_rate = _rate(sensors, dq[0], number, rates[0])
-    if len(q) == 1:
-        return (ankle,), (ankle_rate,)
-    leg = ankle + side * _angle(sensors, side * (q[1] - q[0]), number, angles[1])
-    leg_rate = ankle_rate + side * _rate(sensors, side * (dq[1] - dq[0]), number, rates[1])
-    if len(q) == 2:
-        return (ankle, leg), (ankle_rate, leg_rate)
-    knee = _angle(sensors, q[2] - q[1], number, angles[2])
-    knee_rate = _rate(sensors, dq[2] - dq[1], number, rates[2])
-    return (ankle, leg, leg + knee), (ankle_rate, leg_rate, leg_rate + knee_rate)
+    number, (angles, rates) = reading
+    shown[place] = _angle(sensors, q[0], number, angles[0])
+    shown[place + MOST] = _rate(sensors, dq[0], number, rates[0])
+    if len(q) > 1:
+        shown[place + 1] = shown[place] + side * _angle(sensors, side * (q[1] - q[0]), number, angles[1])
+        turning = side * _rate(sensors, side * (dq[1] - dq[0]), number, rates[1])
+        shown[place + MOST + 1] = shown[place + MOST] + turning
+    if len(q) > 2:
+        shown[place + 2] = shown[place + 1] + _angle(sensors, q[2] - q[1], number, angles[2])
+        shown[place + MOST + 2] = shown[place + MOST + 1] + _rate(sensors, dq[2] - dq[1], number, rates[2])
 
 
-def at_touchdown(
-    sensors: Sensors, side: float, number: int, q_before: Angles, q: Angles, dq: Angles
-) -> tuple[Angles, Angles, Angles]:
-    """Posture in the old roles, in the new ones, and rates, as the same encoders show them at a touchdown.
+def posture_before(
+    sensors: Sensors,
+    side: float,
+    number: int,
+    q_before: Sequence[float],
+    q: Sequence[float],
+    shown: MutableSequence[float],
+    place: int,
+) -> None:
+    """Write the posture of a touchdown in the old roles, as the encoders show it.
 
     Args:
         sensors: Errors of the sensors.
@@ -79,18 +94,14 @@ def at_touchdown(
         number: Number of the touchdown.
         q_before: Angles in the old roles, rad.
         q: Angles in the new ones, rad.
-        dq: Their rates, rad/s.
+        shown: Receives the angles from an index on.
+        place: That index.
     """
-    ankle = _angle(sensors, q_before[0], number, _OLD_ANKLE)
-    if len(q_before) == 1:
-        now = sensed(sensors, side, number, _TOUCHDOWN, q, dq)
-        return (ankle,), now[0], now[1]
-    leg = ankle - side * _angle(sensors, side * (q[1] - q[0]), number, _HIP)  # one encoder, one reading
-    now = sensed(sensors, side, number, _TOUCHDOWN, q, dq)
-    if len(q_before) == 2:
-        return (ankle, leg), now[0], now[1]
-    knee = _angle(sensors, q_before[2] - q_before[1], number, _OLD_KNEE)
-    return (ankle, leg, leg + knee), now[0], now[1]
+    shown[place] = _angle(sensors, q_before[0], number, _OLD_ANKLE)
+    if len(q_before) > 1:  # one encoder, one reading
+        shown[place + 1] = shown[place] - side * _angle(sensors, side * (q[1] - q[0]), number, _HIP)
+    if len(q_before) > 2:
+        shown[place + 2] = shown[place + 1] + _angle(sensors, q_before[2] - q_before[1], number, _OLD_KNEE)
 
 
 def _angle(sensors: Sensors, angle: float, number: int, channel: int) -> float:

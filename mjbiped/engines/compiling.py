@@ -16,7 +16,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mjbiped.control.compilation import compilable_law, rounds_alike, shape_of
+from mjbiped.control.compiled import compilable_law, rounds_alike
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, shown
 from mjbiped.numerics import cache_folder
@@ -128,7 +128,7 @@ def _keys(plan: Plan) -> tuple[str, str]:
     room = engine.room(len(driver.states), robot)
     own = innermost(driver)
     law = compilable_law(own)
-    wanted = "" if law is None else _law_key(law[1:], shape_of(law), (own.memory_size, len(own.joints), wrappers))
+    wanted = "" if law is None else _law_key(law[1:], wrappers)
     return _engine_key(engine.name, type(robot), room), wanted
 
 
@@ -138,8 +138,8 @@ def _engine_key(engine: str, robot: type[Robot], room: int) -> str:
 
 
 @lru_cache(maxsize=256)
-def _law_key(functions: tuple[Any, ...], shape: str, sizes: Any) -> str:
-    return _digest(_sources(), described_with_callees(tuple(filter(callable, functions))), shape, sizes)
+def _law_key(functions: tuple[Any, ...], wrappers: Any) -> str:
+    return _digest(_sources(), described_with_callees(tuple(filter(callable, functions))), wrappers)
 
 
 @cache

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compilation import compilable_law
+from mjbiped.control.compiled import compilable_law
 from mjbiped.control.controller import Controller, Law
 from mjbiped.control.loading import source_of
 from mjbiped.control.registry import driver_of

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
-from mjbiped.control import machine_code
-from mjbiped.control.compilation import MachineCode, compilable_law
+from mjbiped.control.compiled import MachineCode, compilable_law
 from mjbiped.control.controller import Controller, Law, Memory
-from mjbiped.control.machine_code import CompiledLaw, halves, thirds
+from mjbiped.numerics.addresses import call, call_for_number
 
 Torques = tuple[float, ...]
 """A torque for each joint with a motor, N m."""
 
 
-class Parameters(NamedTuple):
-    """Parameters of the laws of this module.
-
-    Attributes:
-        base: Machine code of the other controller's laws.
-        place: Index in the memory of the torque added at the ankle; those of the other joints follow.
-        most: Greatest torque that is added, N m.
-        peak: Greatest torque of the motors, N m.
-    """
-
-    base: CompiledLaw
-    place: int
-    most: Torques
-    peak: Torques
+_TORQUE, _TOUCHDOWN, _SLOPE_ESTIMATE, _NEXT_DISCONTINUITY, _KNEE_STRIKE, _RECORD, _PLACE, _LIMITS = range(8)
+"""Indices in the parameters: addresses of the other controller's machine code, the index in the memory of the torque
+added at the ankle, and the limits: of what is added, then of the motors, N m."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +67,9 @@ class DrivenController(Controller):
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Add to the other controller's torques, and clip the sum to the motors' limits; see `Controller.torque`."""
-        return _driven(memory, self.place, self.most, self.peak, tuple(self.base.torque(memory, t, q, dq)))
+        values = list(self.base.torque(memory, t, q, dq))
+        _drive((*self.most, *self.peak), 0, memory, self.place, len(self.joints), values)
+        return tuple(values)
 
     def slope_estimate(self, memory: Memory) -> float:
         """Slope estimate of the other controller, rad."""
@@ -98,7 +88,9 @@ class DrivenController(Controller):
         """Functions for compilation; None if those of the other controller cannot be compiled."""
         if self._machine_code is None:
             return None
-        parameters = Parameters(self._machine_code.law, self.place, self.most, self.peak)
+        base = self._machine_code.law
+        functions = base.torque, base.touchdown, base.slope_estimate, base.next_discontinuity, base.knee_strike
+        parameters = [float(each) for each in (*functions, base.record, self.place, *self.most, *self.peak)]
         return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
 
     def describe(self) -> dict[str, Any]:
@@ -115,18 +107,22 @@ class DrivenController(Controller):
         return {name: value for name, value in self.__dict__.items() if name != "_machine_code"}
 
 
-def _driven(memory: Memory, place: int, most: Torques, peak: Torques, values: Torques) -> Torques:
-    """Add the torques in the memory to the first of some values, and clip them, N m; the other values stay."""
-    ankle = _sum(memory, place, most, peak, values, 0)
-    hip = _sum(memory, place, most, peak, values, 1)
-    if len(most) == 2:
-        return (ankle, hip) + values[2:]  # noqa: RUF005 (Numba knows no star here)
-    return (ankle, hip, _sum(memory, place, most, peak, values, 2)) + values[3:]  # noqa: RUF005 (nor here)
+def _drive(
+    limits: Sequence[float], first: int, memory: Memory, place: int, joints: int, values: MutableSequence[float]
+) -> None:
+    """Add the torques in the memory to the first of some values, and clip them, N m; the other values stay.
 
-
-def _sum(memory: Memory, place: int, most: Torques, peak: Torques, values: Torques, joint: int) -> float:
-    """Torque of a joint, N m."""
-    return _within(values[joint] + _within(memory[place + joint], most[joint]), peak[joint])
+    Args:
+        limits: Numbers among which the limits stand, of what is added and of the motors, N m.
+        first: Index of the first of them.
+        memory: Of the controller.
+        place: Index in it of the torque added at the ankle.
+        joints: Number of joints.
+        values: Torques, and rates of the states; changed.
+    """
+    for joint in range(joints):
+        added = _within(memory[place + joint], limits[first + joint])
+        values[joint] = _within(values[joint] + added, limits[first + joints + joint])
 
 
 def _within(value: float, limit: float) -> float:
@@ -136,25 +132,33 @@ def _within(value: float, limit: float) -> float:
     return -limit if value < -limit else value
 
 
-def _torque(parameters: Parameters, memory: Memory, t: float, *state: float) -> tuple[float, ...]:
-    q, dq = halves(state)
-    values = machine_code.torque(parameters.base, memory, t, q, dq)
-    return _driven(memory, parameters.place, parameters.most, parameters.peak, values)
+def _torque(
+    parameters: Sequence[float],
+    memory: Memory,
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+    out: MutableSequence[float],
+) -> None:
+    call(int(parameters[_TORQUE]), (int(parameters[_RECORD]), memory, t, q, dq, out))
+    _drive(parameters, _LIMITS, memory, int(parameters[_PLACE]), len(q), out)
 
 
-def _touchdown(parameters: Parameters, memory: Memory, *postures: float) -> None:
-    q_before, q, dq = thirds(postures)
-    machine_code.touchdown(parameters.base, memory, q_before, q, dq)
+def _touchdown(
+    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
+) -> None:
+    call(int(parameters[_TOUCHDOWN]), (int(parameters[_RECORD]), memory, q_before, q, dq))
 
 
-def _knee_strike(parameters: Parameters, memory: Memory, t: float, *state: float) -> None:
-    q, dq = halves(state)
-    machine_code.knee_strike(parameters.base, memory, t, q, dq)
+def _knee_strike(
+    parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
+) -> None:
+    call(int(parameters[_KNEE_STRIKE]), (int(parameters[_RECORD]), memory, t, q, dq))
 
 
-def _slope_estimate(parameters: Parameters, memory: Memory) -> float:
-    return machine_code.slope_estimate(parameters.base, memory)
+def _slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+    return float(call_for_number(int(parameters[_SLOPE_ESTIMATE]), (int(parameters[_RECORD]), memory)))
 
 
-def _next_discontinuity(parameters: Parameters, memory: Memory, t: float) -> float:
-    return machine_code.next_discontinuity(parameters.base, memory, t)
+def _next_discontinuity(parameters: Sequence[float], memory: Memory, t: float) -> float:
+    return float(call_for_number(int(parameters[_NEXT_DISCONTINUITY]), (int(parameters[_RECORD]), memory, t)))

@@ -6,13 +6,13 @@ The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.ad
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, MutableSequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.disturbances.sensors import TICK, Angles, Sensors, at_touchdown, sensed
+from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.compiled.advance import After, Sizes
 from mjbiped.rules.termination import Outcome
 
@@ -34,7 +34,12 @@ HIP_X, PROGRESS, ECONOMY, REWARD, OUTCOME, SLOPE, FOOT_X, FELT = range(8)
     SENSORS,  # five numbers of `mjbiped.disturbances.sensors.Sensors`, and its seed's low and high word
 ) = range(11)
 
-_KEPT = SENSORS + 7
+_SHOWN = SENSORS + 7
+_BEFORE = _SHOWN + 2 * MOST
+_AFTER = _BEFORE + MOST
+_KEPT = _AFTER + 2 * MOST
+"""Where it is written what is felt: angles (rad) and their rates (rad/s) now, and `MOST` numbers each: angles at the last
+touchdown in the old roles, in the new ones, and rates after it."""
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25
@@ -81,7 +86,7 @@ def sizes_of(joints: int) -> Sizes:
 def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
     """Store the errors of a robot's sensors."""
     kept[SENSES] = any(sensors[:-1])
-    kept[SENSORS:_KEPT] = *sensors[:-1], *sensors.seed
+    kept[SENSORS:_SHOWN] = *sensors[:-1], *sensors.seed
 
 
 def feel_straight(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
@@ -113,14 +118,17 @@ def _feel(
     now: Any,
     kept: MutableSequence[float],
     out: MutableSequence[float],
-    q: Angles,
-    dq: Angles,
-    before: Angles,
-    after: Angles,
-    rates_after: Angles,
+    q: Sequence[float],
+    dq: Sequence[float],
+    before: Sequence[float],
+    after: Sequence[float],
+    rates_after: Sequence[float],
 ) -> None:
     """Fill observation and reward, from angles and rates now and at the last touchdown."""
     joints = len(q)
+    for joint in range(joints):
+        kept[_SHOWN + joint], kept[_SHOWN + MOST + joint] = q[joint], dq[joint]
+        kept[_BEFORE + joint], kept[_AFTER + joint] = before[joint], after[joint]
     if kept[SENSES] != 0.0:  # what the sensors will show at the next tick, and have shown at the touchdown
         side = 1.0 - 2.0 * now.stance
         sensors = Sensors(
@@ -131,18 +139,20 @@ def _feel(
             kept[SENSORS + 4],
             (int(kept[SENSORS + 5]), int(kept[SENSORS + 6])),
         )
-        q, dq = sensed(sensors, side, int(kept[TICK_NUMBER]), TICK, q, dq)
+        sensed(sensors, side, (int(kept[TICK_NUMBER]), TICK), q, dq, kept, _SHOWN)
         if now.count > 0.0:
-            before, after, _ = at_touchdown(sensors, side, int(now.count) - 1, before, after, rates_after)
+            number = int(now.count) - 1
+            posture_before(sensors, side, number, before, after, kept, _BEFORE)
+            sensed(sensors, side, (number, TOUCHDOWN), after, rates_after, kept, _AFTER)
     kept[TICK_NUMBER] += kept[TICKS]
 
     sound = now.running != 0.0  # MuJoCo resets what diverges, and notices it in the step after
     for joint in range(joints):
         at = FELT + joint
-        sound = _put(out, at, q[joint], _ANGLE) and sound
-        sound = _put(out, at + joints, dq[joint], _RATE) and sound
-        sound = _put(out, at + 2 * joints + 2, before[joint], _ANGLE) and sound
-        sound = _put(out, at + 3 * joints + 2, after[joint], _ANGLE) and sound
+        sound = _put(out, at, kept[_SHOWN + joint], _ANGLE) and sound
+        sound = _put(out, at + joints, kept[_SHOWN + MOST + joint], _RATE) and sound
+        sound = _put(out, at + 2 * joints + 2, kept[_BEFORE + joint], _ANGLE) and sound
+        sound = _put(out, at + 3 * joints + 2, kept[_AFTER + joint], _ANGLE) and sound
         sound = _put(out, at + 4 * joints + 2, now.torque[joint], _TORQUE) and sound
     out[FELT + 2 * joints] = 1.0 if now.count > kept[LAST_COUNT] else 0.0
     sound = _put(out, FELT + 2 * joints + 1, now.time - now.transfer_time, _TIME) and sound

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.gaits.reference import Table, reference_at
+from mjbiped.gaits.reference import HORIZON, Table, motion_at
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array, Robot
@@ -86,7 +86,7 @@ class Gait(Periodic):
         end: State just before the next impact, shape (4,); the impact leads from it to `start`.
         period: Time between impacts, s.
         step_length: Distance between the feet at the impact, along the ground, m.
-        table: The trajectory as `reference_at` reads it; see `Table`.
+        table: The trajectory as laws read it; see `mjbiped.gaits.reference`.
     """
 
     robot: Compass
@@ -100,7 +100,7 @@ class Gait(Periodic):
     @property
     def horizon(self) -> float:
         """Time up to which `reference` moves, s; the period lies before it."""
-        return self.table[1]
+        return self.table[HORIZON]
 
     def reference(self, t: ArrayLike) -> tuple[Array, Array, Array]:
         """The trajectory q_r and its derivatives.
@@ -118,7 +118,7 @@ class Gait(Periodic):
             InputError: A time is negative or not finite.
         """
         times = domains.TIME.array("t", t, None)
-        rows = [reference_at(self.table, time) for time in times.ravel().tolist()]
+        rows = [motion_at(self.table, time) for time in times.ravel().tolist()]
         values = np.array(rows).reshape(*times.shape, 3, 2)
         return values[..., 0, :], values[..., 1, :], values[..., 2, :]
 

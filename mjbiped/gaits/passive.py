@@ -25,7 +25,7 @@ from mjbiped.errors import GaitError
 from mjbiped.gaits import store
 from mjbiped.gaits.gait import Gait, Passive
 from mjbiped.gaits.pieces import FALLEN
-from mjbiped.gaits.reference import reference_at, table_of
+from mjbiped.gaits.reference import motion_at, table_of
 from mjbiped.robots.compass import (
     Array,
     Compass,
@@ -429,7 +429,7 @@ def _tabulate(model: _Model, slope: float, start: Array, period: float) -> tuple
         known = [np.vstack([q[k : k + 4], dq[k : k + 4], ddq[k : k + 4 : 3]]) for k in range(0, 3 * length, 3)]
         coefficients = np.linalg.solve(matrix, np.hstack(known)).reshape(10, length, 2).swapaxes(0, 1)
         table = table_of(1 / width, coefficients)
-        middles = np.array([reference_at(table, (k + 0.5) * width) for k in range(length)])
+        middles = np.array([motion_at(table, (k + 0.5) * width) for k in range(length)])
         defects = np.array([law(state) for state in middles[:, :4]]) - middles[:, 2:]
         if np.abs(defects).max() < 1e-10 * _TABLE_ONE.gravity / _TABLE_ONE.leg_length:
             return 1 / width, coefficients

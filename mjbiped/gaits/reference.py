@@ -1,89 +1,92 @@
-"""A reference trajectory as control laws read it: pieces of polynomials, evaluated in plain floats at every tick."""
+"""A reference trajectory as control laws read it: pieces of polynomials in a flat table, evaluated at every tick.
+
+A table is `HEADER` numbers (pieces per second, horizon in s, number of pieces, number of angles n), then the pieces. A
+piece is 27 coefficients for each angle: of three polynomials in the piece's own coordinate, which runs from 0 to 1,
+lowest power first, of degree 9 for the angle (rad), 8 for its rate (rad/s) and 7 for its acceleration (rad/s²). The
+functions read a table that begins at an index of a sequence, so that it can stand among a law's parameters.
+"""
 
 import math
-from collections.abc import Sequence
-from typing import Any, TypeAlias
+from collections.abc import MutableSequence, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Table: TypeAlias = tuple[float, float, Sequence[Sequence[float]] | NDArray[np.float64]]
-"""(pieces per second, horizon in s, pieces): a piece is 54 floats, the coefficients of three polynomials in the piece's
-own coordinate, which runs from 0 to 1, lowest power first: of degree 9 for the angles (rad), 8 for their rates (rad/s),
-and 7 for their accelerations (rad/s²). Of each power stands q1's, then q2's."""
+Table: TypeAlias = list[float]
+"""A table as a list, which plain Python reads faster than an array."""
 
-_RATES, _ACCELERATIONS = 20, 38  # where their coefficients begin
+HEADER = 4
+"""Numbers before the first piece of a table."""
+
+RATE, HORIZON, PIECES, WIDTH = range(HEADER)
+"""Indices in a table of pieces per second, horizon (s), number of pieces, and number of angles."""
+
+MOST = 3
+"""Greatest number of angles: rates and accelerations are written so far behind the angles."""
+
+_RATES, _ACCELERATIONS, _COEFFICIENTS = 10, 19, 27  # of one angle in a piece
 
 
-def reference_at(table: Table, t: float) -> tuple[float, float, float, float, float, float]:
-    """(q1, q2, dq1, dq2, ddq1, ddq2) at time t >= 0 (not checked) in plain floats; see `Gait.reference` and `Table`."""
-    rate, horizon, pieces = table
+def reference_at(table: Sequence[float], first: int, t: float, out: MutableSequence[float], place: int) -> None:
+    """Write angles, rates and accelerations of a trajectory at a time; beyond the horizon its last posture rests.
+
+    Args:
+        table: Numbers among which the table stands.
+        first: Index at which the table begins.
+        t: Time since the touchdown, s, not less than 0 (not checked).
+        out: Receives the n angles (rad) from the index `place` on, their rates (rad/s) from `place + MOST` on, and
+            their accelerations (rad/s²) from `place + 2 * MOST` on.
+        place: That index.
+    """
+    rate, horizon, width = table[first], table[first + HORIZON], int(table[first + WIDTH])
     late = t > horizon
     s = horizon * rate if late else t * rate
-    k = min(int(s), len(pieces) - 1)
-    piece = pieces[k]
+    k = min(int(s), int(table[first + PIECES]) - 1)
+    c = first + HEADER + _COEFFICIENTS * width * k
     s -= k
     s2 = s * s
     s4 = s2 * s2
     s8 = s4 * s4
-    q1, q2 = _degree_9(piece, 0, s, s2, s4, s8), _degree_9(piece, 1, s, s2, s4, s8)
-    if late:
-        return q1, q2, 0.0, 0.0, 0.0, 0.0
-    return (
-        q1,
-        q2,
-        _degree_8(piece, _RATES, s, s2, s4, s8),
-        _degree_8(piece, _RATES + 1, s, s2, s4, s8),
-        _degree_7(piece, _ACCELERATIONS, s, s2, s4),
-        _degree_7(piece, _ACCELERATIONS + 1, s, s2, s4),
-    )
+    for at in range(place, place + width):
+        out[at] = _degree_7(table, c, s, s2, s4) + (table[c + 8] + table[c + 9] * s) * s8
+        out[at + MOST] = _degree_7(table, c + _RATES, s, s2, s4) + table[c + _RATES + 8] * s8
+        out[at + 2 * MOST] = _degree_7(table, c + _ACCELERATIONS, s, s2, s4)
+        if late:
+            out[at + MOST] = out[at + 2 * MOST] = 0.0
+        c += _COEFFICIENTS
+
+
+def motion_at(table: Sequence[float], t: float) -> tuple[float, ...]:
+    """Return the n angles of a trajectory at a time, their rates and their accelerations; see `reference_at`."""
+    width, out = int(table[WIDTH]), [0.0] * (3 * MOST)
+    reference_at(table, 0, t, out, 0)
+    return (*out[:width], *out[MOST : MOST + width], *out[2 * MOST : 2 * MOST + width])
 
 
 def table_of(rate: float, coefficients: NDArray[np.float64]) -> Table:
-    """The table of a trajectory in pieces.
+    """Return the table of a trajectory in pieces.
 
     Args:
         rate: Pieces per second.
-        coefficients: Of both angles in each piece, rad, shape (pieces, 10, 2), lowest power first.
+        coefficients: Of the n angles in each piece, rad, shape (pieces, 10, n), lowest power first.
     """
     powers = np.arange(1, 10)[:, None]
     rates = rate * powers * coefficients[:, 1:]
     accelerations = rate * powers[:-1] * rates[:, 1:]
-    rows = np.concatenate([coefficients, rates, accelerations], axis=1).reshape(len(coefficients), -1)
-    return rate, len(coefficients) / rate, tuple(map(tuple, rows.tolist()))
+    rows = np.concatenate([coefficients, rates, accelerations], axis=1)
+    pieces, width = len(coefficients), coefficients.shape[2]
+    return [rate, pieces / rate, float(pieces), float(width), *rows.transpose(0, 2, 1).ravel().tolist()]
 
 
-def reference_discontinuity(table: Table, t: float) -> float:
-    """The first time after t at which the trajectory has a kink, s: its end; infinity after it."""
-    horizon = table[1]
+def reference_discontinuity(table: Sequence[float], first: int, t: float) -> float:
+    """Return the first time after t at which a trajectory has a kink, s: its horizon; infinity after it."""
+    horizon = table[first + HORIZON]
     return horizon if t < horizon else math.inf
 
 
-def in_arrays(values: Any) -> Any:
-    """A table, or a law's parameters with tables in them, for compiled code, which reads pieces from an array."""
-    if not isinstance(values, tuple):
-        return values
-    if type(values) is tuple and _are_pieces(values):
-        return np.array(values, dtype=np.float64)
-    return getattr(values, "_make", tuple)(map(in_arrays, values))
-
-
-def _are_pieces(values: tuple[Any, ...]) -> bool:
-    """Whether a tuple holds rows of numbers, all of one length, as those of `table_of`; parameters may begin so."""
-    rows = [each for each in values if type(each) is tuple and each and isinstance(each[0], float)]
-    return bool(values) and len(rows) == len(values) and len(set(map(len, rows))) == 1
-
-
-def _degree_7(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float) -> float:
-    """A polynomial by Estrin's scheme, whose sums do not wait for each other; every other number from `first` on."""
-    low = (c[first] + c[first + 2] * s) + (c[first + 4] + c[first + 6] * s) * s2
-    high = (c[first + 8] + c[first + 10] * s) + (c[first + 12] + c[first + 14] * s) * s2
+def _degree_7(c: Sequence[float], first: int, s: float, s2: float, s4: float) -> float:
+    """Evaluate a polynomial by Estrin's scheme, whose sums do not wait for each other; c0 stands at `first`."""
+    low = (c[first] + c[first + 1] * s) + (c[first + 2] + c[first + 3] * s) * s2
+    high = (c[first + 4] + c[first + 5] * s) + (c[first + 6] + c[first + 7] * s) * s2
     return low + high * s4
-
-
-def _degree_8(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float, s8: float) -> float:
-    return _degree_7(c, first, s, s2, s4) + c[first + 16] * s8
-
-
-def _degree_9(c: Sequence[float] | NDArray[np.float64], first: int, s: float, s2: float, s4: float, s8: float) -> float:
-    return _degree_7(c, first, s, s2, s4) + (c[first + 16] + c[first + 18] * s) * s8

@@ -15,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.control.compile_errors import LawError
+from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out

@@ -17,12 +17,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.control.compilation import MachineCode
+from mjbiped.control.compiled import MachineCode
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.pushes import NONE
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
-from mjbiped.engines.hybrid.bridge import machine_code_of
 from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.laws import machine_functions
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.run import engine_address
 from mjbiped.engines.hybrid.setup import (
@@ -74,13 +74,13 @@ class Plane(NamedTuple):
     Attributes:
         robot: The robot.
         constants: Robot, law and rules; their addresses are those of machine code.
-        kept: What has to live as long as they do.
+        code: The law, which has to live as long as they do.
         step: Length of the first integration step of each gait step, s.
     """
 
     robot: Robot
     constants: Constants
-    kept: Any
+    code: MachineCode
     step: float
 
 
@@ -256,14 +256,14 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
     law = Unpowered().driving(robot).law()
     assert law is not None
-    functions, kept = machine_code_of(MachineCode(law, 0, 0, joints=len(robot.joints)), len(robot.joints))
+    code = MachineCode(law, 0, 0, joints=len(robot.joints))
     # by hand, for a terrain refuses slopes on which no foot would stand
     ground = Profile([0.0], [0.0], [-math.tan(slope)])
     # without a weight the engine does not look for the least force on the ground
     own = {**robot_constants(robot), "weight": math.nan, "longest_step": step}
     constants = Constants(
         **own,
-        **law_constants(functions, robot, 0, -1),
+        **law_constants(machine_functions(code), robot, 0, -1),
         **ground_constants(ground, [slope], math.inf),
         **push_constants(NONE),
         **buffer_constants(1, 1, 0, math.inf),
@@ -271,7 +271,7 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
         tolerance=TOLERANCE,
         control_period=math.inf,
     )
-    return Plane(robot, constants, kept, step)
+    return Plane(robot, constants, code, step)
 
 
 @dataclass(frozen=True)

@@ -73,42 +73,54 @@ def array(_typing: Any, _address: Any, shape: Any) -> Any:
     return kind(types.intp, types.UniTuple(types.intp, len(shape))), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def call_torque(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any, values: Any) -> Any:
-    """Call the C function at an address, and return the floats that it writes: as many as `values` has.
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def call_for_values(_typing: Any, _function: Any, given: Any, values: Any, room: Any) -> Any:
+    """Call the C function at an address, and return the floats that it writes, as many as `values` has.
 
-    Its arguments are a record, an array, the floats of a tuple (time and state), and the address to write to. `values`
-    is a tuple, or an array in a record, whose length is part of its type.
+    Its arguments are those of `call`, and the address to write to. `values` is a tuple, or an array in a record, whose
+    length is part of its type; the floats begin as zeros. `room` is a number of further floats, known when compiling.
     """
-    made_of = _floats(range(values.shape[0])) if isinstance(values, types.Array) else values
+    count, more = (values.shape[0] if isinstance(values, types.Array) else len(values)), room.literal_value
+    made_of = types.UniTuple(types.float64, count)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, state, _ = arguments
-        given = cgutils.unpack_tuple(builder, state)
-        made = cgutils.alloca_once(builder, context.get_value_type(made_of))
-        out = builder.ptrtoint(made, cgutils.intp_t)
-        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *given, out])
-        return builder.load(made)
+        whole = ir.ArrayType(ir.DoubleType(), count + more)
+        made = cgutils.alloca_once(builder, whole)
+        found = builder.bitcast(made, context.get_value_type(made_of).as_pointer())
+        builder.store(context.get_value_type(made_of)(None), found)
+        passed = _passed(context, builder, signature.args[1], arguments[1])
+        _call(builder, arguments[0], ir.VoidType(), [*passed, builder.ptrtoint(made, cgutils.intp_t)])
+        return builder.load(found)
 
-    return made_of(types.int64, types.int64, memory, _floats(state), values), generate
+    return made_of(types.int64, given, values, room), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def call_for_nothing(_typing: Any, _function: Any, _record: Any, memory: Any, state: Any) -> Any:
-    """Call the C function at an address with a record, an array, and the floats of a tuple; return nothing."""
+def call(_typing: Any, _function: Any, given: Any) -> Any:
+    """Call the C function at an address; return nothing.
+
+    Args:
+        _function: The address.
+        given: A tuple of its arguments. Floats and integers are passed as they are; of arrays, and of tuples of floats,
+            which are written to the stack first, the addresses are passed.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, state = arguments
-        given = cgutils.unpack_tuple(builder, state)
-        _call(builder, function, ir.VoidType(), [record, _data(context, builder, signature, memory), *given])
+        _call(builder, arguments[0], ir.VoidType(), _passed(context, builder, signature.args[1], arguments[1]))
         return context.get_dummy_value()
 
-    return types.void(types.int64, types.int64, memory, _floats(state)), generate
+    return types.void(types.int64, given), generate
 
 
-def _floats(state: Any) -> Any:
-    """The type of a tuple of floats as long as `state`."""
-    return types.UniTuple(types.float64, len(state))
+@intrinsic  # type: ignore[untyped-decorator]
+def call_for_number(_typing: Any, _function: Any, given: Any) -> Any:
+    """Call the C function at an address, and return its float; the arguments are those of `call`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        passed = _passed(context, builder, signature.args[1], arguments[1])
+        return _call(builder, arguments[0], ir.DoubleType(), passed)
+
+    return types.float64(types.int64, given), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -121,17 +133,6 @@ def floats_at(_typing: Any, memory: Any, _first: Any, values: Any) -> Any:
         return builder.load(builder.bitcast(place, context.get_value_type(values).as_pointer()))
 
     return values(memory, types.int64, values), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def call_at(_typing: Any, _function: Any, _record: Any, memory: Any, _t: Any) -> Any:
-    """Call the C function at an address with a record, an array and a time, and return its float."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        function, record, memory, t = arguments
-        return _call(builder, function, ir.DoubleType(), [record, _data(context, builder, signature, memory), t])
-
-    return types.float64(types.int64, types.int64, memory, types.float64), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -150,10 +151,18 @@ def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) ->
     return builder.call(builder.inttoptr(function, kind.as_pointer()), arguments)
 
 
-def _data(context: Any, builder: Any, signature: Any, memory: Any) -> Any:
-    """The address of an array's first number; the array is the third argument."""
-    view = context.make_array(signature.args[2])(context, builder, memory)
-    return builder.ptrtoint(view.data, cgutils.intp_t)
+def _passed(context: Any, builder: Any, kinds: Any, given: Any) -> list[Any]:
+    """The arguments in a tuple as a C function takes them; see `call`."""
+    passed = []
+    for kind, value in zip(kinds, cgutils.unpack_tuple(builder, given), strict=True):
+        if isinstance(kind, types.Array):
+            data = context.make_array(kind)(context, builder, value).data
+            passed.append(builder.ptrtoint(data, cgutils.intp_t))
+        elif isinstance(kind, types.BaseTuple):
+            passed.append(builder.ptrtoint(cgutils.alloca_once_value(builder, value), cgutils.intp_t))
+        else:
+            passed.append(value)
+    return passed
 
 
 def _view(context: Any, builder: Any, kind: Any, address: Any, shape: Sequence[Any]) -> Any:

@@ -13,9 +13,8 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, lru_cache, partial
-from itertools import pairwise
 from pathlib import Path
-from types import CellType, CodeType, FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 Function = Callable[..., Any]
@@ -58,6 +57,8 @@ OPTIONS: dict[str, Any] = {"_nrt": False, "error_model": "numpy", "boundscheck":
 Python, so that both make the same bits."""
 LAW_OPTIONS: dict[str, Any] = {**OPTIONS, "boundscheck": True}
 """The same for laws, whose indices nobody has checked."""
+CALLED_WITHIN: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, **LAW_OPTIONS}
+"""The same for a function that is only inlined into its caller."""
 
 
 def jitted(function: Function, **given: Any) -> Any:
@@ -91,13 +92,20 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
     return made
 
 
-def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = ()) -> str:
+def prepared(
+    roots: Sequence[Function],
+    inlined: Sequence[Function],
+    apart: Sequence[Function] = (),
+    *,
+    checked: bool = False,
+) -> str:
     """Register functions, and all that they call, for use in compiled code.
 
     Args:
         roots: Functions at the top level of modules, or results of `compiled`.
         inlined: Functions among these and their callees that are inlined into their caller, with all that they call.
         apart: Functions called by these that are not inlined, nor what they call.
+        checked: Whether indices into arrays are checked, in functions that no other caller has registered before.
 
     Returns:
         A digest of all the functions.
@@ -111,70 +119,13 @@ def prepared(roots: Sequence[Function], inlined: Sequence[Function], apart: Sequ
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
         if part not in _registered:
-            register_jitable(forceinline=part in hot, no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
+            given = {"forceinline": part in hot, "no_cfunc_wrapper": True, "pipeline_class": pipeline()}
+            register_jitable(boundscheck=checked, **given)(part)
             _registered.add(part)
     made = [root.__name__ for root in roots if not isinstance(root, FunctionType)]  # the name contains a digest
     made.append(_addresses())
     known = [(described(part), part in hot) for part in parts]
-    return hashlib.sha256(repr([known, made]).encode()).hexdigest()
-
-
-@lru_cache(maxsize=1024)
-def kept_apart(function: Function, types: tuple[str, ...] = ()) -> tuple[Function, str]:
-    """Compile a function, and each function that it calls, for inlining into their callers; each is kept by itself.
-
-    When one of a law's functions has changed, the others are not compiled again.
-
-    Args:
-        function: A function that is, with all that it calls, at the top level of a module.
-        types: Types of its arguments that not every program knows; machine code for them is kept under its own name.
-
-    Returns:
-        The compiled function, and a digest of all that it consists of.
-    """
-    _listen()
-    assert isinstance(function, FunctionType)
-    known: list[Any] = [described(function), _addresses(), *types]
-
-    def alike(part: Any) -> Any:
-        part = getattr(part, "py_func", part)  # a user's own jitted function is compiled with the rest
-        if not isinstance(part, FunctionType):
-            return part
-        made, digest = kept_apart(part, types)
-        known.append(digest)
-        return made
-
-    space = dict(function.__globals__)
-    for name, attribute in _named_in(function):
-        value = function.__globals__.get(name)
-        if isinstance(value, ModuleType) and attribute in vars(value):
-            if space[name] is value:
-                space[name] = ModuleType(value.__name__)
-                vars(space[name]).update(vars(value))
-            setattr(space[name], attribute, alike(vars(value)[attribute]))
-        elif name in space:
-            space[name] = alike(value)
-    closure = tuple(CellType(alike(value)) for _, value in _free(function))
-    digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    name = f"{function.__name__}_{digest[:16]}"
-    made = FunctionType(_renamed(function.__code__, name), _here(space), name, function.__defaults__, closure)
-    return jitted(made, **CALLED_WITHIN), digest
-
-
-def _named_in(function: FunctionType) -> list[tuple[str, str]]:
-    """Global names that a function's code uses, each with the attribute read from it, or an empty name."""
-    steps = list(dis.get_instructions(function))
-    return list(
-        dict.fromkeys(
-            (step.argval, after.argval if after.opname in ("LOAD_ATTR", "LOAD_METHOD") else "")
-            for step, after in pairwise(steps)
-            if step.opname == "LOAD_GLOBAL"
-        )
-    )
-
-
-CALLED_WITHIN: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, **LAW_OPTIONS}
-"""The same for a law's function that is only inlined into its caller."""
+    return hashlib.sha256(repr([known, made, checked]).encode()).hexdigest()
 
 
 def from_source(compiler: Callable[..., Any], name: str, source: str, space: dict[str, Any], known: Any) -> Any:
@@ -191,21 +142,18 @@ def from_source(compiler: Callable[..., Any], name: str, source: str, space: dic
     exec(compile(source, f"<compiled {name}>", "exec"), given)
     digest = hashlib.sha256(repr((source, known, _addresses())).encode()).hexdigest()
     unique = f"{name}_{digest[:16]}"
-    return compiler(FunctionType(_renamed(given[name].__code__, unique), _here(given), unique))
+    return compiler(renamed(given[name], unique))
 
 
-def _renamed(code: CodeType, name: str) -> CodeType:
-    """Rename code, so that its name contains its digest.
+def renamed(function: Function, name: str, **space: Any) -> Function:
+    """Copy a function under a name that contains its digest, with further globals, as a function of this module.
 
     Functions of one name share an index file of Numba's, and one program's types, written there, would keep every other
     program from reading it.
     """
-    return code.replace(co_name=name, co_qualname=name)
-
-
-def _here(space: dict[str, Any]) -> dict[str, Any]:
-    """Globals of a function that shall belong to this module."""
-    return {**space, "__name__": __name__}
+    assert isinstance(function, FunctionType)
+    code = function.__code__.replace(co_name=name, co_qualname=name)
+    return FunctionType(code, {**function.__globals__, **space, "__name__": __name__}, name)
 
 
 @cache
@@ -297,14 +245,13 @@ def _calling(machine_code: Function) -> Function:
 
 
 def _called(function: Function, known: set[Function]) -> Iterator[Function]:
-    """A function, and all functions at the top level of modules that it calls, directly or indirectly."""
-    if function in known or not isinstance(function, FunctionType):
+    """A function, and all functions that it calls, directly or indirectly, those that a user has jitted included."""
+    if not isinstance(function, FunctionType) or function in known:
         return
     known.add(function)
     yield function
-    for _, value in _globals_of(function):
-        if isinstance(value, FunctionType):
-            yield from _called(value, known)
+    for _, value in (*_globals_of(function), *_free(function)):
+        yield from _called(getattr(value, "py_func", value), known)
 
 
 def _globals_of(function: FunctionType) -> Iterator[tuple[str, Any]]:

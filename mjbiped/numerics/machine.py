@@ -10,7 +10,6 @@ import importlib
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 from mjbiped.numerics import blocks, jit
@@ -116,7 +115,7 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     known = [_meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
     digest = hashlib.sha256(repr((known, signature, jit.OPTIONS, numba.__version__, _OWN)).encode()).hexdigest()
     name = f"{function.__name__}_{digest[:16]}"
-    renamed = FunctionType(jit._renamed(function.__code__, name), jit._here(function.__globals__), name)
+    renamed = jit.renamed(function, name)
     exact = importlib.import_module("numba.core.sigutils")._parse_signature_string(signature)
     if for_c:
         return jit.c_function(renamed, exact, **jit.OPTIONS)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator
 
 import numpy as np
 
-from mjbiped.control.compile_errors import LawError
+from mjbiped.control.compiled import LawError
 from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.run import MujocoRun, stepped

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import click
 import numpy as np
+from mjbiped.control.compilation import MachineCode
 
 import mjbiped
 from controllers import BoundedKneedController, KneedController, Memory, SupervisedController
 from mjbiped import Terrain
 from mjbiped.analysis.replay import replayed
-from mjbiped.control.compilation import MachineCode
 from mjbiped.controllers.bounded.recovery import RECOVERING
 from scripts.pages import show_table, write_block
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, grounds, through, told

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import Controller
+from controllers import Controller, PassiveController
 from mjbiped.control.controller import Law, Memory, never
 from mjbiped.control.registry import controller_names, make_controller
 from mjbiped.control.validation import try_out
@@ -193,11 +193,11 @@ class Breaking(Controller):
         return (math.inf if t > 0.3 else 0.0), 0.0
 
 
-def breaking(parameters: Any, memory: Any, t: float, q1: float, q2: float, dq1: float, dq2: float) -> Any:
-    return (math.inf if t > 0.3 else 0.0), 0.0
+def breaking(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = (math.inf if t > 0.3 else 0.0), 0.0
 
 
-def nothing(parameters: Any, memory: Any, b1: float, b2: float, q1: float, q2: float, dq1: float, dq2: float) -> Any:
+def nothing(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
     pass
 
 
@@ -212,7 +212,9 @@ class BreakingCompiled(Controller):
     states: ClassVar[tuple[str, ...]] = ()
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
-        return breaking((), memory, t, *q, *dq)
+        out = [0.0, 0.0]
+        breaking((), memory, t, q, dq, out)
+        return tuple(out)
 
     def law(self) -> Law:
         return Law((), breaking, nothing, no_estimate, never)
@@ -229,6 +231,30 @@ def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: C
     said = [text for text in walk.warnings if "ankle" in text]
     assert len(said) == 1
     assert f"{type(controller).__name__}.torque gives inf for the ankle torque at t = 0.3" in said[0]
+
+
+def returning(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+    return 0.0, 0.0
+
+
+def writing_one(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0] = 0.0
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [
+        (returning, r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
+        (writing_one, r"law\(\).torque leaves out\[1\], the hip torque, unwritten"),
+    ],
+)
+def test_a_law_that_does_not_write_its_torques_is_refused(torque: Any, words: str) -> None:
+    class Silent(PassiveController):
+        def law(self) -> Law:
+            return super().law()._replace(torque=torque)
+
+    with pytest.raises(InputError, match=words):
+        mjbiped.walk(Silent(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
 
 
 def test_a_failure_names_the_line() -> None:

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from law_rooms import parameters_of, tracking_torque
 from rounding import assert_same
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
-from mjbiped.controllers.tracking import tracking_errors, tracking_torque
 from mjbiped.engines.hybrid.run import TOLERANCE
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from
-from mjbiped.robots import compass
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import Array
 from mjbiped.terrain.terrain import Terrain
@@ -114,10 +113,10 @@ def test_a_locked_knee_is_driven_by_the_compass_bipeds_law(away: tuple[float, ..
     law.on_knee_strike(memory, t, (0.0,) * 3, (0.0,) * 3)
     stance, swing, _ = law.reference(memory, t)
     q1, q2, dq1, dq2 = away[:4]
-    reference = (stance[0], swing[0], stance[1], swing[1], stance[2], swing[2])
-    errors = tracking_errors(5.0, reference, q1, q2, dq1, dq2)
-    legs = compass.legs_of(q1, q2)
-    expected = tracking_torque(table_one.constants, 5.0, 12.0, reference, errors, legs, dq1, dq2, memory[0], memory[1])
+    angles, rates, accelerations = (np.array(pair) for pair in zip(stance, swing, strict=True))
+    state = np.array([q1, q2]), np.array([dq1, dq2])
+    estimate = memory[0], memory[1]
+    expected = tracking_torque(parameters_of(table_one), (angles, rates, accelerations), *state, estimate)
     found = law.torque(memory, t, (q1, q2, q2), (dq1, dq2, dq2))
     assert found[:2] == pytest.approx(expected, abs=1e-10)  # the same sums in another order, of 1e2 N m
 
@@ -252,14 +251,12 @@ def test_compiled_walks_are_those_of_plain_python() -> None:
     assert fast == mjbiped.walk(LAW, terrain, engine="hybrid", steps=20)
 
 
-def test_a_walks_beginning_leaves_the_shared_room_alone() -> None:
+def test_a_law_writes_nothing_into_its_parameters() -> None:
     """Walks in threads begin at the same time with the same controller: what it computes in must be of one alone."""
-    gait = mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))
-    law = KneedController(mjbiped.KneedBiped(), gait)
-    rooms = [room for room in law.parameters.free[2:] if isinstance(room, np.ndarray)]
-    for room in rooms:
-        room[...] = math.nan
-    memory = [0.0] * law.memory_size
-    law.start(memory, (0.0, 0.1, 0.1), (1.0, 0.0, 0.0))  # off the gait: a way to it is planned
-    assert all(np.isnan(room).all() for room in rooms)
+    given = list(LAW.parameters)
+    memory = memory_at(LAW, GAIT.start + 0.05)  # off the gait: a way to it is planned
+    bent = (*GAIT.end[:2], GAIT.end[1] + 0.2)
+    LAW.on_touchdown(memory, bent, tuple(GAIT.start[:3] + 0.02), tuple(GAIT.start[3:]))
+    LAW.torque(memory, 0.1, tuple(GAIT.start[:3]), tuple(GAIT.start[3:]))
+    assert given == LAW.parameters
     assert np.isfinite(memory).all()

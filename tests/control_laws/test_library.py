@@ -11,9 +11,8 @@ import mjbiped
 from controllers import AdaptiveController, LibraryController
 from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.control.controller import Law
+from mjbiped.controllers.memory import CLIMBING
 from mjbiped.errors import InputError
-
-CLIMBING = 15  # its place in the memory
 
 
 @pytest.fixture(scope="module")

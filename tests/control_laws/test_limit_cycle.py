@@ -60,7 +60,7 @@ def test_errors_are_critically_damped(tilt: float) -> None:
 
 def test_next_break_is_the_trajectorys_end() -> None:
     controller = LimitCycleController(ROBOT, GAIT)
-    horizon = GAIT.table[1]
+    horizon = GAIT.horizon
     memory = memory_on(controller)
     assert horizon > GAIT.period
     assert controller.next_discontinuity(memory, 0.0) == horizon

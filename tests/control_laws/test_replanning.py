@@ -33,7 +33,7 @@ def tolerances(points: tuple[float, ...], duration: float) -> tuple[float, float
 def test_curve_has_the_given_position_rate_and_acceleration_at_both_ends(
     duration: float, conditions: tuple[float, float, float, float, float, float]
 ) -> None:
-    points = transition(duration, *conditions)
+    points = transition(duration, conditions[:3], conditions[3:])
     found = [*transition_at(points, 0, duration, 0.0), *transition_at(points, 0, duration, duration)]
     for value, expected, tolerance in zip(found, conditions, tolerances(points, duration) * 2, strict=True):
         assert value == pytest.approx(expected, rel=0, abs=tolerance)
@@ -61,8 +61,8 @@ def test_any_polynomial_of_degree_five_is_reproduced(
 ) -> None:
     motion = Polynomial(np.array(coefficients), domain=[0.0, duration], window=[0.0, 1.0])
     rate, acceleration = motion.deriv(1), motion.deriv(2)
-    conditions = [float(f(t)) for t in (0.0, duration) for f in (motion, rate, acceleration)]
-    points = transition(duration, *conditions)
+    start, end = ((float(motion(t)), float(rate(t)), float(acceleration(t))) for t in (0.0, duration))
+    points = transition(duration, start, end)
     t = part * duration
     # the conditions at the ends carry rounding of their own: of the sum of coefficients, times up to 20
     size = 20 * sum(map(abs, coefficients)) + 1e-300
@@ -73,12 +73,12 @@ def test_any_polynomial_of_degree_five_is_reproduced(
 
 
 def test_control_points_are_found_at_any_place() -> None:
-    points = transition(0.6, 0.1, 1.0, -2.0, -0.3, 0.5, 4.0)
+    points = transition(0.6, (0.1, 1.0, -2.0), (-0.3, 0.5, 4.0))
     memory = [7.0] * 4 + list(points) + [9.0] * 3
     assert transition_at(memory, 4, 0.6, 0.25) == transition_at(points, 0, 0.6, 0.25)  # the same operations
 
 
 def test_uniform_motion_is_a_straight_line() -> None:
     """Uniform motion to an end that it reaches anyway: equidistant control points."""
-    points = transition(0.5, 0.2, 3.0, 0.0, 0.2 + 3.0 * 0.5, 3.0, 0.0)
+    points = transition(0.5, (0.2, 3.0, 0.0), (0.2 + 3.0 * 0.5, 3.0, 0.0))
     np.testing.assert_allclose(np.diff(points), 0.3, rtol=0, atol=1e-15)  # rounding of numbers near 1

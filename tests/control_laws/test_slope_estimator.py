@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from law_rooms import parameters_of, rates_of, tracking_torque
 from scipy.integrate import solve_ivp
 
-from mjbiped.controllers.slope_estimator import estimate_rates, slope_of, updated_estimate
-from mjbiped.controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers import layout
+from mjbiped.controllers.slope_estimator import slope_of, update_estimate
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.gaits.reference import reference_at
-from mjbiped.robots.compass import Array, Compass, legs_of
+from mjbiped.gaits.reference import motion_at
+from mjbiped.robots.compass import Array, Compass
 
 TABLE_ONE = Compass()
 ROBOTS = [
@@ -45,14 +46,14 @@ def motion(
 ) -> tuple[Array, Array, Array, Array]:
     """Real accelerations and estimate rates of the closed loop (1), (14), (17); and z1, z2 from their definitions."""
     k1, k2, gamma = gain
-    six = (*reference[:2], *reference[2:4], *reference[4:6])
-    errors = tracking_errors(k1, six, *q, *dq)  # type: ignore[arg-type]  # six floats
-    tau = tracking_torque(robot.constants, k1, k2, six, errors, legs_of(*q), *dq, *estimate)  # type: ignore[arg-type]  # six
+    parameters = parameters_of(robot, k1, k2)
+    parts = np.array(reference[:2]), np.array(reference[2:4]), np.array(reference[4:6])
+    tau = tracking_torque(parameters, parts, q, dq, (float(estimate[0]), float(estimate[1])))
     force = robot.input_matrix @ tau - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
     ddq: Array = np.linalg.inv(robot.mass_matrix(q)) @ force
     z1: Array = np.array(reference[:2]) - q
     z2: Array = np.array(reference[2:4]) - dq + k1 * z1
-    return ddq, np.array(estimate_rates(robot.constants, gamma, legs_of(*q), *z2), dtype=np.float64), z1, z2
+    return ddq, np.array(rates_of(parameters, gamma, q, z2), dtype=np.float64), z1, z2
 
 
 @given(robots, gains, pairs, rates)
@@ -63,9 +64,8 @@ def test_rates_are_those_of_equation_17(robot: Compass, gamma: float, q: Array, 
     expected = [gamma * z2 @ inverse @ gc, gamma * z2 @ inverse @ gs]
     # rounding, and the cosine of the wall's angle, which is 6e-17 in place of 0; 1e-300 is where floats run out
     size = gamma * float(np.abs(z2).max() * np.linalg.norm(inverse, 2) * (np.abs(gc).sum() + np.abs(gs).sum()))
-    np.testing.assert_allclose(
-        estimate_rates(robot.constants, gamma, legs_of(*q), *z2), expected, rtol=0, atol=RELATIVE * size + 1e-300
-    )
+    found = rates_of(parameters_of(robot), gamma, q, z2)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=RELATIVE * size + 1e-300)
 
 
 @given(
@@ -117,12 +117,12 @@ def test_lyapunov_function_never_rises_within_a_step_and_falls_by_what_the_error
     true = np.array([math.sin(slope), math.cos(slope)])
 
     def lyapunov(t: float, y: Array) -> float:
-        _, _, z1, z2 = motion(robot, gain, reference_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
+        _, _, z1, z2 = motion(robot, gain, motion_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
         error = true - y[4:6]
         return float(z1 @ z1 + z2 @ z2 + error @ error / gain[2]) / 2
 
     def rhs(t: float, y: Array) -> Array:
-        ddq, estimate_rate, z1, z2 = motion(robot, gain, reference_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
+        ddq, estimate_rate, z1, z2 = motion(robot, gain, motion_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
         return np.concatenate([y[2:4], ddq, estimate_rate, [gain[0] * z1 @ z1 + gain[1] * z2 @ z2]])
 
     disturbed = gait.start + np.array([0.02, -0.01, 0.1, -0.15])
@@ -134,6 +134,16 @@ def test_lyapunov_function_never_rises_within_a_step_and_falls_by_what_the_error
     assert (np.diff(values) <= 1e-9).all()
     assert values[-1] < 0.1 * values[0]  # a step is long enough to find the slope out: observed 0.003 to 0.02
     np.testing.assert_allclose(values[0] - values, solution.y[6], rtol=0, atol=1e-9)
+
+
+def updated_estimate(
+    sine: float, cosine: float, threshold: float, stance_before: float, swing_after: float
+) -> tuple[float, float]:
+    """Estimates of sine and cosine after the update (27)."""
+    parameters = parameters_of(TABLE_ONE, more={layout.ESTIMATE_UPDATE: 1.0, layout.UPDATE_THRESHOLD: threshold})
+    memory = [sine, cosine]
+    update_estimate(parameters, memory, stance_before, swing_after)
+    return memory[0], memory[1]
 
 
 @given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2), st.floats(-1.0, 1.0))

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from law_rooms import aimed, parameters_of, tracking_torque
 from scipy.integrate import solve_ivp
 
-from mjbiped.controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.room import ERROR, MOTION
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.gaits.reference import reference_at
-from mjbiped.robots.compass import Array, Compass, legs_of
+from mjbiped.gaits.reference import motion_at
+from mjbiped.robots.compass import Array, Compass
 
 TABLE_ONE = Compass()
 ROBOTS = [
@@ -41,11 +42,7 @@ def gait() -> Gait:
 def torque(
     robot: Compass, k1: float, k2: float, reference: tuple[Array, Array, Array], q: Array, dq: Array, slope: float
 ) -> Array:
-    flat = tuple(np.concatenate(reference).tolist())
-    (q1, q2), (dq1, dq2) = q.tolist(), dq.tolist()
-    errors = tracking_errors(k1, flat, q1, q2, dq1, dq2)
-    sine, cosine = math.sin(slope), math.cos(slope)
-    return np.array(tracking_torque(robot.constants, k1, k2, flat, errors, legs_of(q1, q2), dq1, dq2, sine, cosine))
+    return tracking_torque(parameters_of(robot, k1, k2), reference, q, dq, (math.sin(slope), math.cos(slope)))
 
 
 def acceleration(robot: Compass, q: Array, dq: Array, slope: float, tau: Array) -> Array:
@@ -68,16 +65,18 @@ def scale(
     return mass * float(wanted) + mass * float(dq @ dq) + float(np.abs(robot.gravity_vector(q, slope)).sum()) + 1.0
 
 
-@given(six, pairs, rates, gains)
+@given(six, pairs, rates, gains, gains)
 @settings(deadline=None, derandomize=True)
-def test_errors_are_those_of_equations_5_6_and_9(
-    reference: tuple[Array, Array, Array], q: Array, dq: Array, k1: float
+def test_errors_and_accelerations_are_those_of_equations_5_6_9_and_12(
+    reference: tuple[Array, Array, Array], q: Array, dq: Array, k1: float, k2: float
 ) -> None:
-    errors = np.array(tracking_errors(k1, tuple(np.concatenate(reference).tolist()), *q, *dq))
+    room = aimed(parameters_of(TABLE_ONE, k1, k2), reference, q, dq)
     z1, dz1 = reference[0] - q, reference[1] - dq
-    K1 = np.diag([k1, k1])
+    K1, K2 = np.diag([k1, k1]), np.diag([k2, k2])
     # one product and one sum; the terms are at most 50 * 3 + 16
-    np.testing.assert_allclose(errors, np.concatenate([z1, dz1, dz1 + K1 @ z1]), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(room[ERROR : ERROR + 2], dz1 + K1 @ z1, rtol=0, atol=1e-13)
+    wanted = reference[2] + (K1 @ K2 + np.eye(2)) @ z1 + (K1 + K2) @ dz1
+    np.testing.assert_allclose(room[MOTION : MOTION + 2], wanted, rtol=1e-13, atol=1e-11)
 
 
 @given(robots, gains, gains, six, pairs, rates, slopes)
@@ -184,7 +183,7 @@ def test_on_level_ground_the_torque_replaces_gravitys_work(gait: Gait) -> None:
 
     def motion(t: float, y: Array) -> Array:
         q, dq = y[:2], y[2:4]
-        now = reference_at(gait.table, t)
+        now = motion_at(gait.table, t)
         tau = torque(robot, 5.0, 12.0, (np.array(now[:2]), np.array(now[2:4]), np.array(now[4:])), q, dq, 0.0)
         power = tau[0] * dq[0] + tau[1] * (dq[1] - dq[0])
         return np.concatenate([dq, acceleration(robot, q, dq, 0.0, tau), [power]])

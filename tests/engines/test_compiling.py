@@ -88,30 +88,30 @@ def test_the_environment_overrules(engine: str, controller: Controller, monkeypa
         compiles(planned(controller, engine))
 
 
-def squared(gain: float, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
-    return 0.0, -gain * (q2 - q1) ** 3
+def squared(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = 0.0, -parameters[0] * (q[1] - q[0]) ** 3
 
 
-def divided(gain: float, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
-    return 0.0, min(gain / memory[0], 1.0)
+def divided(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = 0.0, min(parameters[0] / memory[0], 1.0)
 
 
-def nothing(gain: float, memory: Memory, *postures: float) -> None:
+def nothing(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
     pass
 
 
-def unknown(gain: float, memory: Memory) -> float:
+def unknown(parameters: Any, memory: Any) -> float:
     return float("nan")
 
 
-def never(gain: float, memory: Memory, t: float) -> float:
+def never(parameters: Any, memory: Any, t: float) -> float:
     return float("inf")
 
 
 class Powers(LawController):
     @property
     def plain_law(self) -> Law:
-        return Law(0.5, squared, nothing, unknown, never)
+        return Law([0.5], squared, nothing, unknown, never)
 
 
 class Divides(LawController):
@@ -122,10 +122,10 @@ class Divides(LawController):
 
     @property
     def plain_law(self) -> Law:
-        return Law(0.5, divided, zeroed, unknown, never)
+        return Law([0.5], divided, zeroed, unknown, never)
 
 
-def zeroed(gain: float, memory: Memory, *postures: float) -> None:
+def zeroed(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
     memory[0] = 0.0
 
 

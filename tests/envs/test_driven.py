@@ -9,7 +9,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.control.adapters import gives_its_law
-from mjbiped.control.compilation import MachineCode
+from mjbiped.control.compiled import MachineCode
 from mjbiped.envs.driven import DrivenController
 
 MOST, PEAK = (3.0, 2.0), (10.0, 5.0)

@@ -14,7 +14,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
-from mjbiped.gaits.reference import in_arrays, reference_at
+from mjbiped.gaits.reference import MOST, PIECES, RATE, motion_at, reference_at
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.published import GOSWAMI_ROBOT
 
@@ -140,10 +140,10 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
 
 
 def test_pieces_join_twice_continuously(gait: PassiveGait) -> None:
-    rate, horizon, pieces = gait.table
-    assert horizon * rate == pytest.approx(len(pieces), rel=1e-12)  # rounding
-    for k in range(1, len(pieces)):
-        left, right = (np.array(reference_at(gait.table, k / rate * (1 + sign * 1e-15))) for sign in (-1, 1))
+    rate, pieces = gait.table[RATE], int(gait.table[PIECES])
+    assert gait.horizon * rate == pytest.approx(pieces, rel=1e-12)  # rounding
+    for k in range(1, pieces):
+        left, right = (np.array(motion_at(gait.table, k / rate * (1 + sign * 1e-15))) for sign in (-1, 1))
         np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)  # rounding, times rate^2 for ddq
 
 
@@ -155,14 +155,17 @@ def test_reference_takes_arrays_and_numpy_tables(gait: PassiveGait) -> None:
         for part, single in zip(results, gait.reference(times[index]), strict=True):
             np.testing.assert_array_equal(part[index], single)
     assert gait.reference(np.array([]))[0].shape == (0, 2)
-    assert reference_at(in_arrays(gait.table), 0.3) == reference_at(gait.table, 0.3)
+    q, dq, ddq = gait.reference(0.3)
+    assert motion_at(gait.table, 0.3) == (*q, *dq, *ddq)
 
 
-def test_a_laws_parameters_may_begin_with_a_table(gait: PassiveGait) -> None:
-    """They were taken for one table of unequal rows; a NamedTuple, or a number first, was not."""
-    table, position_gain, pair = in_arrays((gait.table, 5.0, (1.0, 2.0)))
-    assert reference_at(table, 0.3) == reference_at(gait.table, 0.3)
-    assert (position_gain, pair) == (5.0, (1.0, 2.0))
+def test_a_table_is_read_at_any_place_of_lists_and_arrays(gait: PassiveGait) -> None:
+    for numbers in ([7.0, 8.0, *gait.table], np.array([7.0, 8.0, *gait.table])):
+        out = [math.nan] * (3 * MOST + 1)
+        reference_at(numbers, 2, 0.3, out, 1)  # type: ignore[arg-type]  # an array is a sequence of floats
+        found = [out[1 + MOST * kind + leg] for kind in range(3) for leg in range(2)]
+        assert found == list(motion_at(gait.table, 0.3))
+        assert math.isnan(out[0])
 
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])

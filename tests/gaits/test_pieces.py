@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
 from mjbiped.gaits.pieces import DEGREE, FALLEN, bernstein, count_of_pieces, curve, curve_in_pieces, hold
-from mjbiped.gaits.reference import reference_at, table_of
+from mjbiped.gaits.reference import HORIZON, motion_at, table_of
 
 control_points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1).map(
     np.array
@@ -33,7 +33,7 @@ def test_curve_and_derivatives_are_scipys(points: np.ndarray, duration: float, s
 def test_the_table_in_pieces_is_the_curve(points: np.ndarray, duration: float, count: int, s: float) -> None:
     table = table_of(count / duration, curve_in_pieces(points, count))
     q, dq, ddq = (values[0] for values in curve(points, np.array([s]), duration))
-    found = reference_at(table, s * duration)
+    found = motion_at(table, s * duration)
     # a piece's coefficients carry rounding of the solution of ten equations, whose condition number is 1e6; each
     # derivative multiplies it by the pieces per second and by at most 9
     for order, (values, expected) in enumerate(zip(np.reshape(found, (3, 2)), (q, dq, ddq), strict=True)):
@@ -68,7 +68,7 @@ def trajectory(end: tuple[float, ...], most: int = 16) -> list[list[float]]:
     """Angles, rates and accelerations at the hold's beginning, its marks, and its end."""
     q, dq, ddq = np.reshape(end, (3, 2))
     table = table_of(1 / WIDTH, hold(q, dq, ddq, WIDTH, most))
-    return [list(reference_at(table, t)) for t in (0.0, WIDTH, 2 * WIDTH, 3 * WIDTH)]
+    return [list(motion_at(table, t)) for t in (0.0, WIDTH, 2 * WIDTH, 3 * WIDTH)]
 
 
 @given(ends)
@@ -87,8 +87,8 @@ def test_it_begins_where_the_step_ends_and_comes_to_rest(end: tuple[float, ...])
 def test_it_is_twice_continuously_differentiable(end: tuple[float, ...]) -> None:
     q, dq, ddq = np.reshape(end, (3, 2))
     table = table_of(1 / WIDTH, hold(q, dq, ddq, WIDTH, 16))
-    for joint in range(1, round(table[1] / WIDTH)):
-        before, after = (reference_at(table, joint * WIDTH + side) for side in (-1e-9, 1e-9))
+    for joint in range(1, round(table[HORIZON] / WIDTH)):
+        before, after = (motion_at(table, joint * WIDTH + side) for side in (-1e-9, 1e-9))
         # what changes within 2e-9 s: rates of 3 rad/s, accelerations of 30 rad/s², jerks of 2e3 rad/s³
         for k, tolerance in enumerate((1e-8, 1e-8, 1e-7, 1e-7, 1e-5, 1e-5)):
             assert after[k] == pytest.approx(before[k], abs=tolerance)

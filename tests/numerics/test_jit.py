@@ -140,7 +140,7 @@ import sys
 import numba
 import numpy as np
 
-from mjbiped.numerics.jit import kept_apart
+from mjbiped.numerics.jit import jitted, prepared, renamed
 
 PAIR = (1.0, NUMBER_0)
 TABLE = np.array([0.0, NUMBER_1])
@@ -162,7 +162,7 @@ product = within(NUMBER_4)
 def everything(x):
     return PAIR[1] * x + TABLE[1] * x + compiled_by_its_user(x) + with_default(x) + product(x) + 0.0 * math.sin(x)
 
-made, _ = kept_apart(everything)
+made = jitted(renamed(everything, f"everything_{prepared((everything,), ())[:16]}"), _nrt=False)
 
 @numba.njit
 def call(x):

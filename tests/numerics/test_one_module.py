@@ -19,7 +19,7 @@ import sys
 import numba
 
 from mjbiped.numerics import one_module
-from mjbiped.numerics.jit import jitted, kept_apart, prepared
+from mjbiped.numerics.jit import CALLED_WITHIN, jitted, prepared
 
 if "fallback" in sys.argv:
     one_module.NEEDED = ("a_name_that_numba_does_not_have",)
@@ -58,7 +58,8 @@ def library(function):
 
 
 prepared((root,), ())
-made, part = jitted(root, _nrt=False), kept_apart(law)[0]
+prepared((law,), ())
+made, part = jitted(root, _nrt=False), jitted(law, **CALLED_WITHIN)
 apart = jitted(lambda x, y: part(x, y) - x)
 pairs = [(0.1 * k, 1.7 - 0.3 * k) for k in range(20)]
 found = {

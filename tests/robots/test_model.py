@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from simulations import UNEQUAL
 
 import mjbiped
 from controllers import Law, LawController, Memory, never
-from mjbiped.control.machine_code import halves
 from mjbiped.robots.model import (
     Model,
     Numbers,
@@ -84,24 +84,41 @@ def force(model: Model, q: Numbers, dq: Numbers, i: int) -> float:
     return 1e-3 * made
 
 
-def torque_law(model: Model, memory: Memory, t: float, *state: float) -> Numbers:
-    q, dq = halves(state)
-    return forces(model, q, dq)
+def flat(model: Model) -> list[float]:
+    """The constants as a law's parameters."""
+    return [float(each) for part in model for each in np.ravel(part)]
 
 
-def forces(model: Model, q: Numbers, dq: Numbers) -> Numbers:
-    if len(q) == 1:
-        return (force(model, q, dq, 0),)
-    if len(q) == 2:
-        return force(model, q, dq, 0), force(model, q, dq, 1)
-    return force(model, q, dq, 0), force(model, q, dq, 1), force(model, q, dq, 2)
+def on_wheel(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    p = parameters
+    model = Model(((p[0],),), (p[1],), ((p[2],),), ((p[3],),))
+    out[0] = force(model, (q[0],), (dq[0],), 0)
 
 
-def nothing(model: Model, memory: Memory, *state: float) -> None:
+def on_compass(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    p = parameters
+    model = Model(((p[0], p[1]), (p[2], p[3])), (p[4], p[5]), ((p[6], p[7]), (p[8], p[9])), ((p[10], p[11]), (p[12], p[13])))
+    for i in range(2):
+        out[i] = force(model, (q[0], q[1]), (dq[0], dq[1]), i)
+
+
+def on_knees(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    p = parameters
+    model = Model(
+        ((p[0], p[1], p[2]), (p[3], p[4], p[5]), (p[6], p[7], p[8])),
+        (p[9], p[10], p[11]),
+        ((p[12], p[13], p[14]), (p[15], p[16], p[17]), (p[18], p[19], p[20])),
+        ((p[21], p[22], p[23]), (p[24], p[25], p[26]), (p[27], p[28], p[29])),
+    )
+    for i in range(3):
+        out[i] = force(model, (q[0], q[1], q[2]), (dq[0], dq[1], dq[2]), i)
+
+
+def nothing(parameters: Any, memory: Memory, first: Any, second: Any, third: Any) -> None:
     pass
 
 
-def unknown(model: Model, memory: Memory) -> float:
+def unknown(parameters: Any, memory: Memory) -> float:
     return math.nan
 
 
@@ -110,18 +127,21 @@ class OnWheel(LawController):
     robot: Robot
 
     joints = mjbiped.RimlessWheel.joints
+    forces: ClassVar[Any] = staticmethod(on_wheel)
 
     @property
     def plain_law(self) -> Law:
-        return Law(self.robot.model, torque_law, nothing, unknown, never, knee_strike=nothing)
+        return Law(flat(self.robot.model), self.forces, nothing, unknown, never, knee_strike=nothing)
 
 
 class OnCompass(OnWheel):
     joints = mjbiped.Compass.joints
+    forces = staticmethod(on_compass)
 
 
 class OnKnees(OnWheel):
     joints = mjbiped.KneedBiped.joints
+    forces = staticmethod(on_knees)
 
 
 def plain(law: LawController) -> LawController:

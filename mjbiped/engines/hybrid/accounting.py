@@ -16,7 +16,6 @@ from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
 from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
 from mjbiped.engines.hybrid.records import write_sample
-from mjbiped.engines.hybrid.state import GIVEN
 from mjbiped.numerics.blocks import numbers, row
 
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
@@ -34,7 +33,7 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
     note_peaks(c, w, STAGES)
     acts, peaks, pressure = False, numbers(w.peak_torque, ROOM), numbers(w.pressure, 2)
     for joint in range(c.joints):
-        size, place = _greatest_torque(w, joint)
+        size, place = _greatest_torque(c, w, joint)
         acts = acts or size > 0.0
         if size > peaks[joint] * NEGLIGIBLE:
             _note_peak_within(c, w, h, joint, place)
@@ -56,35 +55,35 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
 
 def note_peaks(c: Any, w: Any, stage: int) -> None:
     """Keep the greatest magnitudes of the torques, with those at a stage."""
-    peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, GIVEN)
+    peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, c.given)
     for joint in range(c.joints):
         peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
 
-def _greatest_torque(w: Any, joint: int) -> tuple[float, float]:
+def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
     """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
 
     Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
     """
     last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
-        size = _torque_at(w, i, joint)
+        size = _torque_at(c, w, i, joint)
         least = min(least, size)
         if size > greatest:
             last, greatest = i, size
     if 2.0 * greatest - least > numbers(w.peak_torque, ROOM)[joint]:
         i = min(max(last, 1), len(IN_ORDER) - 2)
-        middle = _torque_at(w, i, joint)
-        left, right = middle - _torque_at(w, i - 1, joint), _torque_at(w, i + 1, joint) - middle
+        middle = _torque_at(c, w, i, joint)
+        left, right = middle - _torque_at(c, w, i - 1, joint), _torque_at(c, w, i + 1, joint) - middle
         slope, bend, before, after = _parabola(i, left, right)
         if 2.0 * bend * after < -slope < -2.0 * bend * before:
             return middle - slope * slope / (4.0 * bend), PLACES[i] - slope / (2.0 * bend)
     return greatest, PLACES[last]
 
 
-def _torque_at(w: Any, i: int, joint: int) -> float:
+def _torque_at(c: Any, w: Any, i: int, joint: int) -> float:
     """Magnitude of a joint's torque at the i-th stage in the order of their places, N m."""
-    return float(abs(row(w.given, IN_ORDER[i], GIVEN)[joint]))
+    return float(abs(row(w.given, IN_ORDER[i], c.given)[joint]))
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
@@ -147,12 +146,12 @@ def _torque_within(c: Any, w: Any, h: float, piece: int, joint: int) -> float:
     x = piece / PIECES
     write_state_at(c, w, x)
     write_torques(c, w, w.elapsed + x * h, numbers(w.spare, c.size))
-    return float(numbers(w.sampled, GIVEN)[joint])
+    return float(numbers(w.sampled, c.given)[joint])
 
 
 def write_torques(c: Any, w: Any, t: float, y: Any) -> float:
     """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
-    given = numbers(w.sampled, GIVEN)
+    given = numbers(w.sampled, c.given)
     take_angles(c, w, y)
     ask(c, w, t, y, given)
     asked = given[0]

@@ -14,7 +14,7 @@ from typing import Any
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE, rate_at
 from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.engines.hybrid.motion import stance_force, write_state_at
-from mjbiped.engines.hybrid.state import GIVEN, linkage_of
+from mjbiped.engines.hybrid.state import linkage_of
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
@@ -85,7 +85,7 @@ def note_pressures(c: Any, w: Any, before: float, h: float) -> None:
     change, light = w.normal_now - before, LIGHT_CONTACT * c.weight
     for i in range(len(IN_ORDER)):
         stage, time = IN_ORDER[i], SHARES[i] * h
-        torque, normal = row(w.given, stage, GIVEN)[0], before + PLACES[i] * change
+        torque, normal = row(w.given, stage, c.given)[0], before + PLACES[i] * change
         if c.toe > 0.0:
             torque, normal = moments[stage], normals[stage]
         elif c.behind < math.inf:

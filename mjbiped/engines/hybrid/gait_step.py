@@ -11,7 +11,6 @@ from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.dynamics.integrate import STAGES
-from mjbiped.dynamics.linkage import ROOM
 from mjbiped.dynamics.modes import FREE, RESTING
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample
 from mjbiped.engines.hybrid.forces import note_ground_force, note_impact
@@ -42,7 +41,7 @@ from mjbiped.engines.hybrid.resets import (
     tip_over,
     transfer_support,
 )
-from mjbiped.engines.hybrid.state import GIVEN, constants_at, pushes_of, state_at, to_memory
+from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
@@ -243,7 +242,7 @@ def _look_ahead(c: Any, w: Any) -> None:
     Controller ticks, and beginnings and ends of pushes, that are due now take place first.
     """
     t = w.elapsed
-    y, memory = numbers(w.y, c.size), numbers(w.memory, GIVEN)
+    y, memory = numbers(w.y, c.size), numbers(w.memory, c.states)
     to_memory(c, w, y)
     time = w.clock + t
     if time > w.next_tick - NOW:
@@ -252,7 +251,7 @@ def _look_ahead(c: Any, w: Any) -> None:
         w.step_started += STAGES
         w.look += STAGES
         take_angles(c, w, y)
-        call(c.tick, c.parameters, memory, t, numbers(w.told, ROOM), numbers(w.dq, ROOM))
+        call(c.tick, c.parameters, memory, t, numbers(w.told, c.told), numbers(w.told_rates, c.told))
     if time > w.next_push - NOW:
         _begin_or_end_push(c, w)
     event = min(w.next_tick, w.next_push) - w.clock

@@ -9,7 +9,7 @@ from mjbiped.dynamics import integrate
 from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
 from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, accelerate, ground_force, load, settle, stand
 from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
-from mjbiped.engines.hybrid.state import GIVEN, linkage_of, sole_angle, to_memory
+from mjbiped.engines.hybrid.state import linkage_of, sole_angle, to_memory
 from mjbiped.numerics.blocks import call, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
@@ -20,11 +20,9 @@ WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and c
 def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
     """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
     n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
-    given, tame = row(w.given, w.stage, GIVEN), take_angles(c, w, y)
+    given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
     if not tame:
-        q, told = numbers(w.q, ROOM), numbers(w.told, ROOM)
-        for i in range(n):
-            q[i] = dq[i] = told[i] = 0.0
+        _rest(c, w)
     ask(c, w, t, y, given)
     if c.behind < math.inf:
         numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
@@ -45,26 +43,39 @@ def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
     w.stage += 1
 
 
+def _rest(c: Any, w: Any) -> None:
+    """Let all angles and rates be zero."""
+    for values in (w.q, w.dq):
+        for i in range(c.angles):
+            numbers(values, ROOM)[i] = 0.0
+    for values in (w.told, w.told_rates):
+        for i in range(c.told):
+            numbers(values, c.told)[i] = 0.0
+
+
 def take_angles(c: Any, w: Any, y: Any) -> bool:
-    """Write angles and rates of a state into `w.q` and `w.dq`, and the angles that a law is told into `w.told`.
+    """Write angles and rates of a state into `w.q` and `w.dq`, and those that a law is told.
 
     Returns:
         Whether the angles have a meaning.
     """
-    q, dq, told, n, tip, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.told, ROOM), c.angles, 0.0, True
+    q, dq, n, tip, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), c.angles, 0.0, True
+    told, told_rates = numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    for i in range(n):
+        q[i], dq[i] = y[i], y[n + i]
+        tame = tame and abs(y[i]) < WILDEST_ANGLE
     if c.foot >= 0:
         tip = y[c.foot]
-    for i in range(n):
-        q[i], dq[i], told[i] = y[i], y[n + i], y[i] - tip
-        tame = tame and abs(y[i]) < WILDEST_ANGLE
+    for i in range(c.told):
+        told[i], told_rates[i] = y[i] - tip, y[n + i]
     return tame
 
 
 def ask(c: Any, w: Any, t: float, y: Any, given: Any) -> None:
     """Ask the law for torques and rates of its states in a state whose angles `take_angles` has taken."""
     to_memory(c, w, y)
-    time = min(max(t, w.after), w.before)
-    call(c.torque, c.parameters, numbers(w.memory, GIVEN), time, numbers(w.told, ROOM), numbers(w.dq, ROOM), given)
+    memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    call(c.torque, c.parameters, memory, min(max(t, w.after), w.before), told, told_rates, given)
 
 
 def bound_ankle(c: Any, w: Any, given: Any) -> float:
@@ -200,7 +211,7 @@ def carry_over(c: Any, w: Any) -> None:
     start, end = row(w.k, 0, c.size), row(w.k, STAGES, c.size)
     for i in range(c.size):
         start[i] = end[i]
-    first, last = row(w.given, 0, GIVEN), row(w.given, STAGES, GIVEN)
+    first, last = row(w.given, 0, c.given), row(w.given, STAGES, c.given)
     for i in range(c.joints):
         first[i] = last[i]
     for values in (w.asked, w.normals, w.moments, w.margins):

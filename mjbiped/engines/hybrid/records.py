@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.dynamics.linkage import ROOM
 from mjbiped.dynamics.modes import LOCKED
-from mjbiped.engines.hybrid.state import GIVEN, hip, sole_angle
+from mjbiped.engines.hybrid.state import hip, sole_angle
 from mjbiped.numerics.blocks import call_for_float, numbers, row
 from mjbiped.records.columns import tables_of
 from mjbiped.robots.kinds import KINDS
@@ -67,7 +67,7 @@ def write_posture(c: Any, w: Any, y: Any) -> None:
 
 def estimated_slope(c: Any, w: Any) -> float:
     """The controller's estimate of the slope, rad."""
-    return call_for_float(c.slope_estimate, c.parameters, numbers(w.memory, GIVEN))
+    return call_for_float(c.slope_estimate, c.parameters, numbers(w.memory, c.states))
 
 
 def write_sample(c: Any, w: Any, time: float, y: Any, asked: float) -> None:
@@ -81,7 +81,7 @@ def write_sample(c: Any, w: Any, time: float, y: Any, asked: float) -> None:
         asked: Torque that the ankle is asked for, N m.
     """
     to, tip = row(c.sample_buffer, w.samples, c.sample_width), sole_angle(c, y)
-    given, posture = numbers(w.sampled, GIVEN), numbers(w.posture, POSTURE)
+    given, posture = numbers(w.sampled, c.given), numbers(w.posture, POSTURE)
     write_posture(c, w, y)
     to[SAMPLE.time] = time
     for i in range(c.told):
@@ -105,16 +105,16 @@ def write_touchdown(c: Any, w: Any, slope: float, dq_before: Any, estimate_befor
     Args:
         c: The walk's constants.
         w: Its state after the support transfer; the posture of the touchdown stands in `posture`, the angles that the
-            law was told before it in `told_before`, and those after it in `told` and `dq`.
+            law was told before it in `told_before`, and those after it in `told` and `told_rates`.
         slope: Slope of the ground under the new stance foot, rad.
         dq_before: Rates before the impact, rad/s.
         estimate_before: The controller's estimate of the slope before the touchdown, rad.
     """
     to = row(c.row_buffer, w.rows, TOUCHDOWN.width)
     before, after, dq, posture = (
-        numbers(w.told_before, ROOM),
-        numbers(w.told, ROOM),
-        numbers(w.dq, ROOM),
+        numbers(w.told_before, c.told),
+        numbers(w.told, c.told),
+        numbers(w.told_rates, c.told),
         numbers(w.posture, POSTURE),
     )
     strike_q, strike_dq, struck_dq = numbers(w.strike_q, ROOM), numbers(w.strike_dq, ROOM), numbers(w.struck_dq, ROOM)

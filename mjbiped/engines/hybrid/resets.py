@@ -31,7 +31,6 @@ from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.engines.hybrid.motion import enter_mode, pushed, take_angles
 from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
 from mjbiped.engines.hybrid.state import (
-    GIVEN,
     from_memory,
     ground_of,
     linkage_of,
@@ -68,15 +67,15 @@ def transfer_support(c: Any, w: Any) -> None:
     write_posture(c, w, y)
     to_memory(c, w, y)
     take_angles(c, w, y)
-    memory, told, before = numbers(w.memory, GIVEN), numbers(w.told, ROOM), numbers(w.told_before, ROOM)
-    for i in range(n):
+    memory, told, before = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_before, c.told)
+    for i in range(c.told):
         before[i], spare[i] = told[i], y[n + i]
     estimate_before = estimated_slope(c, w)
     _exchange_legs(c, w, slope)
     take_angles(c, w, y)
     if c.support >= 0:
         memory[c.support], memory[c.support + 1] = c.heel, c.toe  # all of the sole stands
-    call(c.touchdown, c.parameters, memory, before, told, numbers(w.dq, ROOM))
+    call(c.touchdown, c.parameters, memory, before, told, numbers(w.told_rates, c.told))
     _stand_on(c, w, segment, foot_x)
     from_memory(c, w)
     for i in range(c.size - c.joints, c.size):
@@ -221,8 +220,8 @@ def strike_knee(c: Any, w: Any) -> None:
     w.strike_time = w.elapsed
     to_memory(c, w, y)
     take_angles(c, w, y)
-    memory, told, dq = numbers(w.memory, GIVEN), numbers(w.told, ROOM), numbers(w.dq, ROOM)
-    call(c.knee_strike, c.parameters, memory, w.elapsed, told, dq)
+    memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    call(c.knee_strike, c.parameters, memory, w.elapsed, told, told_rates)
     from_memory(c, w)
 
 

@@ -16,14 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compilation import MachineCode, compilable_law
-from mjbiped.control.compile_errors import refused_in_words
+from mjbiped.control.compiled import MachineCode, compilable_law, refused_in_words
 from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import announced_for, can_compile, compiles
-from mjbiped.engines.hybrid.bridge import machine_code_of
 from mjbiped.engines.hybrid.gait_step import advance, advance_at
+from mjbiped.engines.hybrid.laws import machine_functions
 from mjbiped.engines.hybrid.motion import take_angles
 from mjbiped.engines.hybrid.records import columns_of, write_sample
 from mjbiped.engines.hybrid.setup import walk_of
@@ -190,7 +189,7 @@ class HybridRun(Run):
         with refused_in_words(self.controller, self._law):
             states, size, joints = len(self.controller.states), self.controller.memory_size, len(self.plan.robot.joints)
             code = MachineCode(self._law, states, size, joints=joints)
-        return Machine(self.constants, self.state, code, joints)
+        return Machine(self.constants, self.state, code)
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
@@ -221,7 +220,7 @@ class HybridRun(Run):
         first = 2 * c.angles
         memory = [float(value) for value in (*w.y[first : first + c.states], *w.memory[c.states :])]
         take_angles(c, w, w.y)
-        q, dq = (tuple(map(float, values[: c.told])) for values in (w.told, w.dq))
+        q, dq = (tuple(map(float, values)) for values in (w.told, w.told_rates))
         t = float(w.time - w.clock)
         if isinstance(controller, SampledController):
             return fault_in(controller.inner, controller.torque(memory, t, q, dq), t, q, dq)
@@ -235,14 +234,13 @@ class Machine:
         code: Machine code of the laws.
     """
 
-    def __init__(self, constants: Any, state: Any, code: MachineCode, joints: int) -> None:
+    def __init__(self, constants: Any, state: Any, code: MachineCode) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
-        functions, kept = machine_code_of(code, joints)
         share_arrays(state)
         self.code = code
-        self.constants, *below = packed(dataclasses.replace(constants, **functions))
+        self.constants, *below = packed(dataclasses.replace(constants, **machine_functions(code)))
         self.state, *further = packed(state)
-        self._kept = kept, below, further
+        self._kept = below, further
         self._advance = engine_code()
 
     def advance(self, state: Any) -> None:

@@ -8,17 +8,18 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from mjbiped.control.controller import ROOM as SPARE
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
-from mjbiped.engines.hybrid.bridge import methods_of
+from mjbiped.engines.hybrid.laws import plain_functions
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.records import POSTURE, SAMPLE, TOUCHDOWN
 from mjbiped.engines.hybrid.resets import begin_gait_step
-from mjbiped.engines.hybrid.state import GIVEN, Constants, State, pushes_of
+from mjbiped.engines.hybrid.state import Constants, State, pushes_of
 from mjbiped.engines.plan import Plan
 from mjbiped.records.pressure import BINS
 from mjbiped.robots.robot import Robot
@@ -82,7 +83,8 @@ def law_constants(functions: dict[str, Any], robot: Robot, states: int, support:
     angles, joints = robot.linkages[0].angles, len(robot.joints)
     judged = 2 * angles + states
     told = -1 if robot.bodies.foot is None else support
-    return {**functions, "states": states, "size": judged + joints, "judged": judged, "support": told}
+    sizes = {"states": states, "size": judged + joints, "judged": judged, "given": joints + states + SPARE}
+    return {**functions, **sizes, "support": told}
 
 
 def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> dict[str, Any]:
@@ -150,11 +152,12 @@ def state_of(c: Constants, y: Sequence[float], memory: Sequence[float], place: P
         k=[[0.0] * c.size for _ in range(STAGES_WITH_DENSE)],
         dense=[[0.0] * c.size for _ in range(POWERS)],
         memory=list(memory),
-        given=[[0.0] * GIVEN for _ in range(STAGES_WITH_DENSE)],
-        sampled=[0.0] * GIVEN,
+        given=[[0.0] * c.given for _ in range(STAGES_WITH_DENSE)],
+        sampled=[0.0] * c.given,
         **{name: [0.0] * STAGES_WITH_DENSE for name in ("asked", "normals", "moments")},
         margins=[math.inf] * STAGES_WITH_DENSE,
-        **{name: [0.0] * ROOM for name in ("q", "dq", "told", "told_before", "peak_torque")},
+        **{name: [0.0] * ROOM for name in ("q", "dq", "peak_torque")},
+        **{name: [0.0] * c.told for name in ("told", "told_rates", "told_before")},
         **{name: [0.0] * ROOM for name in ("strike_q", "strike_dq", "struck_dq")},
         pressure=[0.0] * (2 + BINS),
         posture=[0.0] * POSTURE,
@@ -193,7 +196,7 @@ def walk_of(
     longest = 0 if math.isinf(period) else int(own["stall_time"] / period) + 3
     constants = Constants(
         **own,
-        **law_constants(methods_of(controller), robot, states, controller.support),
+        **law_constants(plain_functions(controller), robot, states, controller.support),
         **ground_constants(ground, terrain.angle, terrain.end),
         **push_constants(plan.disturbances.schedule),
         **buffer_constants(ROWS if compiled else 1, 1 + (_STALLS if compiled else 2) * longest, states, period),

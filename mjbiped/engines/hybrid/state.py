@@ -17,9 +17,6 @@ from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.numerics.blocks import Floats, numbers, reader
 from mjbiped.terrain.profile import Profile
 
-GIVEN = 64
-"""Room for what a law returns: the torques of the joints, and the rates of its states."""
-
 
 @dataclass(slots=True)
 class State(Motion):
@@ -36,7 +33,8 @@ class State(Motion):
         q: Angles of the state whose rates are asked for, rad.
         dq: Rates of these angles, rad/s.
         told: The angles that the law is told, rad: from the normal of the stance foot's sole, where that tips.
-        told_before: The same before a touchdown.
+        told_rates: Their rates, rad/s, as gyros tell them.
+        told_before: The angles before a touchdown.
         given: What the law returns at each stage of the current step, of which the sole has let act what it can: the
             torques of all joints, N m, then the rates of the law's states. The first are those in the state `y`.
         sampled: The same in a state between the stages.
@@ -131,6 +129,7 @@ class State(Motion):
     q: Floats
     dq: Floats
     told: Floats
+    told_rates: Floats
     told_before: Floats
     given: list[list[float]]
     sampled: Floats
@@ -225,6 +224,7 @@ class Constants:
         size: Components of a state of motion.
         judged: Components whose error counts.
         told: Number of the angles that a law is told.
+        given: Floats of what the law writes: torques, rates of its states, and room for its intermediate results.
         thigh: Index of the angle of the segment above the swing knee.
         shank: Index of that below it; the same without a knee.
         foot: Index of the angle by which the stance foot tips; -1 where it cannot.
@@ -289,6 +289,7 @@ class Constants:
     size: int
     judged: int
     told: int
+    given: int
     thigh: int
     shank: int
     foot: int
@@ -367,14 +368,14 @@ def pushes_of(c: Any) -> Pushes:
 
 def to_memory(c: Any, w: Any, y: Any) -> None:
     """Write the controller's integrated states, as they are in a state of motion, into its memory."""
-    memory, first = numbers(w.memory, GIVEN), 2 * c.angles
+    memory, first = numbers(w.memory, c.states), 2 * c.angles
     for i in range(c.states):
         memory[i] = y[first + i]
 
 
 def from_memory(c: Any, w: Any) -> None:
     """Take the controller's integrated states from its memory, after it has changed them."""
-    y, memory, first = numbers(w.y, c.size), numbers(w.memory, GIVEN), 2 * c.angles
+    y, memory, first = numbers(w.y, c.size), numbers(w.memory, c.states), 2 * c.angles
     for i in range(c.states):
         y[first + i] = memory[i]
 

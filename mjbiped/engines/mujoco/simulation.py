@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control import adapters
-from mjbiped.control.compilation import CalledMethods, MachineCode, compilable_law
-from mjbiped.control.compile_errors import refused_in_words
+from mjbiped.control.compiled import CalledMethods, MachineCode, compilable_law, refused_in_words
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import leapfrog, motors, observation, step_size

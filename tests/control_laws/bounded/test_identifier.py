@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from law_rooms import parameters_of, room_at
 
 import mjbiped
 from controllers import BoundedAnkleController
-from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, compass_about_foot, identifier_rates
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, identifier_rates, moments_about_foot
+from mjbiped.controllers.layout import ADAPTATION_GAIN
+from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
 from mjbiped.robots import compass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -29,14 +32,15 @@ def test_with_the_true_slope_the_prediction_is_the_motion(
     force = robot.input_matrix @ [ankle, hip]
     ddq1, ddq2 = compass.acceleration(constants, q1, q2, dq1, dq2, *angle, *force)
 
-    def momentum(t: float) -> float:
-        legs = compass.legs_of(q1 + dq1 * t + 0.5 * ddq1 * t * t, q2 + dq2 * t + 0.5 * ddq2 * t * t)
-        return compass_about_foot(constants, legs, dq1 + ddq1 * t, dq2 + ddq2 * t, *angle).momentum
+    parameters, memory = parameters_of(robot, more={ADAPTATION_GAIN: 0.3}), [0.0] * STRAIGHT_LEGS_SIZE
 
-    memory = [0.0, 0.0]
+    def momentum(t: float) -> float:
+        angles = q1 + dq1 * t + 0.5 * ddq1 * t * t, q2 + dq2 * t + 0.5 * ddq2 * t * t
+        room = room_at(angles, (dq1 + ddq1 * t, dq2 + ddq2 * t))
+        return moments_about_foot(parameters, memory, *angle, room)[0]
+
     memory[SLOPE], memory[MOMENTUM] = slope, momentum(0.0)
-    about = compass_about_foot(constants, compass.legs_of(q1, q2), dq1, dq2, *angle)
-    rates = identifier_rates(0.3, memory, about, ankle)
+    rates = identifier_rates(parameters, memory, ankle, *angle, room_at((q1, q2), (dq1, dq2)))
     assert rates[0] == 0.0
     h = 1e-4
     change = (8.0 * (momentum(h) - momentum(-h)) - (momentum(2 * h) - momentum(-2 * h))) / (12.0 * h)

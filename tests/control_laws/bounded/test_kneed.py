@@ -9,20 +9,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from law_rooms import room_at
 
 import mjbiped
 from controllers import BoundedAnkleController, BoundedKneedController, KneedController
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Law
 from mjbiped.control.registry import controller_class
-from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, chain_about_foot, compass_about_foot
-from mjbiped.controllers.bounded.kneed import let_go, normal_force
-from mjbiped.controllers.bounded.stance import footing_of
-from mjbiped.controllers.kneed import ANGLES, BENT, Segments, joint_torques, own_room, stand_bent, track
+from mjbiped.controllers.bounded.bounded_ankle import move
+from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, moments_about_foot
+from mjbiped.controllers.footholds import stand_bent
+from mjbiped.controllers.layout import BEHIND
+from mjbiped.controllers.memory import BENT, BENT_FREE, LEAN
+from mjbiped.controllers.room import ANGLES, FORCE, MOTION, NORMAL, TORQUE
+from mjbiped.controllers.tracking import track
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedKneedGait
-from mjbiped.robots import compass
-from mjbiped.robots.bent_leg import ACROSS
 
 ANGLE, RATE = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 STATES = st.tuples(ANGLE, ANGLE, ANGLE, RATE, RATE, RATE)
@@ -48,12 +50,13 @@ def law(robot: mjbiped.KneedBiped, gait: OptimisedKneedGait) -> BoundedKneedCont
     return BoundedKneedController(robot, gait)
 
 
-def tracked(law: BoundedKneedController, state: tuple[float, ...], slope: float, bent: float) -> tuple[Segments, float]:
-    """What the law asks of the free chain, on a stance leg that is bent, and that leg's moment beside its line."""
-    own, memory = own_room(law.parameters, law.robot), [0.0] * law.memory_size
+def standing(law: BoundedKneedController, bent: float) -> list[float]:
+    """A memory with a stance leg bent by so much, rad."""
+    memory = [0.0] * law.memory_size
     memory[BENT] = bent
-    segments = track(own, memory, 0.3 * law.gait.period, math.sin(slope), math.cos(slope), state)
-    return segments, float(own.standing[ACROSS])
+    if bent:
+        stand_bent(law.parameters, memory)
+    return memory
 
 
 @pytest.mark.slow
@@ -61,42 +64,33 @@ def tracked(law: BoundedKneedController, state: tuple[float, ...], slope: float,
 def test_its_torques_make_its_accelerations_on_the_sole(law: BoundedKneedController, case: Case) -> None:
     """By the robot's own equations of motion and ground force, which share the chain's only."""
     state, slope, sole, bent = case
-    footing = footing_of(mjbiped.KneedBiped(sole=sole), 1.0)
-    segments, across = tracked(law, state, slope, bent)
-    before = np.array(segments.motion), sum(segments.forces)
-    let_go(footing, segments, across, math.sin(slope), math.cos(slope))
-    ankle, hip, knee = joint_torques(segments.forces)
-    robot, q, dq = law.robot, state[:ANGLES], state[ANGLES:]
+    given, memory, t = list(law.parameters), standing(law, bent), 0.3 * law.gait.period
+    given[BEHIND], given[BEHIND + 1] = sole
+    angle, (q, dq) = (math.sin(slope), math.cos(slope)), (state[:ANGLES], state[ANGLES:])
+    asked, room = room_at(q, dq), room_at(q, dq)
+    track(given, memory, t, angle, asked)
+    wanted = sum(asked[FORCE : FORCE + 3])
+    move(given, memory, t, 1.0, angle, room)
+    ankle, hip, knee = room[TORQUE : TORQUE + 3]
+    motion = np.array(room[MOTION : MOTION + 3])
+    robot = law.robot
     chains, beside = robot.chains_on(bent)
     pull = robot.input_matrix @ [ankle, hip, knee] - chains[3].coriolis_matrix(np.array(q), np.array(dq)) @ dq
     pull -= chains[3].gravity_vector(np.array(q), slope)
     pull[0] += beside * math.cos(q[0] + slope)
     ddq = np.linalg.solve(chains[3].mass_matrix(np.array(q)), pull)
-    scale = max(1.0, *np.abs(segments.motion))  # rounding, of numbers of this size
-    np.testing.assert_allclose(ddq, segments.motion, rtol=0, atol=1e-11 * scale)
-    np.testing.assert_array_equal(segments.motion[1:], before[0][1:])  # the swing leg follows its reference
+    scale = max(1.0, *np.abs(motion), *np.abs(asked[MOTION : MOTION + 3]))  # rounding, of numbers of this size
+    np.testing.assert_allclose(ddq, motion, rtol=0, atol=1e-11 * scale)
+    np.testing.assert_array_equal(motion[1:], asked[MOTION + 1 : MOTION + 3])  # the swing leg follows its reference
     forward, upward = robot.ground_force(q, dq, [ankle, hip, knee], slope, locked=False, stance_flexion=bent)
     normal = forward * math.sin(slope) + upward * math.cos(slope)
-    found = normal_force(footing, segments, across, math.sin(slope), math.cos(slope))
     force = max(1.0, abs(forward), abs(upward))
-    assert found == pytest.approx(normal, abs=1e-11 * force)
+    assert room[NORMAL] == pytest.approx(normal, abs=1e-11 * force)
     if normal > 0.0:
-        slack = 1e-11 * max(force, abs(before[1]))
+        slack = 1e-11 * max(force, abs(wanted))
         assert -sole[1] * normal - slack <= ankle <= sole[0] * normal + slack
-    assert ankle * before[1] >= -1e-11 * force * abs(before[1])  # of one sign, but for rounding
-    assert abs(ankle) <= abs(before[1]) * (1.0 + 1e-12)
-
-
-@given(state=st.tuples(ANGLE, ANGLE, RATE, RATE), slope=SLOPES)
-def test_about_the_foot_a_straight_chain_is_a_compass(state: tuple[float, ...], slope: float) -> None:
-    robot = mjbiped.Compass(hip_mass=3.0)
-    m, legs = robot.constants, compass.legs_of(state[0], state[1])
-    of_compass = compass_about_foot(m, legs, state[2], state[3], math.sin(slope), math.cos(slope))
-    weights = np.array([[m[0], -m[1]], [-m[1], m[2]]])
-    q, dq = np.array(state[:2]), np.array(state[2:])
-    even = weights * np.cos(q[:, None] - q)
-    of_chain = chain_about_foot(np.array([m[3], -m[4]]), 0.0, q, dq, even, math.sin(slope), math.cos(slope))
-    np.testing.assert_allclose(of_chain, of_compass, rtol=0, atol=1e-13 * 100)  # rounding, of some 100 N m
+    assert ankle * wanted >= -1e-11 * force * abs(wanted)  # of one sign, but for rounding
+    assert abs(ankle) <= abs(wanted) * (1.0 + 1e-12)
 
 
 @given(state=STATES, slope=SLOPES, bent=BENDS)
@@ -104,30 +98,27 @@ def test_the_momentum_changes_as_predicted(
     law: BoundedKneedController, state: tuple[float, ...], slope: float, bent: float
 ) -> None:
     """The derivative of the momentum along the motion, by central differences of the fourth order; G' likewise."""
-    sine, cosine = math.sin(slope), math.cos(slope)
-    segments, across = tracked(law, state, slope, bent)
-    ankle, _, _ = joint_torques(segments.forces)
-    about = chain_about_foot(segments.moments, across, segments.q, segments.dq, segments.even, sine, cosine)
-    q, dq, ddq = np.array(segments.q), np.array(segments.dq), np.array(segments.motion)
+    given, memory = law.parameters, standing(law, bent)
+    q, dq = np.array(state[:ANGLES]), np.array(state[ANGLES:])
+    room = room_at(q, dq)
+    track(given, memory, 0.3 * law.gait.period, (math.sin(slope), math.cos(slope)), room)
+    ankle, ddq = sum(room[FORCE : FORCE + 3]), np.array(room[MOTION : MOTION + 3])
+    _, gravity, by_slope, inertia = moments_about_foot(given, memory, math.sin(slope), math.cos(slope), room)
 
     def momentum(t: float) -> float:
-        angles, rates = q + dq * t + 0.5 * ddq * t * t, dq + ddq * t
-        even = segments.weights * np.cos(angles[:, None] - angles)
-        return chain_about_foot(segments.moments, across, angles, rates, even, sine, cosine).momentum
+        there = room_at(q + dq * t + 0.5 * ddq * t * t, dq + ddq * t)
+        return moments_about_foot(given, memory, 0.0, 1.0, there)[0]
 
-    def gravity(angle: float) -> float:
-        even, moments = segments.even, segments.moments
-        return chain_about_foot(moments, across, q, dq, even, math.sin(angle), math.cos(angle)).gravity
+    def moment(angle: float) -> float:
+        return moments_about_foot(given, memory, math.sin(angle), math.cos(angle), room)[1]
 
     h = 1e-4
     scale = max(1.0, *np.abs(ddq))  # rounding, 1e-16 of some 100 kg m²/s over 1e-4 s, and h⁴ of its derivatives
     change = (8.0 * (momentum(h) - momentum(-h)) - (momentum(2 * h) - momentum(-2 * h))) / (12.0 * h)
-    assert ankle + about.gravity == pytest.approx(change, abs=1e-8 * scale)
-    turned = (
-        8.0 * (gravity(slope + h) - gravity(slope - h)) - (gravity(slope + 2 * h) - gravity(slope - 2 * h))
-    ) / 12e-4
-    assert about.by_slope == pytest.approx(turned, abs=1e-8)
-    assert about.inertia == pytest.approx(np.sum(segments.even), rel=1e-14)
+    assert ankle + gravity == pytest.approx(change, abs=1e-8 * scale)
+    turned = (8.0 * (moment(slope + h) - moment(slope - h)) - (moment(slope + 2 * h) - moment(slope - 2 * h))) / 12e-4
+    assert by_slope == pytest.approx(turned, abs=1e-8)
+    assert inertia == pytest.approx(np.sum(law.robot.chains_on(bent)[0][3].mass_matrix(q)), rel=1e-14)
 
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4])
@@ -196,10 +187,14 @@ def test_a_compass_is_refused(gait: OptimisedKneedGait) -> None:
 
 
 def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedController) -> None:
-    own = own_room(law.parameters, law.robot)
-    stand_bent(own, 0.3)
-    assert own.standing[ACROSS] != 0.0
-    assert law.parameters.standing[ACROSS] == 0.0
+    memory = standing(law, 0.3)
+    chains, beside = law.robot.chains_on(0.3)
+    found = np.array(memory[BENT_FREE : BENT_FREE + 16])
+    np.testing.assert_allclose(found[:9], chains[3].weights.ravel(), rtol=1e-14)
+    np.testing.assert_allclose(found[9:12], chains[3].moments, rtol=1e-14)
+    np.testing.assert_allclose(found[13:], chains[3].reach, rtol=1e-14)
+    assert found[12] == pytest.approx(beside, rel=1e-14)
+    assert memory[LEAN] > 0.0
 
 
 def test_by_name_it_is_the_bounded_ankle_with_knees(robot: mjbiped.KneedBiped) -> None:

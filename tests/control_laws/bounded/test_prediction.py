@@ -11,8 +11,9 @@ import pytest
 import mjbiped
 from controllers import SupervisedController
 from mjbiped.controllers.bounded import identifier, recovery
-from mjbiped.controllers.bounded.prediction import Parameters, State, nominal_steps, plan_nominal, step_ahead
+from mjbiped.controllers.bounded.prediction import FRICTION, STEP, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
+from mjbiped.controllers.layout import SUPERVISION
 from mjbiped.gaits.optimised import OptimisedGait
 
 
@@ -25,12 +26,15 @@ def law() -> SupervisedController:
 def prepared(law: SupervisedController, state: State, slope: float = 0.0) -> list[float]:
     memory = [0.0] * law.memory_size
     memory[identifier.SLOPE] = slope
-    plan_nominal(law.foresight.prediction, memory, state)
+    plan_nominal(law.parameters, memory, state)
     return memory
 
 
-def finer(given: Parameters, times: float) -> Parameters:
-    return given._replace(limits=given.limits._replace(step=given.limits.step / times))
+def changed(given: list[float], limit: int, value: float) -> list[float]:
+    """Parameters with another number among the limits of simulations."""
+    other = list(given)
+    other[int(given[SUPERVISION]) + limit] = value
+    return other
 
 
 @pytest.mark.slow
@@ -47,7 +51,7 @@ def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(
     after = np.concatenate([walk.touchdowns["q"][0], walk.touchdowns["dq"][0]])
     errors = []
     for times in (1.0, 2.0, 4.0):
-        given = finer(law.foresight.prediction, times)
+        given = changed(law.parameters, STEP, law.parameters[int(law.parameters[SUPERVISION]) + STEP] / times)
         work, found = step_ahead(given, prepared(law, state, slope), state, 0.0)
         assert 0.0 < work < 20.0
         errors.append(np.abs(np.array(found) - after).max())
@@ -59,7 +63,7 @@ def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(
 
 def test_on_the_limit_cycle_steps_go_on(law: SupervisedController) -> None:
     state = State(*law.gait.start.tolist())
-    count, work = nominal_steps(law.foresight.prediction, prepared(law, state), state, 5)
+    count, work = nominal_steps(law.parameters, prepared(law, state), state, 5)
     assert count == 5
     weight = law.robot.total_mass * law.robot.gravity
     cost = work / (weight * 5 * law.gait.step_length)
@@ -69,17 +73,15 @@ def test_on_the_limit_cycle_steps_go_on(law: SupervisedController) -> None:
 
 def test_steps_that_fall_are_foreseen_to_fall(law: SupervisedController) -> None:
     slow = State(*(law.gait.start * [1.0, 1.0, 0.2, 0.2]).tolist())
-    count, _ = nominal_steps(law.foresight.prediction, prepared(law, slow), slow, 3)
+    count, _ = nominal_steps(law.parameters, prepared(law, slow), slow, 3)
     assert count < 3
     lazy = Step(0.35, 0.3, 0.0)
     memory = prepared(law, slow)
-    recovery.begin(memory, lazy, *slow)
-    pulls = law.foresight.prediction
-    strict = pulls._replace(limits=pulls.limits._replace(friction=0.05))
-    assert step_ahead(strict, memory, slow, 0.0)[0] == math.inf
+    recovery.begin(memory, lazy, slow[:2], slow[2:])
+    assert step_ahead(changed(law.parameters, FRICTION, 0.05), memory, slow, 0.0)[0] == math.inf
 
 
 def test_a_higher_foothold_is_met_earlier(law: SupervisedController) -> None:
     state = State(*law.gait.start.tolist())
-    found = [step_ahead(law.foresight.prediction, prepared(law, state), state, rise)[1] for rise in (-0.01, 0.0, 0.01)]
+    found = [step_ahead(law.parameters, prepared(law, state), state, rise)[1] for rise in (-0.01, 0.0, 0.01)]
     assert found[0].q2 > found[1].q2 > found[2].q2  # q2 after the transfer is the stance angle before it

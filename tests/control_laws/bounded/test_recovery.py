@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from law_rooms import parameters_of, room_at
 from scipy.integrate import solve_ivp
 
 import mjbiped
 from mjbiped.controllers.bounded import recovery
-from mjbiped.controllers.bounded.recovery import Ankle, Step
-from mjbiped.controllers.bounded.stance import model_of
+from mjbiped.controllers.bounded.recovery import Step
+from mjbiped.controllers.bounded.stance import footing_of
+from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS
+from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import MOTION
 from mjbiped.robots.compass import Array
 
 STEP = Step(0.4, 0.22, -0.5)
+ANKLE = {ANKLE_GAIN: 8.0, ANKLE_RATE: 1.1, ANKLE_STIFFNESS: 2.0}
+LEVEL = (0.0, 1.0)
 
 
 @given(half=st.floats(0.1, 0.5), retraction=st.floats(-2.0, 1.0))
@@ -29,15 +35,16 @@ def test_the_swing_leg_gets_onto_its_constraint_in_time_whatever_the_sole_bears(
     sole: tuple[float, float] | None,
 ) -> None:
     robot = mjbiped.Compass(sole=sole)
-    model, ankle = model_of(robot, 1.0), Ankle(8.0, 1.1, 2.0)
-    memory = [0.0] * recovery.SIZE
+    parameters = parameters_of(robot, more={**footing_of(robot, 1.0), **ANKLE})
+    memory = [0.0] * STRAIGHT_LEGS_SIZE
     start = (-0.2, 0.2, 1.0, 0.6)
-    recovery.begin(memory, STEP, *start)
+    recovery.begin(memory, STEP, start[:2], start[2:])
     assert recovery.planned(memory) == STEP
 
     def rate(t: float, state: Array) -> Array:
-        made = recovery.motion(model, ankle, memory, t, *state.tolist())
-        return np.array([state[2], state[3], made.ddq1, made.ddq2])
+        room = room_at(state[:2], state[2:])
+        recovery.recover(parameters, memory, t, 1.0, LEVEL, room)
+        return np.array([state[2], state[3], room[MOTION], room[MOTION + 1]])
 
     done = solve_ivp(rate, (0.0, 0.55), start, method="DOP853", rtol=1e-11, atol=1e-12, max_step=0.005)
     late = done.t >= STEP.time
@@ -49,11 +56,13 @@ def test_the_swing_leg_gets_onto_its_constraint_in_time_whatever_the_sole_bears(
 
 
 def test_the_ankle_drives_toward_its_rate() -> None:
-    model, ankle = model_of(mjbiped.Compass(), 1.0), Ankle(8.0, 1.1, 2.0)
-    memory = [0.0] * recovery.SIZE
-    recovery.begin(memory, STEP, -0.2, 0.2, 1.0, 0.6)
+    robot = mjbiped.Compass()
+    parameters = parameters_of(robot, more={**footing_of(robot, 1.0), **ANKLE})
+    memory = [0.0] * STRAIGHT_LEGS_SIZE
+    recovery.begin(memory, STEP, (-0.2, 0.2), (1.0, 0.6))
     for q1 in (-0.3, 0.0, 0.3):
         wanted = math.hypot(1.1, 2.0 * q1)
         for lack in (-0.4, 0.0, 0.7):
-            made = recovery.motion(model, ankle, memory, 0.1, q1, 0.1, wanted - lack, 0.5)
-            assert made.ankle == pytest.approx(8.0 * lack, abs=1e-13)
+            room = room_at((q1, 0.1), (wanted - lack, 0.5))
+            ankle = recovery.recover(parameters, memory, 0.1, 1.0, LEVEL, room)
+            assert ankle == pytest.approx(8.0 * lack, abs=1e-13)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from law_rooms import parameters_of, room_at
 
 import mjbiped
-from mjbiped.controllers.bounded.stance import SUPPORT, Driven, driven, model_of, set_support, standing
+from mjbiped.controllers.bounded.stance import bounds, footing_of, set_support, stand
+from mjbiped.controllers.dynamics import move_end
+from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
 from mjbiped.robots import compass
 from mjbiped.robots.footed import FootedCompass
 
@@ -26,12 +30,27 @@ CASES = st.tuples(SOLES, STATES, SLOPES, TORQUES, OFFSETS, SHARES)
 Case: TypeAlias = tuple[tuple[float, float], tuple[float, ...], float, float, float, float]
 
 
+class Driven(NamedTuple):
+    """Torques (N m), accelerations (rad/s²), and the force of the ground along it and normal to it (N)."""
+
+    ankle: float
+    hip: float
+    ddq1: float
+    ddq2: float
+    along: float
+    normal: float
+
+
 def made(
     robot: mjbiped.Compass, state: tuple[float, ...], slope: float, asked: float, offset: float, share: float
 ) -> Driven:
-    q1, q2, dq1, dq2 = state
-    angle = math.sin(slope), math.cos(slope)
-    return driven(model_of(robot, 1.0), compass.legs_of(q1, q2), dq1, dq2, angle, asked, offset, share)
+    """What a robot does on its sole under an ankle torque that is asked for."""
+    room, memory = room_at(state[:2], state[2:]), [0.0] * STRAIGHT_LEGS_SIZE
+    room[MOTION + 1] = offset
+    move_end(1, offset, room)
+    parameters = parameters_of(robot, more=footing_of(robot, 1.0))
+    stand(parameters, memory, asked, share, 1.0, (math.sin(slope), math.cos(slope)), room)
+    return Driven(*(room[at] for at in (TORQUE, TORQUE + 1, MOTION, MOTION + 1, ALONG, NORMAL)))
 
 
 @given(case=CASES)
@@ -82,13 +101,11 @@ def test_over_an_ankle_the_force_along_the_sole_moves_the_centre_of_pressure(cas
 
 @given(behind=st.floats(1e-3, 0.3), ahead=st.floats(0.0, 0.3), share=st.floats(0.1, 1.0))
 def test_a_foot_across_an_edge_stands_on_what_the_ground_bears(behind: float, ahead: float, share: float) -> None:
-    memory = [0.0] * (SUPPORT + 2)
-    model = model_of(mjbiped.Compass(sole=(0.1, 0.15)), share)
-    assert standing(model, memory) == model
+    robot, memory = mjbiped.Compass(sole=(0.1, 0.15)), [0.0] * STRAIGHT_LEGS_SIZE
+    parameters = parameters_of(robot, more=footing_of(robot, share))
+    assert bounds(parameters, memory, share) == (share * 0.1, share * 0.15)
     set_support(memory, behind, ahead)
-    footing = standing(model, memory).footing
-    assert footing.behind == min(share * 0.1, share * behind)
-    assert footing.ahead == min(share * 0.15, share * ahead)
+    assert bounds(parameters, memory, share) == (min(share * 0.1, share * behind), min(share * 0.15, share * ahead))
 
 
 @given(state=STATES, slope=SLOPES, asked=TORQUES, offset=OFFSETS)

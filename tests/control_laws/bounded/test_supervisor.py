@@ -12,9 +12,10 @@ from controllers import BoundedAnkleController, SupervisedController
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Law
 from mjbiped.controllers.bounded import recovery, supervisor
-from mjbiped.controllers.bounded.prediction import State
-from mjbiped.controllers.bounded.recovery import RECOVERING
-from mjbiped.controllers.bounded.stance import SUPPORT, set_support
+from mjbiped.controllers.bounded.prediction import COUNTED_SHARE, GRID, State
+from mjbiped.controllers.bounded.stance import bounds, set_support
+from mjbiped.controllers.layout import SOLE_SHARE, SUPERVISION
+from mjbiped.controllers.memory import CLIMBING, RECOVERING, SUPPORT
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 
@@ -28,8 +29,6 @@ def robot() -> mjbiped.Compass:
 def gait(robot: mjbiped.Compass) -> OptimisedGait:
     return mjbiped.find_reference(robot, clearance=0.077, retraction=False)
 
-
-CLIMBING = recovery.SIZE  # the place in the memory of the steps that are left with the climbing gait
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
 
@@ -79,7 +78,7 @@ def test_it_foresees_with_what_bears_the_foot(
     memory = [0.0] * law.memory_size
     law.start(memory, start[:2].tolist(), start[2:].tolist())
     set_support(memory, *support)
-    supervisor.choose(law.foresight, memory, State(*start.tolist()))
+    supervisor.choose(law.parameters, memory, State(*start.tolist()))
     assert bool(memory[RECOVERING]) == recovers
     assert (memory[SUPPORT], memory[SUPPORT + 1]) == support  # it lasts for all of the step
 
@@ -89,10 +88,9 @@ def test_the_best_of_the_grid_is_chosen(robot: mjbiped.Compass, gait: OptimisedG
     law = SupervisedController(robot, gait)
     state = State(*(gait.start * [1.0, 1.0, 0.72, 0.8]).tolist())
     memory = [0.0] * law.memory_size
-    times, halves, retractions, _ = law.foresight.recovery
-    few = law.foresight._replace(
-        recovery=law.foresight.recovery._replace(times=times._replace(number=2.0), halves=halves._replace(number=3.0))
-    )
+    few, grid = list(law.parameters), int(law.parameters[SUPERVISION]) + GRID
+    few[grid + 2], few[grid + 5] = 2.0, 3.0
+    times, halves, retractions = (supervisor.Range(*few[at : at + 3]) for at in range(grid, grid + 9, 3))
     found, step = supervisor.cheapest(few, memory, state)
     costs = {
         (i, j, k): supervisor.cost(
@@ -179,8 +177,7 @@ def test_simulations_count_on_less_of_the_sole_than_the_law_leans_on(
     robot: mjbiped.Compass, gait: OptimisedGait
 ) -> None:
     law = SupervisedController(robot, gait)
-    walked, foreseen = (each.bounded.model.footing for each in law.foresight[:2])
-    assert walked.behind == walked.ahead == 0.95 * 0.08
-    assert foreseen.behind == foreseen.ahead == 0.9 * 0.95 * 0.08
-    for each in (law.library.economical, law.library.climbing):
-        assert each.walked.bounded.tracking == each.prediction.bounded.tracking
+    memory, given = [0.0] * law.memory_size, law.parameters
+    foreseen = given[int(given[SUPERVISION]) + COUNTED_SHARE]
+    assert bounds(given, memory, given[SOLE_SHARE]) == (0.95 * 0.08, 0.95 * 0.08)
+    assert bounds(given, memory, foreseen) == (0.9 * 0.95 * 0.08, 0.9 * 0.95 * 0.08)

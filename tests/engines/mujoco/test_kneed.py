@@ -170,8 +170,8 @@ def test_an_unknown_mujoco_is_stepped_in_python(monkeypatch: pytest.MonkeyPatch)
         assert walked(1) == expected
 
 
-def out_of_range(parameters: Any, memory: Any, *state: float) -> tuple[float, float, float]:
-    return 0.0, 0.0, memory[10**6]
+def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1], out[2] = 0.0, 0.0, memory[10**6] if t > 0.0 else 0.0
 
 
 @pytest.mark.compiled

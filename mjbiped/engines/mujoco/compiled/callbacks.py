@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjbiped.control.compilation import CalledMethods, MachineCode
+from mjbiped.control.compiled import CalledMethods, MachineCode
 from mjbiped.engines.mujoco import contacts, leapfrog, motors, state, step_size
 from mjbiped.engines.mujoco.compiled.layout import Layout, UnknownLayoutError, layout
 from mjbiped.engines.mujoco.motors import Parts, Recording

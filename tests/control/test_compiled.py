@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numba
 import numpy as np
@@ -13,8 +13,8 @@ from simulations import hybrid_run, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController, PassivityController
-from mjbiped.control.compilation import MachineCode, can_be_compiled
-from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.compiled import MachineCode, can_be_compiled
+from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.registry import controller_names, make_controller
 from mjbiped.engines.hybrid.run import HybridRun
 
@@ -35,73 +35,86 @@ def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compa
     assert law is not None
     assert can_be_compiled(law)
     code = MachineCode(law, len(controller.states), controller.memory_size)
-    torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
-    touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
-    at = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)
-    memory, plain, out = np.zeros(controller.memory_size), [0.0] * controller.memory_size, np.zeros(8)
-    state = (-0.17, 0.21, 1.05, 0.4)
-    controller.start(plain, state[:2], state[2:])
+    count = 2 + len(controller.states)
+    memory, plain, out = np.zeros(controller.memory_size), [0.0] * controller.memory_size, np.zeros(count + ROOM)
+    q, dq, before = (-0.17, 0.21), (1.05, 0.4), (0.22, -0.19)
+    there, turning, old = (np.array(each) for each in (q, dq, before))
+    state, record = (there.ctypes.data, turning.ctypes.data), code.law.record
+    controller.start(plain, q, dq)
     memory[:] = plain
-    touchdown(code.law.record, memory.ctypes.data, 0.22, -0.19, *state)
-    law.touchdown(law.parameters, plain, 0.22, -0.19, *state)
+    touchdown(code)(record, memory.ctypes.data, old.ctypes.data, *state)
+    law.touchdown(law.parameters, plain, before, q, dq)
     assert memory.tolist() == plain
     for t in (0.0, 0.31, 0.9):
-        expected = law.torque(law.parameters, plain, t, *state)
-        torque(code.law.record, memory.ctypes.data, t, *state, out.ctypes.data)
-        assert out[: len(expected)].tolist() == list(expected)
-        assert len(expected) == len(code.law.values)
-        found = at(code.law.next_discontinuity)(code.law.record, memory.ctypes.data, t)
-        assert found == law.next_discontinuity(law.parameters, plain, t)
-    estimate = at(code.law.slope_estimate)(code.law.record, memory.ctypes.data, 0.0)
+        expected = [0.0] * (count + ROOM)
+        law.torque(law.parameters, plain, t, q, dq, expected)
+        torque(code)(record, memory.ctypes.data, t, *state, out.ctypes.data)
+        assert out[:count].tolist() == expected[:count]
+        assert count == len(code.law.values)
+        found = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)(code.law.next_discontinuity)
+        assert found(record, memory.ctypes.data, t) == law.next_discontinuity(law.parameters, plain, t)
+    estimate = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS)(code.law.slope_estimate)(record, memory.ctypes.data)
     np.testing.assert_equal(estimate, law.slope_estimate(law.parameters, plain))
     assert not code.failed
 
 
-def test_idle_states_stand_before_the_laws_own(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+def torque(code: MachineCode) -> Any:
+    """The C function of `Law.torque`."""
+    return ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, NUMBER, *[ADDRESS] * 3)(code.law.torque)
+
+
+def touchdown(code: MachineCode) -> Any:
+    """The C function of `Law.touchdown`."""
+    return ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[ADDRESS] * 3)(code.law.touchdown)
+
+
+def count_up(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
+    memory[0] += 1.0
+
+
+def remembered(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = memory[0], parameters[0]
+
+
+def test_idle_states_stand_before_the_laws_own_memory() -> None:
     """They stay as they are, and the law does not see them."""
-    controller = make_controller("adaptive", robot, {}, gait)
-    law = controller.law()
-    assert law is not None
-    begun, state = [0.0] * controller.memory_size, (-0.17, 0.21, 1.05, 0.4)
-    controller.start(begun, state[:2], state[2:])
-    memory, behind, found = np.array(begun), np.array([math.pi, math.e, *begun]), []
-    for idle, given in ((0, memory), (2, behind)):
-        code = MachineCode(law, len(controller.states), controller.memory_size, idle=idle)
-        torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 5, ADDRESS)(code.law.torque)
-        touchdown = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[NUMBER] * 6)(code.law.touchdown)
-        out = np.full(len(code.law.values), math.nan)
-        touchdown(code.law.record, given.ctypes.data, 0.22, -0.19, *state)
-        torque(code.law.record, given.ctypes.data, 0.2, *state, out.ctypes.data)
-        found.append(out.tolist())
-    assert behind.tolist() == [math.pi, math.e, *memory]
-    assert found[1] == [*found[0][:2], 0.0, 0.0, *found[0][2:]]
+    law = PassiveController().law()._replace(parameters=[7.0], torque=remembered, touchdown=count_up)
+    code = MachineCode(law, 0, 1, idle=2)
+    memory, state, out = np.array([math.pi, math.e, 4.0]), np.zeros(2), np.zeros(2 + ROOM)
+    at, record = state.ctypes.data, code.law.record
+    touchdown(code)(record, memory.ctypes.data, at, at, at)
+    torque(code)(record, memory.ctypes.data, 0.0, at, at, out.ctypes.data)
+    assert memory.tolist() == [math.pi, math.e, 5.0]
+    assert out[:2].tolist() == [5.0, 7.0]
+    assert len(code.law.values) == 4
 
 
-def out_of_range(
-    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    return (0.0, 1.0)[int(100.0 * t)], 0.0
+def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait) -> None:
+    """Parameters differ in number and value, never in type; laws with knees are those of straight legs."""
+    other = mjbiped.find_passive_gait(mjbiped.Compass(hip_mass=3.0), math.radians(3.0))
+    kneed = mjbiped.KneedBiped()
+    laws = (
+        AdaptiveController(mjbiped.Compass(), gait).law(),
+        AdaptiveController(mjbiped.Compass(hip_mass=3.0), other).law(),
+        KneedController(kneed, mjbiped.find_kneed_gait(kneed, math.radians(2.5))).law(),
+    )
+    assert len({law.functions["torque"] for law in laws}) == 1
+    assert len({len(law.parameters) for law in laws}) > 1
+    assert len({MachineCode(law, 2, 200).law.torque for law in laws}) == 1
 
 
-def raising(
-    parameters: tuple[()], memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float]:
+def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = (0.0, 1.0)[int(100.0 * t)], 0.0
+
+
+def raising(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
     if t > 0.01:
         raise ValueError("late")
-    return 0.0, 0.0
+    out[0] = out[1] = 0.0
 
 
-def out_of_range_at_touchdown(
-    parameters: tuple[()],
-    memory: Memory,
-    q1_before: float,
-    q2_before: float,
-    q1: float,
-    q2: float,
-    dq1: float,
-    dq2: float,
-) -> None:
-    memory[0] = (0.0, 1.0)[2 + int(q1)]
+def out_of_range_at_touchdown(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
+    memory[0] = (0.0, 1.0)[2 + int(q[0])]
 
 
 class Failing(PassiveController):
@@ -144,7 +157,8 @@ def test_what_cannot_be_compiled() -> None:
     law = PassiveController().law()
     assert can_be_compiled(law)
     assert not can_be_compiled(law._replace(torque=raising))
-    assert not can_be_compiled(law._replace(parameters=("a text",)))
+    assert not can_be_compiled(law._replace(parameters=("a text",)))  # type: ignore[arg-type]
+    assert not can_be_compiled(law._replace(parameters=((1.0, 2.0),)))  # type: ignore[arg-type]
 
 
 def hybrid(controller: Controller) -> HybridRun:

@@ -1,0 +1,100 @@
+r"""Equations of motion of a chain of two or three segments for control laws; `layout` says what stands where.
+
+With unit vectors e_i along the segments, x forward along the ground and z along its normal, the accelerations
+
+.. math:: \\ddot e_i = (c_i \\ddot q_i - s_i \\dot q_i^2, \\; -s_i \\ddot q_i - c_i \\dot q_i^2)
+
+make of (1), with A and b of `mjbiped.robots.chain` and gravity that leans by the slope,
+
+.. math:: f_i = c_i [\\sum_j A_{ij} \\ddot e_{jx} - b_i \\sin\\varphi]
+                - s_i [\\sum_j A_{ij} \\ddot e_{jz} + b_i \\cos\\varphi]
+
+A stance leg that stands with a bent knee has weight beside its line, whose moment adds to gravity.
+
+Sums over the segments are written out, and the third one is left out of straight legs: plain Python is slow in loops.
+"""
+
+from __future__ import annotations
+
+from mjbiped.control.controller import Numbers, Room
+from mjbiped.controllers.room import COSINE, DQ, FORCE, FORWARD, SINE, UPWARD, Q
+from mjbiped.numerics.trigonometry import sine_cosine
+
+
+def observe(n: int, q: Numbers, dq: Numbers, room: Room) -> None:
+    """Write angles (rad) and rates (rad/s) of n segments into the room, with the angles' sines and cosines."""
+    for i in range(n):
+        angle = q[i]
+        room[Q + i], room[DQ + i] = angle, dq[i]
+        room[SINE + i], room[COSINE + i] = sine_cosine(angle)
+
+
+def move_end(i: int, ddq: float, room: Room) -> None:
+    """Write the acceleration of the end of a unit vector along segment i, 1/s², that turns with ddq (rad/s²)."""
+    s, c, rate = room[SINE + i], room[COSINE + i], room[DQ + i]
+    square = rate * rate
+    room[FORWARD + i] = c * ddq - s * square
+    room[UPWARD + i] = -s * ddq - c * square
+
+
+def inverse_dynamics(chain: Numbers, first: int, n: int, slope: tuple[float, float], room: Room) -> None:
+    """Write the generalised forces M ddq + C dq + g of (1), N m, that make the accelerations of the segments' ends.
+
+    Args:
+        chain: Numbers among which the chain stands; see `layout.chain_block`.
+        first: Index at which it begins.
+        n: Number of segments.
+        slope: Sine and cosine of the ground's slope, or their estimates.
+        room: Has the state, and accelerations as `move_end` writes them; receives the forces.
+    """
+    sine, cosine = slope
+    x0, x1, z0, z1 = room[FORWARD], room[FORWARD + 1], room[UPWARD], room[UPWARD + 1]
+    row, moments = first, first + n * n
+    for i in range(n):
+        moment = chain[moments + i]
+        forward = chain[row] * x0 + chain[row + 1] * x1 - moment * sine
+        upward = chain[row] * z0 + chain[row + 1] * z1 + moment * cosine
+        if n > 2:
+            forward += chain[row + 2] * room[FORWARD + 2]
+            upward += chain[row + 2] * room[UPWARD + 2]
+        room[FORCE + i] = room[COSINE + i] * forward - room[SINE + i] * upward
+        row += n
+    beside = chain[moments + n]
+    if beside != 0.0:
+        room[FORCE] += beside * (room[SINE] * sine - room[COSINE] * cosine)
+
+
+def masses(chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float, float, float, float, float]:
+    """Return m11, m12, m22, m13, m23, m33 of M of (1), A_ij cos(q_i - q_j), kg m²; the last three are 0 for two legs.
+
+    The arguments are those of `inverse_dynamics`.
+    """
+    s1, c1, s2, c2 = room[SINE], room[COSINE], room[SINE + 1], room[COSINE + 1]
+    m11, m12, m22 = chain[first], chain[first + 1] * (c1 * c2 + s1 * s2), chain[first + n + 1]
+    if n == 2:
+        return m11, m12, m22, 0.0, 0.0, 0.0
+    s3, c3 = room[SINE + 2], room[COSINE + 2]
+    m13, m23 = chain[first + 2] * (c1 * c3 + s1 * s3), chain[first + 5] * (c2 * c3 + s2 * s3)
+    return m11, m12, m22, m13, m23, chain[first + 8]
+
+
+def solve(chain: Numbers, first: int, n: int, room: Numbers, right: int) -> tuple[float, float, float]:
+    """Return M^-1 times the n numbers at the index `right` of the room; the others are those of `inverse_dynamics`."""
+    m11, m12, m22, m13, m23, m33 = masses(chain, first, n, room)
+    f1, f2, f3, share1, share2 = room[right], room[right + 1], 0.0, 0.0, 0.0
+    if n > 2:  # the third row first: without it straight legs remain
+        f3, share1, share2 = room[right + 2] / m33, m13 / m33, m23 / m33
+        f1, f2 = f1 - m13 * f3, f2 - m23 * f3
+        m11, m12, m22 = m11 - share1 * m13, m12 - share1 * m23, m22 - share2 * m23
+    scale = 1.0 / (m11 * m22 - m12 * m12)
+    w1, w2 = (m22 * f1 - m12 * f2) * scale, (m11 * f2 - m12 * f1) * scale
+    return w1, w2, f3 - share1 * w1 - share2 * w2
+
+
+def write_torques(n: int, room: Numbers, out: Room, place: int) -> None:
+    """Write the torques that make the generalised forces in the room, B^-1 f: ankle, hip, swing knee, N m."""
+    knee = 0.0
+    if n > 2:
+        out[place + 2] = knee = room[FORCE + 2]
+    hip = room[FORCE + 1] + knee
+    out[place], out[place + 1] = room[FORCE] + hip, hip
