@@ -36,11 +36,11 @@ PIVOT = 2
 SYSTEM = 12
 """Most equations at once: coordinates, and rows that hold them."""
 
-HIP, END, BASE, MASS = 0, 2, 4, 6
+HIP, END, BASE, MASS, WEIGHT = 0, 2, 4, 6, 8
 """Rows of `levers` along the segments, those ahead of them follow: of the hip; of the swing foot (point, ankle, or its
-arc's centre); of the stance foot's ankle from the edge on which the foot turns; first moments of mass, kg m."""
+arc's centre); of the stance foot's ankle from the edge on which the foot turns; first moments of mass, kg m, and of weight, N m."""
 
-POINTS = 8
+POINTS = 10
 
 
 @dataclass(slots=True)
@@ -57,7 +57,7 @@ class Linkage:
         radius: Of the feet, m.
         even: A, shape (segments, segments), kg m^2.
         odd: B, likewise.
-        levers: Shape (POINTS, segments), m or kg m.
+        levers: Shape (POINTS, segments), m, kg m or N m.
     """
 
     segments: int

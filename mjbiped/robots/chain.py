@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.dynamics.linkage import END, MASS, POINTS, Linkage, Motion, room, stand
+from mjbiped.dynamics.linkage import END, MASS, POINTS, WEIGHT, Linkage, Motion, room, stand
 from mjbiped.dynamics.linkage import accelerate as move
 from mjbiped.numerics.blocks import packed, reader, share_arrays
 from mjbiped.numerics.trigonometry import sine_cosine
@@ -301,12 +301,12 @@ def chain_by(linkage: Linkage, groups: Sequence[int]) -> Chain:
     levers = np.asarray(linkage.levers) @ E
     return Chain(
         weights=E.T @ linkage.even @ E,
-        moments=linkage.gravity * levers[MASS],
+        moments=levers[WEIGHT],
         reach=levers[END],
         mass=linkage.mass,
         gravity=linkage.gravity,
         odd=E.T @ linkage.odd @ E,
-        across=linkage.gravity * levers[MASS + 1],
+        across=levers[WEIGHT + 1],
         beside=levers[END + 1],
         radius=linkage.radius,
     )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, Linkage
+from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, WEIGHT, Linkage
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.robots.bodies import Bodies
 
@@ -53,14 +53,15 @@ def linkage_with(
         radius: Of round feet, m.
         gravity: m/s^2.
     """
-    products, first, whole = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), 0.0
+    products, first, pull = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), np.zeros_like(hip)
+    whole = 0.0
     for mass, inertia, segment, levers in masses:
         products += mass * np.outer(levers.conj(), levers)
-        first, whole = first + mass * levers, whole + mass
+        first, pull, whole = first + mass * levers, pull + gravity * mass * levers, whole + mass
         if segment >= 0:
             products[segment, segment] += inertia
     points = np.zeros((POINTS, len(hip)))
-    for place, levers in ((HIP, hip), (END, end), (BASE, base), (MASS, first)):
+    for place, levers in ((HIP, hip), (END, end), (BASE, base), (MASS, first), (WEIGHT, pull)):
         points[place], points[place + 1] = levers.real, levers.imag
     return Linkage(
         segments=len(hip),
@@ -85,15 +86,16 @@ def _linkage_on(edge: int, bodies: Bodies, radius: float, gravity: float) -> Lin
     hip = base.copy()
     for k, line in enumerate(lines):
         hip[chain[k][0]] += line
-    masses = [(bodies.hip_mass, 0.0, -1, hip)]
+    masses, end = [(bodies.hip_mass, 0.0, -1, hip)], hip.copy()
     for side in (0, 1):
-        down = hip.copy()
+        end = hip.copy()
         for k, (part, line) in enumerate(zip(leg, lines, strict=True)):
-            centre = down.copy()
+            centre = end.copy()
             centre[chain[k][side]] -= complex(part.centre, -part.offset) * cmath.exp(1j * part.turn)
-            masses.append((part.mass, part.inertia, chain[k][side], centre))
-            down[chain[k][side]] -= line
+            # from the stance foot up and down again
+            masses.insert(len(masses) if side else 0, (part.mass, part.inertia, chain[k][side], centre))
+            end[chain[k][side]] -= line
         if foot is not None:  # the swing foot is held parallel to the other one
-            masses.append((foot.mass, foot.inertia if side == 0 else 0.0, FOOT, down))
+            masses.append((foot.mass, foot.inertia if side == 0 else 0.0, FOOT, end))
     angles = len(leg) + 1 + (foot is not None)
-    return linkage_with(masses, hip, down, base, angles=angles, radius=radius, gravity=gravity)
+    return linkage_with(masses, hip, end, base, angles=angles, radius=radius, gravity=gravity)

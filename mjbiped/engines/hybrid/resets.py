@@ -122,7 +122,7 @@ def _exchange_legs(c: Any, w: Any, slope: float) -> None:
 
 def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
     """Stand the robot on its next foot, at x (m) on a segment of the terrain; the gait step's time begins."""
-    _note_face(c, w, int(w.foot_segment), w.foot_x)
+    note_face(c, w, int(w.foot_segment), w.foot_x)
     w.clock, w.after, w.before = w.time, 0.0, math.inf
     w.stance = (w.stance + 1) % c.legs
     slope = numbers(c.angle, c.segments)[segment]
@@ -130,7 +130,7 @@ def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
     w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(ground_of(c), segment, foot_x), segment
 
 
-def _note_face(c: Any, w: Any, own: int, x: float) -> None:
+def note_face(c: Any, w: Any, own: int, x: float) -> None:
     """Note the vertical face beside which the new swing foot has stood, at x (m) on the segment `own`.
 
     A foot at the base of a riser lies within rounding of its face, on either side of it. It stays on the side of the
@@ -265,10 +265,10 @@ def hit_face(c: Any, w: Any) -> None:
     w.face = 1.0 if numbers(c.x, c.segments)[w.landing] == w.face_x else -1.0
     w.pushed_x, w.pushed_z = -w.face, 0.0
     w.face_impacts = 1
-    _stop_swing_foot(c, w)
+    stop_swing_foot(c, w)
 
 
-def _stop_swing_foot(c: Any, w: Any) -> None:
+def stop_swing_foot(c: Any, w: Any) -> None:
     """A plastic, frictionless impact of the swing foot along (pushed_x, pushed_z); the stance foot stays.
 
     A locked knee stays locked, and one that rests on its stop does so if the impact presses it on.
@@ -308,7 +308,7 @@ def stub(c: Any, w: Any) -> None:
     slope = numbers(c.angle, c.segments)[segment]
     w.sliding, w.slid_segment, w.face = True, segment, 0.0
     w.pushed_x, w.pushed_z = math.sin(slope), math.cos(slope)
-    _stop_swing_foot(c, w)
+    stop_swing_foot(c, w)
 
 
 def slide_on(c: Any, w: Any) -> None:
