@@ -97,7 +97,9 @@ def on_wheel(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) 
 
 def on_compass(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
     p = parameters
-    model = Model(((p[0], p[1]), (p[2], p[3])), (p[4], p[5]), ((p[6], p[7]), (p[8], p[9])), ((p[10], p[11]), (p[12], p[13])))
+    model = Model(
+        ((p[0], p[1]), (p[2], p[3])), (p[4], p[5]), ((p[6], p[7]), (p[8], p[9])), ((p[10], p[11]), (p[12], p[13]))
+    )
     for i in range(2):
         out[i] = force(model, (q[0], q[1]), (dq[0], dq[1]), i)
 

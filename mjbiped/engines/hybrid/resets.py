@@ -71,7 +71,7 @@ def transfer_support(c: Any, w: Any) -> None:
     for i in range(c.told):
         before[i], spare[i] = told[i], y[n + i]
     estimate_before = estimated_slope(c, w)
-    _exchange_legs(c, w, slope)
+    exchange_legs(c, w, slope)
     take_angles(c, w, y)
     if c.support >= 0:
         memory[c.support], memory[c.support + 1] = c.heel, c.toe  # all of the sole stands
@@ -90,7 +90,7 @@ def transfer_support(c: Any, w: Any) -> None:
         w.outcome = LEFT_TERRAIN
 
 
-def _exchange_legs(c: Any, w: Any, slope: float) -> None:
+def exchange_legs(c: Any, w: Any, slope: float) -> None:
     """Impact of a touchdown on a slope (rad), and the legs exchange their roles; the state is then in `w.y`.
 
     The new swing knee rests on its stop, or is free: if it is bent, or if the impact opens a knee that its stop holds.
