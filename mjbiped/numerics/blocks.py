@@ -21,7 +21,7 @@ Floats = Sequence[float]
 
 
 @cache
-def dtype_of(kind: type) -> np.dtype[Any]:
+def dtype_of(kind: Any) -> np.dtype[Any]:
     """Layout in C's memory of a dataclass: integers of 64 bits, truth values and addresses too, and floats."""
     hints = get_type_hints(kind)
     words = [(field.name, np.float64 if hints[field.name] is float else np.int64) for field in dataclasses.fields(kind)]
@@ -103,5 +103,6 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     return result
 
 
-for _each in (numbers, row, call, call_for_float):
-    _each.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `machine`
+_meant: tuple[Any, ...] = (numbers, row, call, call_for_float)
+for _each in _meant:
+    _each.meant = None  # what they mean in machine code stands in `machine`

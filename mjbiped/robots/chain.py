@@ -233,12 +233,17 @@ class Chain(NamedTuple):
         return np.linalg.solve(self.mass_matrix(q), pull).astype(np.float64)
 
     @property
-    def free_motion(self) -> Callable[[Array, Array, float], Array]:
-        """The motion without torques, compiled: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
+    def linkage(self) -> Linkage:
+        """The linkage of the chain's angles alone."""
         n, levers = len(self.reach), np.zeros((POINTS, len(self.reach)))
         levers[MASS], levers[MASS + 1] = self.moments / self.gravity, self.across / self.gravity
         even, odd = self.weights.tolist(), np.broadcast_to(self.odd, (n, n)).tolist()
-        linkage = Linkage(n, n, False, self.mass, self.gravity, self.radius, even, odd, levers.tolist())
+        return Linkage(n, n, False, self.mass, self.gravity, self.radius, even, odd, levers.tolist())
+
+    @property
+    def free_motion(self) -> Callable[[Array, Array, float], Array]:
+        """The motion without torques, compiled: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
+        n, linkage = len(self.reach), self.linkage
         motion = Motion(free=n, **room())
         stand(linkage, motion)
         share_arrays(motion)

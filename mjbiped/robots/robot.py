@@ -255,7 +255,8 @@ class Robot(ABC):
         slope = domains.ANGLE.check("slope", slope)
         motion.sine, motion.cosine = math.sin(slope), math.cos(slope)
         stand(linkage, motion)
-        motion.ddq[: len(angles)] = (self.input_matrix @ np.asarray(torque, dtype=np.float64)).tolist()
+        forces: Any = motion.ddq
+        forces[: len(angles)] = (self.input_matrix @ np.asarray(torque, dtype=np.float64)).tolist()
         flat = [0.0] * (ROOM - len(angles))
         accelerate(linkage, motion, angles + flat, rates + flat)
         along, normal = ground_force(linkage, motion, angles + flat, rates + flat, motion.ddq)

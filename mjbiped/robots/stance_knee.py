@@ -6,7 +6,6 @@ all four segments free.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import Any
@@ -85,7 +84,7 @@ def stance_knee_torque(
             domains.ANGLE.array("stance_flexion", column(stance_flexion), (count,)),
         ]
     )
-    leg, found, whole = robot.bodies.leg, np.empty(count), dataclasses.replace(robot.linkages[0], angles=4)
+    leg, found, whole = robot.bodies.leg, np.empty(count), robot.chains[4].linkage
     motion = Motion(free=4, **room())
     stand(whole, motion)
     (linkage, below), (made, kept) = packed(whole), packed(motion)
@@ -113,13 +112,13 @@ def hold_all(linkage: int, motion: int, lengths: Array, table: Array, state: Arr
         row, flexion = table[k], table[k, 11]
         _, lean = bent_leg(lengths[0], lengths[1], flexion)
         w.sine, w.cosine = sine_cosine(row[9])
-        q[0], q[1], q[2], q[3] = row[0] + lean - flexion, row[1], row[2], row[0] + lean
-        dq[0], dq[1], dq[2], dq[3] = row[3], row[4], row[5], row[3]
-        forces[0], forces[1], forces[2], forces[3] = -row[7], row[7] - row[8], row[8], row[6]
+        q[0], q[1], q[2], q[3] = row[0] + lean, row[0] + lean - flexion, row[1], row[2]
+        dq[0], dq[1], dq[2], dq[3] = row[3], row[3], row[4], row[5]
+        forces[0], forces[1], forces[2], forces[3] = row[6], -row[7], row[7] - row[8], row[8]
         load(whole, w, q, dq)
-        hold_stop(w, 0, 3)
+        hold_stop(w, 1, 0)
         if row[10] != 0.0:
-            hold_stop(w, 1, 2)
+            hold_stop(w, 2, 3)
         solve(w)
         found[k] = -numbers(w.right, SYSTEM)[w.size]
 

@@ -20,7 +20,7 @@ def plain_functions(controller: Controller) -> Functions:
     law = controller.law() if isinstance(controller, LawController) and gives_its_law(controller) else None
     if law is not None:
         return law._asdict()
-    methods = dict(zip(NAMES, adapters.LAWS, strict=True))
+    methods: dict[str, Any] = dict(zip(NAMES, adapters.LAWS, strict=True))
 
     def torque(law: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
         values = adapters.torque(law, memory, t, tuple(q), tuple(dq))

@@ -34,7 +34,7 @@ def _layout(table: str) -> Any:
     """Index of the first number of each column in a row that has all columns."""
     widths = _widths(table)
     firsts = np.cumsum([0, *widths.values()]).tolist()
-    return namedtuple("Layout", [*widths, "width"])(*firsts)  # type: ignore[misc]  # names that the records say
+    return namedtuple("Layout", [*widths, "width"])(*firsts)
 
 
 TOUCHDOWN, SAMPLE = _layout("touchdowns"), _layout("samples")

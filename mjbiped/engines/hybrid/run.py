@@ -154,7 +154,8 @@ class HybridRun(Run):
     def _sample(self) -> None:
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         c, w = self.constants, self.state
-        w.sampled[: c.joints] = w.given[0][: c.joints]
+        sampled: Any = w.sampled
+        sampled[: c.joints] = w.given[0][: c.joints]
         write_sample(c, w, w.time, w.y, (w.sampled if c.behind == math.inf else w.asked)[0])
         self._record(c.row_buffer[:0], c.sample_buffer[:1])
 

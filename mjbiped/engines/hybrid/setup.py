@@ -143,22 +143,24 @@ def state_of(c: Constants, y: Sequence[float], memory: Sequence[float], place: P
     n, slope = c.angles, c.angle[place[2]]
     push, impulse = following(pushes_of(c), 0, 0.0)
     straight = y[c.thigh] == y[c.shank] and y[n + c.thigh] == y[n + c.shank]
-    state = State(
+    rooms: dict[str, Any] = {
         **room(),
+        **{name: [0.0] * c.size for name in ("out", "spare")},
+        **{name: [0.0] * STAGES_WITH_DENSE for name in ("asked", "normals", "moments")},
+        **{name: [0.0] * ROOM for name in ("q", "dq", "peak_torque", "strike_q", "strike_dq", "struck_dq")},
+        **{name: [0.0] * c.told for name in ("told", "told_rates", "told_before")},
+    }
+    state = State(
+        **rooms,
         sine=math.sin(slope),
         cosine=math.cos(slope),
         y=[*y, *memory[: c.states], *[0.0] * c.joints],
-        **{name: [0.0] * c.size for name in ("out", "spare")},
         k=[[0.0] * c.size for _ in range(STAGES_WITH_DENSE)],
         dense=[[0.0] * c.size for _ in range(POWERS)],
         memory=list(memory),
         given=[[0.0] * c.given for _ in range(STAGES_WITH_DENSE)],
         sampled=[0.0] * c.given,
-        **{name: [0.0] * STAGES_WITH_DENSE for name in ("asked", "normals", "moments")},
         margins=[math.inf] * STAGES_WITH_DENSE,
-        **{name: [0.0] * ROOM for name in ("q", "dq", "peak_torque")},
-        **{name: [0.0] * c.told for name in ("told", "told_rates", "told_before")},
-        **{name: [0.0] * ROOM for name in ("strike_q", "strike_dq", "struck_dq")},
         pressure=[0.0] * (2 + BINS),
         posture=[0.0] * POSTURE,
         slope=slope,
