@@ -17,10 +17,10 @@ from .limit_cycles.return_map import ReturnMap
 from .records.record import Walk
 from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
-from .robots.footed.biped import FootedCompass
+from .robots.footed import FootedCompass
 from .robots.kneed import KneedBiped
-from .robots.round.biped import RoundCompass
-from .robots.round.kneed import RoundKneed
+from .robots.round import RoundCompass
+from .robots.round_kneed import RoundKneed
 from .robots.wheel import RimlessWheel
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many

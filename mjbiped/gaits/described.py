@@ -17,8 +17,8 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round.biped import RoundCompass
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round import RoundCompass
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 

@@ -30,7 +30,7 @@ from mjbiped.gaits.pieces import FALLEN, FINE, free_motion, passive_branches
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.utils import domains
 
 LONGEST = 10.0  # longest phase of a step, sqrt(l/g); steps take 2

@@ -35,7 +35,7 @@ from mjbiped.robots.compass import (
     legs_of,
     mass_terms,
 )
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 from mjbiped.utils import domains
 
 STEPS = 48  # fixed integration steps per period: the state at touchdown is then good to 1e-13
@@ -166,7 +166,8 @@ def _model(robot: Compass | RoundCompass) -> _Model:
 def _rolling(robot: RoundCompass, weight: float, metre: float, second: float) -> _Model:
     lengths = {key: getattr(robot, key) / metre for key in ("lower_length", "upper_length", "foot_radius")}
     inertia, gravity = robot.leg_inertia / metre**2, _TABLE_ONE.gravity
-    linkage = replace(robot, **lengths, leg_inertia=inertia, gravity=gravity).linkage
+    scaled = replace(robot, **lengths, leg_inertia=inertia, gravity=gravity)
+    linkage = scaled.chains[2]
     free = linkage.free_motion
 
     def motion(q1: float, q2: float, dq1: float, dq2: float, sine: float, cosine: float) -> tuple[float, float]:
@@ -174,7 +175,7 @@ def _rolling(robot: RoundCompass, weight: float, metre: float, second: float) ->
         return float(ddq[0]), float(ddq[1])
 
     def strike(q1: float, q2: float, dq1: float, dq2: float) -> tuple[float, float]:
-        after = linkage.end_strikes(np.array([q1, q2]), np.array([dq1, dq2]))
+        after = scaled.rates_after_touchdown([q1, q2], [dq1, dq2])
         return float(after[0]), float(after[1])
 
     def energy(q1: float, q2: float, dq1: float, dq2: float) -> float:

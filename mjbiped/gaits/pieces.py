@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array
-from mjbiped.robots.round.linkage import Linkage
 
 DEGREE = 7
 """Degree of a reference's Bézier curves: angle, rate and acceleration are free at both ends, and two points more."""
@@ -161,7 +160,7 @@ def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Arra
     return np.asarray(rate * of_rate + acceleration * of_acceleration)
 
 
-def free_motion(chain: Chain | Linkage, slope: float) -> Callable[[float, Array], Array]:
+def free_motion(chain: Chain, slope: float) -> Callable[[float, Array], Array]:
     """The unpowered motion of a chain on a slope (rad): a function from the state to its rates."""
     move = chain.free_motion
 

@@ -20,6 +20,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.records import columns_of
 from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
@@ -264,13 +265,14 @@ def basin_of_control(
 
 def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fate]:
     """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    columns = tables_of(type(run.plan.robot)).touchdowns
-    first, last = index_of(columns, "q"), index_of(columns, "dq") + len(run.plan.robot.angles)
+    kind = type(run.plan.robot)
+    columns, own = tables_of(kind).touchdowns, columns_of(kind, "touchdowns")
+    state = own[index_of(columns, "q") : index_of(columns, "dq") + len(run.plan.robot.angles)]
     walked, w = 0, run.state
     while run.ended is Outcome.WALKING:
         run.go_on()
         count = int(w.rows)
-        inside = (np.abs(run.tables.rows[:count, first:last] - goal) < near).all(axis=1)
+        inside = (np.abs(run.constants.row_buffer[:count, state] - goal) < near).all(axis=1)
         if inside.any():
             return walked + int(inside.argmax()) + 1, Fate.SETTLED
         walked += count

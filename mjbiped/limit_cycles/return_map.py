@@ -7,6 +7,7 @@ for Newton's method, and fast enough for diagrams of a million steps. docs/gaits
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -18,17 +19,30 @@ from numpy.typing import ArrayLike
 
 from mjbiped.control.compiled import MachineCode
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.disturbances.pushes import NONE
+from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.hybrid.engine import Hybrid
-from mjbiped.engines.hybrid.run import HybridRun, packed
-from mjbiped.engines.hybrid.state import Tables
-from mjbiped.engines.plan import Plan, Terms, check_robot, check_rule
+from mjbiped.engines.hybrid.laws import machine_functions
+from mjbiped.engines.hybrid.motion import enter_mode
+from mjbiped.engines.hybrid.run import engine_address
+from mjbiped.engines.hybrid.setup import (
+    buffer_constants,
+    ground_constants,
+    law_constants,
+    push_constants,
+    robot_constants,
+    rule_constants,
+    state_of,
+)
+from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
+from mjbiped.engines.plan import check_robot, check_rule
 from mjbiped.errors import InputError
-from mjbiped.numerics.jit import announced, compiled
-from mjbiped.robots.equations import FREE
+from mjbiped.numerics.blocks import call, numbers, packed, reader, row, share_arrays
+from mjbiped.numerics.jit import announced
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.terrain import Terrain
+from mjbiped.terrain.profile import Profile
 from mjbiped.utils import domains
 
 STEP = 0.24
@@ -54,111 +68,135 @@ def kicked(state: Array) -> Array:
     return pushed
 
 
-class EngineCode(NamedTuple):
-    """The hybrid engine's machine code for the unpowered robot.
-
-    Attributes:
-        advance: See `mjbiped.engines.hybrid.run.HybridRun`.
-    """
-
-    advance: Any
-
-
 class Plane(NamedTuple):
-    """A robot on a plane in the form that the hybrid engine takes.
+    """An unpowered robot on a plane in the form that the hybrid engine takes.
 
     Attributes:
-        code: What walks it.
-        law: The machine code of no torque.
-        constants: Robot and rules; to be copied for each batch, as they have room to compute in.
-        tables: The plane, and room for one touchdown; likewise.
-        state: State of a walk just after an impact.
         robot: The robot.
+        constants: Robot, law and rules; their addresses are those of machine code.
+        code: The law, which has to live as long as they do.
+        step: Length of the first integration step of each gait step, s.
     """
 
-    code: EngineCode
-    law: MachineCode
-    constants: Any
-    tables: Tables
-    state: Any
     robot: Robot
+    constants: Constants
+    code: MachineCode
+    step: float
 
 
-class Batch(NamedTuple):
-    """Inputs and outputs of a batch of walks.
+@dataclass
+class Batch:
+    """Inputs and outputs of a batch of walks, for machine code.
 
     Attributes:
-        law: The law of the unpowered robot.
-        starts: First states, shape (walks, m), of m = 4 numbers, or 6 with knees.
+        advance: Address of the hybrid engine.
+        constants: Address of its constants.
+        state: Address of its state.
+        fresh: Address of what the state is just after an impact.
+        words: Number of floats that are the size of a state.
+        walks: Number of walks.
+        numbers: Numbers of a first state, m: 4, or 6 with knees.
+        room: Steps of each walk that are kept, the last ones.
         limit: Steps at most.
-        goals: States near which a walk is settled and ends, shape (n, m); n may be 0.
+        goals: Number of states near which a walk is settled and ends.
+        knee: Whether the robot has knees: indices 1 and 2 are then those of thigh and shank.
+        starts: First states, shape (walks, m).
+        goal: These states, shape (goals, m).
         near: How near to one of them, shape (m,).
         start: Room for the first state of a step, shape (m,).
-        memory: The engine's state, an array of one.
-        fresh: What it is just after an impact.
-        states: Last states after impacts, shape (walks, room, m): step n stands in row n % room.
+        states: Last states after impacts, shape (walks, room * m): step n stands n % room rows behind the first.
         periods: Periods of the same steps, shape (walks, room), s.
         counts: Number of steps walked, shape (walks,).
         outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or the engine's outcome, shape (walks,).
     """
 
-    law: Any
-    starts: Any
+    advance: int
+    constants: int
+    state: int
+    fresh: int
+    words: int
+    walks: int
+    numbers: int
+    room: int
     limit: int
-    goals: Any
-    near: Any
-    start: Any
-    memory: Any
-    fresh: Any
-    states: Any
-    periods: Any
-    counts: Any
-    outcomes: Any
+    goals: int
+    knee: bool
+    starts: Array
+    goal: Array
+    near: Array
+    start: Array
+    states: Array
+    periods: Array
+    counts: Array
+    outcomes: Array
 
 
-def walk_batch(code: EngineCode, constants: Any, room: int, batch: Batch) -> None:
-    """Walk each walk of a batch, and fill in the rest of it.
+_batch_at = reader(Batch)
+
+
+def walk_batch(batch: int) -> None:
+    """Walk each walk of a batch, which stands at an address, and fill in the rest of it.
 
     Place and time begin at zero after each impact, so that a step depends on its first state alone, and on the flexion
     of the stance knee after a touchdown with a bent one. Of each walk the last `room` steps are kept.
     """
-    w, numbers = batch.memory[0], batch.states.shape[2]
-    for walk in range(len(batch.starts)):
-        batch.memory[0] = batch.fresh[0]
-        for c in range(numbers):
-            w.y[c] = batch.starts[walk, c]
-        opened = w.y[numbers // 2 + constants.robot.shank] > w.y[numbers // 2 + constants.robot.thigh]
-        n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, FREE if opened else w.locked
-        while True:
-            if is_near(w.y, batch.goals, batch.near):
-                outcome = SETTLED
-            if outcome != TOUCHDOWN or n == batch.limit:
-                break
-            for c in range(numbers):
-                batch.start[c] = w.y[c]
-            batch.memory[0] = batch.fresh[0]
-            for c in range(numbers):
-                w.y[c] = batch.start[c]
-            w.stance_flexion, w.locked, w.foot_angle = flexion, knee, w.y[0]
-            code.advance(batch.law, constants, w)
-            outcome = int(w.outcome)
-            if outcome == TOUCHDOWN:
-                batch.periods[walk, n % room] = w.time
-                for c in range(numbers):
-                    batch.states[walk, n % room, c] = w.y[c]
-                flexion, knee = w.stance_flexion, w.locked
-                n += 1
-            elif outcome == UNRESOLVED:  # without torques only an unbounded motion is unresolved
-                outcome = DIVERGED
-        batch.counts[walk], batch.outcomes[walk] = n, outcome
+    b = _batch_at(batch, 0)
+    for walk in range(b.walks):
+        _walk_one(b, walk)
 
 
-def is_near(y: Any, goals: Any, near: Any) -> bool:
+def _walk_one(b: Any, walk: int) -> None:
+    """Walk one walk of a batch."""
+    w, m, half = state_at(b.state, 0), b.numbers, b.numbers // 2
+    y, start = numbers(w.y, m), numbers(b.start, m)
+    c = constants_at(b.constants, 0)
+    states, periods = row(b.states, walk, b.room * m), row(b.periods, walk, b.room)
+    _copy(b.fresh, b.state, b.words)
+    for i in range(m):
+        y[i] = row(b.starts, walk, m)[i]
+    n, outcome, flexion, knee = 0, TOUCHDOWN, 0.0, w.locked
+    if b.knee and y[half + 2] > y[half + 1]:
+        knee = FREE
+    while True:
+        if is_near(b, y):
+            outcome = SETTLED
+        if outcome != TOUCHDOWN or n == b.limit:
+            break
+        for i in range(m):
+            start[i] = y[i]
+        _copy(b.fresh, b.state, b.words)
+        for i in range(m):
+            y[i] = start[i]
+        w.stance_flexion, w.locked, w.foot_angle = flexion, knee, y[0]
+        bend_stance_knee(w, c.upper, c.lower, flexion)
+        enter_mode(c, w)
+        call(b.advance, b.constants, b.state)
+        outcome = w.outcome
+        if outcome == TOUCHDOWN:
+            periods[n % b.room] = w.time
+            for i in range(m):
+                states[n % b.room * m + i] = y[i]
+            flexion, knee = w.stance_flexion, w.locked
+            n += 1
+        elif outcome == UNRESOLVED:  # without torques only an unbounded motion is unresolved
+            outcome = DIVERGED
+    numbers(b.counts, b.walks)[walk], numbers(b.outcomes, b.walks)[walk] = n, outcome
+
+
+def _copy(source: Any, target: Any, words: int) -> None:
+    """Copy words from one address to another."""
+    there, here = numbers(target, words), numbers(source, words)
+    for i in range(words):
+        there[i] = here[i]
+
+
+def is_near(b: Any, y: Any) -> bool:
     """Whether a state is near a goal in every component."""
-    for goal in range(len(goals)):
+    near = numbers(b.near, b.numbers)
+    for goal in range(b.goals):
         inside = True
-        for c in range(len(near)):
-            inside = inside and abs(y[c] - goals[goal, c]) < near[c]
+        for i in range(b.numbers):
+            inside = inside and abs(y[i] - row(b.goal, goal, b.numbers)[i]) < near[i]
         if inside:
             return True
     return False
@@ -168,27 +206,44 @@ def walk_all(
     plane: Plane, starts: Array, limit: int, room: int = 1, goals: Array | None = None, near: Array | None = None
 ) -> Batch:
     """Walk from many states by compiled code, which lets other threads run; `Batch` explains arguments and result."""
-    walks, numbers = starts.shape
-    constants = plane.constants.copy()
-    tables = plane.tables._replace(rows=plane.tables.rows.copy())  # which live as long as machine code writes to them
-    table, _ = packed(tables)
-    constants.tables = table.ctypes.data
+    from mjbiped.numerics.machine import compiled
+
+    walks, count = starts.shape
+    # buffers are of one batch alone
+    buffers = buffer_constants(1, 1, 0, math.inf)
+    constants, below = packed(dataclasses.replace(plane.constants, **buffers))
+    first = state_of(plane.constants, [0.0] * count, [], (0.0, 0.0, 0), math.inf)
+    first.next_step = plane.step
+    share_arrays(first)
+    (state, arrays), (fresh, _) = packed(first), packed(first)
     batch = Batch(
-        law=plane.law.block,
-        starts=starts,
+        advance=0,
+        constants=constants.ctypes.data,
+        state=state.ctypes.data,
+        fresh=fresh.ctypes.data,
+        words=state.itemsize // 8,
+        walks=walks,
+        numbers=count,
+        room=room,
         limit=limit,
-        goals=np.empty((0, numbers)) if goals is None else goals,
-        near=np.zeros(numbers) if near is None else near,
-        start=np.empty(numbers),
-        memory=np.array([plane.state]),
-        fresh=np.array([plane.state]),
-        states=np.empty((walks, room, numbers)),
+        goals=0 if goals is None else len(goals),
+        knee=plane.constants.thigh != plane.constants.shank,
+        starts=np.ascontiguousarray(starts, dtype=np.float64),
+        goal=np.zeros((1, count)) if goals is None else np.ascontiguousarray(goals, dtype=np.float64),
+        near=np.zeros(count) if near is None else np.ascontiguousarray(near, dtype=np.float64),
+        start=np.empty(count),
+        states=np.empty((walks, room, count)),
         periods=np.empty((walks, room)),
-        counts=np.empty(walks, dtype=np.int64),
-        outcomes=np.empty(walks, dtype=np.int64),
+        counts=np.empty(walks),
+        outcomes=np.empty(walks),
     )
     with announced("the return map", Hybrid().costs(plane.robot).engine):
-        compiled(walk_batch, EngineCode, plane.code, inlined=())(constants, room, batch)
+        batch.advance = engine_address()
+        walk = compiled(walk_batch, "void(int64)")
+    made, kept = packed(batch)
+    walk(made.ctypes.data)
+    del below, arrays, kept  # which lived until now
+    batch.counts, batch.outcomes = batch.counts.astype(np.int64), batch.outcomes.astype(np.int64)
     return batch
 
 
@@ -199,21 +254,24 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
-    engine, still = Hybrid(TOLERANCE), (0.0,) * angles
-    terms = Terms(engine, None, None, robot, None, scuffing)
-    controller = Unpowered().driving(robot)
-    plan = Plan(terms, controller, controller, Terrain.level(), robot, still, still, {})
-    run = HybridRun(plan, TOLERANCE, compile=True)
-    constants, state = run.constants, run.state
-    constants.mass = math.nan  # without a weight the engine does not look for the least force on the ground
-    constants.longest_step = step
+    law = Unpowered().driving(robot).law()
+    assert law is not None
+    code = MachineCode(law, 0, 0, joints=len(robot.joints))
     # by hand, for a terrain refuses slopes on which no foot would stand
-    ground = run.tables.ground._replace(angle=np.array([slope]), gradient=np.array([-math.tan(slope)]))
-    state.slope, state.sine, state.cosine = slope, math.sin(slope), math.cos(slope)
-    state.next_step, state.pause = step, math.inf
-    assert run.code is not None
-    tables = run.tables._replace(ground=ground, rows=run.tables.rows[:1].copy())
-    return Plane(EngineCode(run.advance), run.code, constants, tables, state, robot)
+    ground = Profile([0.0], [0.0], [-math.tan(slope)])
+    # without a weight the engine does not look for the least force on the ground
+    own = {**robot_constants(robot), "weight": math.nan, "longest_step": step}
+    constants = Constants(
+        **own,
+        **law_constants(machine_functions(code), robot, 0, -1),
+        **ground_constants(ground, [slope], math.inf),
+        **push_constants(NONE),
+        **buffer_constants(1, 1, 0, math.inf),
+        **rule_constants(robot, scuffing, None, None),
+        tolerance=TOLERANCE,
+        control_period=math.inf,
+    )
+    return Plane(robot, constants, code, step)
 
 
 @dataclass(frozen=True)
@@ -284,4 +342,5 @@ class ReturnMap:
         steps = domains.MAP_STEPS.check("steps", steps)
         batch = walk_all(self.plane, start[None], steps, room=steps)
         done = int(batch.counts[0])
-        return Steps(batch.states[0, :done], batch.periods[0, :done], Outcome(batch.outcomes[0]).name.lower())
+        outcome = Outcome(int(batch.outcomes[0])).name.lower()
+        return Steps(batch.states[0, :done], batch.periods[0, :done], outcome)

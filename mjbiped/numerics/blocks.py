@@ -3,7 +3,7 @@
 A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object
 itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes
 one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
-`leg_at(block.legs, i)` with `leg_at = reader(Leg)`.
+`leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Floats = Sequence[float] | NDArray[np.float64]
 
 
 @cache
-def dtype_of(kind: type) -> np.dtype[Any]:
+def dtype_of(kind: Any) -> np.dtype[Any]:
     """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats."""
     if issubclass(kind, ctypes.Structure):
         return np.dtype(kind)
@@ -51,6 +51,21 @@ def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
             value = array.ctypes.data
         made[name] = value
     return made, kept
+
+
+def share_arrays(block: Any) -> None:
+    """Make arrays of a block's lists of floats, on which Python and machine code then work both (`packed`)."""
+    for field in dataclasses.fields(block):
+        value = getattr(block, field.name)
+        if isinstance(value, list) and value and isinstance(value[0], float | int | list):
+            setattr(block, field.name, np.array(value, dtype=np.float64))
+
+
+def take_numbers(block: Any, made: NDArray[Any]) -> None:
+    """Let a block have the numbers that stand in its copy for machine code."""
+    for name, value in zip(made.dtype.names or (), made[0].item(), strict=True):
+        if isinstance(getattr(block, name), bool | int | float):
+            setattr(block, name, value)
 
 
 def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
@@ -93,6 +108,11 @@ def first(values: Any, count: int) -> Any:
     return tuple(values[:count])
 
 
+def row(values: Any, index: int, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
+    """The floats of one row of a table, a list of lists or what stands at an address, whose rows have `count` each."""
+    return values[index]
+
+
 def reader(kind: type) -> Callable[[Any, int], Any]:
     """The function (blocks, index) -> one block of a list, or of those at an address one behind the other."""
 
@@ -114,6 +134,6 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     return result
 
 
-_MEANT: tuple[Any, ...] = (numbers, whole_numbers, octets, borrowed, give_back, first, call, call_for_float)
+_MEANT: tuple[Any, ...] = (numbers, row, whole_numbers, octets, borrowed, give_back, first, call, call_for_float)
 for _each in _MEANT:
     _each.meant = None  # what they mean in machine code stands in `machine`

@@ -45,22 +45,34 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
     imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
 
 
+def _owning_nothing(context: Any, builder: Any, item: Any, address: Any, count: Any) -> Any:
+    """Make an array of what stands at an address."""
+    made, width = context.make_array(types.Array(item, 1, "C"))(context, builder), item.bitwidth // 8
+    data, size = builder.inttoptr(address, made.data.type), context.get_constant(types.intp, width)
+    populate_array(made, data=data, shape=[count], strides=[size], itemsize=size, meminfo=None)
+    return made._getvalue()
+
+
 def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> None:
-    """Say that a function makes an array, which owns nothing, of an address and a count; it may cut an array."""
-    kind, size = types.Array(item, 1, "C"), item.bitwidth // 8
+    """Say that a function makes an array of an address and a count; an array it returns, or cuts."""
+    kind = types.Array(item, 1, "C")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
-        made, width = context.make_array(kind)(context, builder), context.get_constant(types.intp, size)
+        address, count = arguments
         if isinstance(signature.args[0], types.Array):
             if not cut:
-                return arguments[0]
-            data = context.make_array(kind)(context, builder, arguments[0]).data
-        else:
-            data = builder.inttoptr(arguments[0], made.data.type)
-        populate_array(made, data=data, shape=[arguments[1]], strides=[width], itemsize=width, meminfo=None)
-        return made._getvalue()
+                return address
+            address = builder.ptrtoint(context.make_array(kind)(context, builder, address).data, cgutils.intp_t)
+        return _owning_nothing(context, builder, item, address, count)
 
     defined(function, lambda values, _: values if isinstance(values, types.Array) else kind, generate)
+
+
+def _row(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+    """Make an array of the floats of one row of the table at an address."""
+    first, index, count = arguments
+    passed = builder.mul(builder.mul(index, count), context.get_constant(types.intp, 8))
+    return _owning_nothing(context, builder, types.float64, builder.add(first, passed), count)
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
@@ -82,6 +94,7 @@ _array(blocks.first, types.float64, cut=True)
 _array(blocks.whole_numbers, types.int32)
 _array(blocks.octets, types.uint8)
 defined(blocks.give_back, lambda *_: types.void, lambda context, *_: context.get_dummy_value())
+defined(blocks.row, lambda *_: types.Array(types.float64, 1, "C"), _row)
 defined(blocks.call, lambda *_: types.void, _call)
 defined(blocks.call_for_float, lambda *_: types.float64, _call)
 

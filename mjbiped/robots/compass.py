@@ -9,21 +9,17 @@ slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.bent_leg import straight_leg
-from mjbiped.robots.chain import Chain, hold_end, segment_force, stop_end, with_room
-from mjbiped.robots.equations import Equations
+from mjbiped.robots.chain import segment_force
 from mjbiped.robots.model import solve_pair
-from mjbiped.robots.straight_legs import StraightLegs, lands, limbs, lock_knee
+from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
@@ -35,10 +31,6 @@ Array: TypeAlias = NDArray[np.float64]
 
 Legs: TypeAlias = tuple[float, float, float, float]
 """Sine and cosine of the stance leg's, then of the swing leg's angle, so that each is taken once."""
-
-
-Legged: TypeAlias = tuple[float, float]
-"""A number for either leg: of the stance leg, then of the swing leg."""
 
 
 def legs_of(q1: float, q2: float) -> Legs:
@@ -182,41 +174,6 @@ def rates_after_impact(
     return solve_pair(m11, m12, m22, about_point, about_hip)
 
 
-def _constants(robot: "Compass") -> SimpleNamespace:
-    chain, length = with_room(robot.chains[2]), robot.leg_length
-    return SimpleNamespace(lumped=robot.constants, chain=chain, stance=straight_leg(length), thigh=1, shank=1)
-
-
-def accelerations(c: Any, w: Any, q: Legged, dq: Legged, torques: Any, push: float) -> tuple[float, float]:
-    """Equation (1); on a vertical face as a chain whose end the face holds."""
-    stance, hip = torques[0] - torques[1] + push, torques[1]
-    ddq1, ddq2 = acceleration(c.lumped, q[0], q[1], dq[0], dq[1], w.sine, w.cosine, stance, hip)
-    if w.face != 0.0:
-        w.press = _held(c.chain, w, q, dq, ddq1, ddq2)
-        ddq1, ddq2 = c.chain.ddq[0], c.chain.ddq[1]
-    return ddq1, ddq2
-
-
-def _held(chain: Any, w: Any, q: Legged, dq: Legged, ddq1: float, ddq2: float) -> float:
-    """Force of a face on the swing foot, N; the accelerations with it stand in `chain.ddq`."""
-    chain.q[0], chain.q[1], chain.dq[0], chain.dq[1] = q[0], q[1], dq[0], dq[1]
-    chain.ddq[0], chain.ddq[1] = ddq1, ddq2
-    return hold_end(chain, w.slope, w.pushed_x, w.pushed_z)
-
-
-def _stop_foot(c: Any, w: Any) -> float:
-    """A plastic impact on a face; the stance foot stays."""
-    impulse = stop_end(c.chain, w, 2)
-    w.y[2], w.y[3] = c.chain.ddq[0], c.chain.ddq[1]
-    return impulse
-
-
-def _exchange(c: Any, w: Any, q: Legged, dq: Legged, slope: float) -> tuple[Legged, Legged]:
-    """Impact map (2), and the legs exchanged."""
-    new = q[1] + w.slope - slope, q[0] + w.slope - slope
-    return new, impact_rates(c.lumped, q[0], q[1], dq[0], dq[1])
-
-
 @dataclass(frozen=True)
 class Compass(StraightLegs):
     """A planar compass biped with two equal straight legs and point feet; the defaults are Table I of the paper.
@@ -247,9 +204,6 @@ class Compass(StraightLegs):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "compass"
-    equations: ClassVar[Equations] = Equations(
-        _constants, accelerations, _stop_foot, lands, _exchange, lock_knee, limbs, inlined=True
-    )
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -272,30 +226,6 @@ class Compass(StraightLegs):
             J - m * a * b,
         )
 
-    @cached_property
-    def chains(self) -> Mapping[int, Chain]:
-        """The robot as a chain of its two legs."""
-        a11, a12, a22, b1, b2, *_ = self.constants
-        weights, length = np.array([[a11, -a12], [-a12, a22]]), self.leg_length
-        reach = np.array([length, -length])
-        return {2: Chain(weights, np.array([b1, -b2]), reach, self.total_mass, self.gravity)}
-
-    def mass_matrix(self, q: ArrayLike) -> Array:
-        """M(q) of eq. (1), shape (2, 2), kg m^2, for q of shape (2,) in rad."""
-        m11, m12, m22 = mass_terms(self.constants, legs_of(*_angles(q)))
-        return np.array([[m11, m12], [m12, m22]])
-
-    def coriolis_matrix(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """C(q, dq) of eq. (1), shape (2, 2), kg m^2/s; dM/dt - 2 C is skew. q, dq of shape (2,) in rad and rad/s."""
-        c12, c21 = coriolis_entries(self.constants, legs_of(*_angles(q)), *_rates(dq))
-        return np.array([[0.0, c12], [c21, 0.0]])
-
-    def gravity_vector(self, q: ArrayLike, slope: float) -> Array:
-        """g(q, slope) of eq. (1) and (13), shape (2,), N m, for q of shape (2,) and the slope in rad, > 0 downhill."""
-        gc1, gc2, gs1, gs2 = gravity_terms(self.constants, legs_of(*_angles(q)))
-        sine, cosine = math.sin(_slope(slope)), math.cos(slope)
-        return np.array([gc1 * sine + gs1 * cosine, gc2 * sine + gs2 * cosine])
-
     def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the swing foot's impact, with the legs exchanged (eq. 2).
 
@@ -304,10 +234,6 @@ class Compass(StraightLegs):
         """
         q1, q2 = _angles(q)
         return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *_rates(dq)))
-
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """The impact map (2), of unchecked numbers; see `Robot.rates_after_touchdown`."""
-        return np.array(impact_rates(self.constants, *np.asarray(q).tolist(), *np.asarray(dq).tolist()))
 
     def to_dict(self) -> dict[str, Any]:
         """The parameters alone: records had no other robots once."""
@@ -322,7 +248,3 @@ def _angles(q: ArrayLike) -> tuple[float, float]:
 def _rates(dq: ArrayLike) -> tuple[float, float]:
     dq1, dq2 = domains.RATE.array("dq", dq, (2,)).tolist()
     return dq1, dq2
-
-
-def _slope(slope: float) -> float:
-    return domains.ANGLE.check("slope", slope)

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.footed.biped import FootedCompass
+from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round.biped import RoundCompass
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round import RoundCompass
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils.domains import SOLE, known_name
 

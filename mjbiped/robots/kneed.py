@@ -1,8 +1,7 @@
 """A planar biped with knees and point feet: parameters, equations of motion, energy and both of its impacts.
 
-The equations are those of `mjbiped.robots.chain`; this file says what chain the robot is. From the stance foot up and
-down again, its segments are stance shank, stance thigh, swing thigh, swing shank. A straight knee that is locked makes
-one segment of a leg, so that angles q come in three lengths:
+From the stance foot up and down again, the segments of its `mjbiped.robots.chain` are stance shank, stance thigh, swing
+thigh, swing shank. A straight knee that is locked makes one segment of a leg, so that angles q come in three lengths:
 
     2: stance leg, swing leg                                 both knees locked, as a compass biped
     3: stance leg, swing thigh, swing shank                  the swing knee free, as in swing
@@ -17,21 +16,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.robots.bent_leg import ACROSS, bent_leg, force_beside, gravity_beside, stand, straight_leg
+from mjbiped.dynamics.linkage import END, WEIGHT, stand
+from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array, Chain, chain_of
-from mjbiped.robots.equations import Equations
-from mjbiped.robots.kneed_equations import EQUATIONS, LEGS
+from mjbiped.robots.chain import Array, Chain
 from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
 from mjbiped.utils import domains
-
-STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -73,7 +68,7 @@ class KneedBiped(KneedLegs):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "kneed"
-    equations: ClassVar[Equations] = EQUATIONS
+    lands_bent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -102,38 +97,28 @@ class KneedBiped(KneedLegs):
         shank = Segment("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia)
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
 
-    @cached_property
-    def chains(self) -> Mapping[int, Chain]:
-        """The robot as a chain of two, three or four segments, by their number."""
-        upper, lower = self.thigh_length, self.shank_length
-        thigh, shank = (self.thigh_mass, self.thigh_inertia), (self.shank_mass, self.shank_inertia)
-        four = chain_of(
-            [
-                (*shank, 0, (lower - self.shank_centre, 0.0, 0.0, 0.0)),
-                (*thigh, 1, (lower, upper - self.thigh_centre, 0.0, 0.0)),
-                (self.hip_mass, 0.0, None, (lower, upper, 0.0, 0.0)),
-                (*thigh, 2, (lower, upper, -self.thigh_centre, 0.0)),
-                (*shank, 3, (lower, upper, -upper, -self.shank_centre)),
-            ],
-            reach=(lower, upper, -upper, -lower),
-            gravity=self.gravity,
-        )
-        three = four.locked(STANCE_LOCKED)
-        return {2: three.locked(SWING_LOCKED), 3: three, 4: four}
-
     def chains_on(self, flexion: float) -> tuple[Mapping[int, Chain], float]:
-        """The chains of two and of three segments on a stance leg whose knee is locked at a flexion, rad.
+        """The chains of two and of three angles on a stance leg whose knee is locked at a flexion, rad.
 
-        Also the moment of its weight beside its line, N m, which no `Chain` has; see `mjbiped.robots.bent_leg`.
+        Also the moment of its weight beside its line, N m.
         """
-        four, three, two = (self.chains[n] for n in (4, 3, 2))
-        three, two = (
-            chain._replace(weights=chain.weights.copy(), moments=chain.moments.copy(), reach=chain.reach.copy())
-            for chain in (three, two)
+        found = {n: self._chain_on(flexion, n) for n in (2, 3)}
+        return found, float(found[3].across[0])
+
+    def _chain_on(self, flexion: float, n: int) -> Chain:
+        linkage, motion = self._standing(flexion)
+        motion.free, motion.follows = n, 1.0
+        stand(linkage, motion)
+        E = SWING_LOCKED if n == 2 else np.eye(3)
+        levers = np.array(motion.levers)[:, :3] @ E
+        return Chain(
+            weights=np.array(motion.even)[:n, :n],
+            moments=levers[WEIGHT],
+            reach=levers[END],
+            mass=self.total_mass,
+            gravity=self.gravity,
+            across=levers[WEIGHT + 1],
         )
-        standing = straight_leg(self.leg_length)
-        stand(standing, flexion, four, three, two)
-        return {3: three, 2: two}, float(standing[ACROSS])
 
     def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the straight swing leg's impact, with the legs exchanged.
@@ -146,23 +131,8 @@ class KneedBiped(KneedLegs):
             dq: their rates, shape (2,), rad/s.
         """
         angles = domains.ANGLE.array("q", q, (2,))
-        rates = self.chains[2].end_strikes(angles, rates_of(dq, angles))
-        return angles[::-1].copy(), rates[::-1].copy()
-
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """The heel's impact, with bent knees too; see `Robot.rates_after_touchdown`.
-
-        The knee of the swing leg locks in the same instant; that of the other leg stays locked through the impact.
-
-        Args:
-            q: stance leg (the line from its foot to the hip), swing thigh and swing shank, shape (3,), rad.
-            dq: their rates, rad/s.
-            stance_flexion: flexion at which the stance knee is locked, rad.
-        """
-        (leg, thigh, shank), rates = np.asarray(q).tolist(), np.asarray(dq, dtype=np.float64)[[0, 0, 1, 2]]
-        _, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
-        angles = np.array([leg + lean, leg + lean - stance_flexion, thigh, shank])
-        return self.chains[4].end_strikes_stiff(LEGS, angles, rates)[[1, 0, 0]]
+        rates = rates_of(dq, angles)
+        return angles[::-1].copy(), self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
 
     def posture(
         self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
@@ -173,24 +143,3 @@ class KneedBiped(KneedLegs):
         hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
         thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
         return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))
-
-    def ground_force(
-        self,
-        q: ArrayLike,
-        dq: ArrayLike,
-        torque: ArrayLike,
-        slope: float,
-        *,
-        locked: bool = True,
-        stance_flexion: float = 0.0,
-    ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
-        n = 2 if locked else 3
-        angles = domains.ANGLE.array("q", q, (3,))
-        angles, rates = angles[:n], rates_of(dq, angles)[:n]
-        chains, across = self.chains_on(stance_flexion)
-        forces = self._forces(torque, locked)
-        forces[0] -= gravity_beside(across, angles[0] + slope, 0.0, 1.0)
-        (forward, upward), ddq = chains[n].ground_force(forces, angles, rates, slope)
-        beside = force_beside(across, self.gravity, angles[0] + slope, rates[0], ddq[0])
-        return forward + beside[0], upward + beside[1]

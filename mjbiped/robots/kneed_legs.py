@@ -106,14 +106,6 @@ class KneedLegs(Robot):
         places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
         return np.where(legs == 0, places[..., 4], places[..., 5])
 
-    def _forces(self, torque: ArrayLike, locked: bool) -> Array:
-        """Generalised forces of joint torques, N m: of three segments, or of two where the swing knee is locked."""
-        torques = np.asarray(torque, dtype=np.float64)
-        forces: Array = (self.input_matrix @ torques)[: 2 if locked else 3]
-        if locked:  # the knee's motor acts within the leg
-            forces[1] += torques[2]
-        return forces
-
 
 def rates_of(dq: ArrayLike, angles: Array) -> Array:
     """Check rates, rad/s, as many as there are angles."""

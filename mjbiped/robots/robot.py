@@ -6,15 +6,18 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.dynamics.linkage import PIVOT, ROOM, Linkage, Motion, accelerate, ground_force, room, stand
+from mjbiped.dynamics.modes import bend_stance_knee, land, opens, partner
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies
-from mjbiped.robots.chain import Chain
-from mjbiped.robots.equations import Equations
+from mjbiped.robots.chain import Chain, chain_by
+from mjbiped.robots.mechanism import linkages_of
 from mjbiped.robots.model import Model, model_of
 from mjbiped.utils import domains
 
@@ -25,6 +28,10 @@ ARC = 0.6
 """Half of the angle over which the arc of a round foot is drawn, rad; it is no limit of its rolling."""
 
 
+_GROUPS = {1: ((0,),), 2: ((0, 1),), 3: ((0, 1, -1),), 4: ((0, 1, 1, 0), (0, 1, 2, 0), (1, 2, 3, 0))}
+"""By the number of segments of a linkage: with which angle each segment moves, in each `Chain` of the robot."""
+
+
 class Robot(ABC):
     """A planar robot with equal legs; subclasses are frozen dataclasses of its parameters.
 
@@ -33,14 +40,13 @@ class Robot(ABC):
     Attributes:
         kind: Name of the kind in records; see `mjbiped.robots.kinds`.
         angles: Names of the angles q, from the ground's normal, rad, positive forward, stance leg first.
-        untold: Names of further angles of the `equations`, which no law is told: that of a stance foot which tips.
         joints: Names of the joints with motors, in the order of torques.
         places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
             vertical (rad), then any other angles of the robot.
         collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
             decides when it can.
         knee_opens: Whether a touchdown can bend the knee of the leg that leaves the ground, which is then free at once.
-        equations: Equations of motion, guards and reset maps for event-driven engines.
+        lands_bent: Whether a leg whose knee is bent can become the stance leg.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances from the ankle to the heel and to the toe of the flat, massless sole on which the stance leg
             stands, m: they bound the ankle's torque (`mjbiped.rules.sole`). None: the ankle is not bounded. A foot that
@@ -53,10 +59,19 @@ class Robot(ABC):
     places: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
     knee_opens: ClassVar[bool] = False
-    equations: ClassVar[Equations]
-    untold: ClassVar[tuple[str, ...]] = ()
+    lands_bent: ClassVar[bool] = False
     gravity: float
     sole: tuple[float, float] | None = None
+
+    @cached_property
+    def linkages(self) -> tuple[Linkage, ...]:
+        """The robot as a linkage on its flat foot; where feet are bodies, also on its toe and on its heel."""
+        return linkages_of(self.bodies, self.radius, self.gravity)
+
+    @property
+    def between(self) -> float:
+        """Angle between two legs that are one rigid body, rad; 0 for legs that move by themselves."""
+        return 0.0
 
     @property
     def radius(self) -> float:
@@ -93,10 +108,14 @@ class Robot(ABC):
         """Weight of the whole robot, N."""
         return self.total_mass * self.gravity
 
-    @property
-    @abstractmethod
+    @cached_property
     def chains(self) -> Mapping[int, Chain]:
-        """Chains of segments that model the robot, by their number of angles."""
+        """The robot's linkage on a flat foot, its stance leg straight, by its number of angles.
+
+        Two angles of a robot with knees are those of straight legs; three have the swing knee free; four are of stance
+        shank, stance thigh, swing thigh and swing shank.
+        """
+        return {max(groups) + 1: chain_by(self.linkages[0], groups) for groups in _GROUPS[self.linkages[0].segments]}
 
     @property
     def model(self) -> Model:
@@ -228,10 +247,29 @@ class Robot(ABC):
             locked: Whether the swing knee is locked; straight legs count as always locked.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
-        chain, angles = self._chain(q)
-        forces = self.input_matrix @ np.asarray(torque, dtype=np.float64)
-        force, _ = chain.ground_force(forces, angles, _rates(dq, angles), domains.ANGLE.check("slope", slope))
-        return force
+        angles = domains.ANGLE.array("q", q, (len(self.angles),)).tolist()
+        rates = domains.RATE.array("dq", dq, (len(self.angles),)).tolist()
+        linkage, motion = self._standing(stance_flexion)
+        motion.free = 2 if locked and linkage.knees else len(self.angles)
+        motion.follows = 1.0 if linkage.knees else 0.0
+        slope = domains.ANGLE.check("slope", slope)
+        motion.sine, motion.cosine = math.sin(slope), math.cos(slope)
+        stand(linkage, motion)
+        forces: Any = motion.ddq
+        forces[: len(angles)] = (self.input_matrix @ np.asarray(torque, dtype=np.float64)).tolist()
+        flat = [0.0] * (ROOM - len(angles))
+        accelerate(linkage, motion, angles + flat, rates + flat)
+        along, normal = ground_force(linkage, motion, angles + flat, rates + flat, motion.ddq)
+        return (
+            along * motion.cosine + normal * motion.sine,
+            normal * motion.cosine - along * motion.sine,
+        )
+
+    def _standing(self, stance_flexion: float) -> tuple[Linkage, Motion]:
+        """The linkage on its flat foot, and room for its motion on a stance leg that is bent so far, rad."""
+        leg, motion = self.bodies.leg, Motion(**room())
+        bend_stance_knee(motion, leg[0].length, leg[-1].length, stance_flexion)
+        return self.linkages[0], motion
 
     def after_touchdown(self, places: Array) -> Array:
         """States just after a touchdown on a plane, with both feet on it and both legs straight.
@@ -246,15 +284,21 @@ class Robot(ABC):
         behind = np.ones(len(self.angles) - 1)
         return np.concatenate([leg, -leg * behind, stance, swing * behind], axis=-1)
 
-    @abstractmethod
     def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
         """Rates after the plastic impact of a touchdown, in the legs' new roles, shape (len(angles),), rad/s.
+
+        The swing knee locks in the same instant. That of the other leg stays locked, or its stop alone holds it.
 
         Args:
             q: Angles just before the touchdown, in the old roles, shape (len(angles),), rad.
             dq: Rates of these angles, rad/s.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
+        (linkage, motion), n = self._standing(stance_flexion), len(self.angles)
+        tip = [0.0] * (linkage.angles - n)  # of a foot
+        state = [*np.asarray(q).tolist(), *tip, *np.asarray(dq).tolist(), *tip]
+        land(linkage, motion, state, not (self.knee_opens and opens(linkage, motion, state)))
+        return np.array([motion.right[PIVOT + partner(linkage, i)] for i in range(n)])
 
     def flexion(self, qpos: Any, leg: Any) -> Array:
         """Knee flexion of the leg with a given number in postures `qpos`, shape (...,), rad; 0 for straight legs."""

@@ -1,7 +1,7 @@
 """The torque that holds the stance knee of a biped with knees.
 
-A locked knee bears a torque that no motor gives. It is a constraint's: the equations of motion of the chain of four
-segments, with the accelerations that the locked robot has, leave it over in the row of the stance shank.
+A locked knee bears a torque that no motor gives. It is the force of the row that locks the knee of the linkage with
+all four segments free.
 """
 
 from __future__ import annotations
@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjbiped.dynamics.linkage import ROOM, SYSTEM, Linkage, Motion, load, room, solve, stand
+from mjbiped.dynamics.modes import hold_stop
 from mjbiped.errors import InputError
-from mjbiped.numerics import jit
+from mjbiped.numerics.blocks import numbers, packed, reader
+from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.chain import Array, add_gravity, solve, weighted
+from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round.kneed import RoundKneed
-from mjbiped.robots.round.stance_knee import stance_knee_torques
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.utils import domains
 
 
@@ -72,93 +74,62 @@ def stance_knee_torque(
     def column(value: ArrayLike) -> Array:
         return np.ascontiguousarray(np.broadcast_to(value, leading), dtype=np.float64).reshape(count)
 
-    state = (
-        domains.ANGLE.array("q", rows(q), (count, 3)),
-        domains.RATE.array("dq", rows(dq), (count, 3)),
-        rows(torque),
-        domains.ANGLE.array("slope", column(slope), (count,)),
-        column(locked),
+    table = np.column_stack(
+        [
+            domains.ANGLE.array("q", rows(q), (count, 3)),
+            domains.RATE.array("dq", rows(dq), (count, 3)),
+            rows(torque),
+            domains.ANGLE.array("slope", column(slope), (count,)),
+            column(locked),
+            domains.ANGLE.array("stance_flexion", column(stance_flexion), (count,)),
+        ]
     )
-    if isinstance(robot, RoundKneed):
-        return stance_knee_torques(robot, *state).reshape(leading)
-    flexion = domains.ANGLE.array("stance_flexion", column(stance_flexion), (count,))
-    found, chain = np.empty(count), robot.chains[4]
-    _machine_code()(chain.weights, chain.moments, robot.thigh_length, robot.shank_length, *state, flexion, found)
+    leg, found, whole = robot.bodies.leg, np.empty(count), robot.chains[4].linkage
+    motion = Motion(free=4, **room())
+    stand(whole, motion)
+    (linkage, below), (made, kept) = packed(whole), packed(motion)
+    lengths = np.array([leg[0].length, leg[-1].length])
+    _machine_code()(linkage.ctypes.data, made.ctypes.data, lengths, table, np.empty((2, ROOM)), found)
+    del below, kept  # which lived until now
     return found.reshape(leading)
 
 
-def hold_all(
-    weights: Array,
-    moments: Array,
-    upper: float,
-    lower: float,
-    q: Array,
-    dq: Array,
-    torque: Array,
-    slope: Array,
-    locked: Array,
-    flexion: Array,
-    found: Array,
-) -> None:
-    """Write the torque of each row into `found`; see `stance_knee_torque`. Runs compiled."""
-    angles, rates, forces, motion = np.empty(4), np.empty(4), np.empty(4), np.empty(3)
-    even, odd, few = np.empty((4, 4)), np.empty((4, 4)), np.empty((3, 3))
-    for row in range(len(found)):
-        _, lean = bent_leg(upper, lower, flexion[row])
-        angles[0] = q[row, 0] + lean
-        angles[1] = angles[0] - flexion[row]
-        rates[0] = rates[1] = dq[row, 0]
-        for free in range(1, 3):
-            angles[free + 1], rates[free + 1] = q[row, free], dq[row, free]
-        ankle, hip, knee = torque[row]
-        forces[0], forces[1], forces[2], forces[3] = ankle, -hip, hip - knee, knee
-        found[row] = _held(
-            weights, moments, slope[row], locked[row] != 0.0, angles, rates, forces, motion, even, odd, few
-        )
+def hold_all(linkage: int, motion: int, lengths: Array, table: Array, state: Array, found: Array) -> None:
+    """Write the torque of each row into `found`; see `stance_knee_torque`. Runs compiled.
+
+    Args:
+        linkage: Address of the linkage by the angles of all four segments.
+        motion: Address of its motion.
+        lengths: Of thigh and shank, m.
+        table: Angles, rates, torques, slope, whether the swing knee is locked, and the stance knee's flexion, shape
+            (n, 12).
+        state: Room for the angles of the segments and for their rates, shape (2, 4).
+        found: Shape (n,).
+    """
+    w, whole, q, dq = _motion_at(motion, 0), _linkage_at(linkage, 0), state[0], state[1]
+    forces = numbers(w.ddq, ROOM)
+    for k in range(len(found)):
+        row, flexion = table[k], table[k, 11]
+        _, lean = bent_leg(lengths[0], lengths[1], flexion)
+        w.sine, w.cosine = sine_cosine(row[9])
+        q[0], q[1], q[2], q[3] = row[0] + lean, row[0] + lean - flexion, row[1], row[2]
+        dq[0], dq[1], dq[2], dq[3] = row[3], row[3], row[4], row[5]
+        forces[0], forces[1], forces[2], forces[3] = row[6], -row[7], row[7] - row[8], row[8]
+        load(whole, w, q, dq)
+        hold_stop(w, 1, 0)
+        if row[10] != 0.0:
+            hold_stop(w, 2, 3)
+        solve(w)
+        found[k] = -numbers(w.right, SYSTEM)[w.size]
 
 
-def _held(
-    weights: Array,
-    moments: Array,
-    slope: float,
-    locked: bool,
-    q: Array,
-    dq: Array,
-    forces: Array,
-    motion: Array,
-    even: Array,
-    odd: Array,
-    few: Array,
-) -> float:
-    """The torque between stance thigh and shank, of four angles, rates and motors' forces; the rest is room."""
-    weighted(weights, q, q, even, odd)
-    for i in range(4):
-        for j in range(4):
-            forces[i] -= odd[i, j] * dq[j] * dq[j]
-    add_gravity(moments, q, slope, -1.0, forces)
-    count = 2 if locked else 3
-    few[:] = 0.0
-    motion[:] = 0.0
-    for i in range(4):
-        moves = min(max(i - 1, 0), count - 1)  # segments of locked knees move as one
-        motion[moves] += forces[i]
-        for j in range(4):
-            few[moves, min(max(j - 1, 0), count - 1)] += even[i, j]
-    solve(few[:count, :count], motion[:count])
-    torque = float(forces[0])
-    for j in range(4):
-        torque -= even[0, j] * motion[min(max(j - 1, 0), count - 1)]
-    return torque
+_linkage_at, _motion_at = reader(Linkage), reader(Motion)
 
 
 @cache
 def _machine_code() -> Any:
     """`hold_all` as machine code; compiled once, and kept on disk."""
-    digest = jit.prepared((hold_all,), inlined=())
-    return jit.from_source(jit.jitted, "held", _SOURCE, {"hold_all": hold_all}, digest)
+    from mjbiped.numerics.machine import compiled
 
-
-_SOURCE = """
-def held(weights, moments, upper, lower, q, dq, torque, slope, locked, flexion, found):
-    hold_all(weights, moments, upper, lower, q, dq, torque, slope, locked, flexion, found)
-"""
+    table = "float64[:, ::1]"
+    return compiled(hold_all, f"void(int64, int64, float64[::1], {table}, {table}, float64[::1])")

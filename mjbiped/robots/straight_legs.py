@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.robot import Robot
@@ -50,18 +50,3 @@ class StraightLegs(Robot):
         """A leg on either side of the hip."""
         leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
         return Bodies("scene.xml", self.hip_mass, (leg,))
-
-
-def lands(*_: Any) -> bool:
-    """Every foot that comes down becomes the stance foot: the scuffing rule has drawn in the others."""
-    return True
-
-
-def lock_knee(*_: Any) -> None:
-    """There is no knee."""
-
-
-def limbs(_: Any, w: Any, q: Any) -> tuple[float, float]:
-    """Left and right leg from the vertical, rad."""
-    stance, swing = q[0] + w.slope, q[1] + w.slope
-    return (stance, swing) if w.stance == 0 else (swing, stance)

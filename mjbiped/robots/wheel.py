@@ -13,75 +13,20 @@ docs/validation.md checks it in steady rolling.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Annotated, Any, ClassVar, TypeAlias
+from functools import cached_property
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.bent_leg import straight_leg
+from mjbiped.dynamics.linkage import Linkage
 from mjbiped.robots.bodies import Bodies, Limb, Segment
-from mjbiped.robots.chain import Array, Chain, hold_end, stop_end, with_room
-from mjbiped.robots.equations import Equations
+from mjbiped.robots.chain import Array
+from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.model import Model, model_of, rows
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
-
-One: TypeAlias = tuple[float]
-"""One number for the stance spoke, such as its angle; the other spokes follow from it."""
-
-
-def _constants(robot: RimlessWheel) -> SimpleNamespace:
-    _, beside = robot.levers
-    return SimpleNamespace(
-        chain=with_room(robot.chains[1], beside),
-        stance=straight_leg(robot.length),
-        thigh=0,
-        shank=0,
-        between=robot.between,
-        kept=robot.kept,
-    )
-
-
-def _accelerations(c: Any, w: Any, q: One, dq: One, torques: Any, push: float) -> One:
-    """Acceleration of an inverted pendulum, held by the ground or a riser if the next spoke slides on it, rad/s^2."""
-    chain, (sine, cosine) = c.chain, sine_cosine(q[0])
-    gravity = chain.moments[0] * (sine * w.cosine + cosine * w.sine)
-    acceleration = (gravity + torques[0] + push) / chain.weights[0, 0]
-    if w.face != 0.0 or w.sliding:
-        chain.q[0], chain.dq[0], chain.ddq[0] = q[0], dq[0], acceleration
-        w.press = hold_end(chain, w.slope, w.pushed_x, w.pushed_z)
-        acceleration = chain.ddq[0]
-    return (acceleration,)
-
-
-def _stop_foot(c: Any, w: Any) -> float:
-    """Stop the wheel in a plastic impact on a riser, with a fixed stance foot; return the impulse, N s."""
-    impulse = stop_end(c.chain, w, 1)
-    w.y[1] = c.chain.ddq[0]
-    return impulse
-
-
-def _lands(*_: Any) -> bool:
-    """Whether a spoke that comes down becomes the stance spoke: it always does."""
-    return True
-
-
-def _exchange(c: Any, w: Any, q: One, dq: One, slope: float) -> tuple[One, One]:
-    """Angle and rate after the impact of the next spoke, which becomes the stance spoke."""
-    return (q[0] - c.between + w.slope - slope,), (c.kept * dq[0],)
-
-
-def _lock_knee(*_: Any) -> None:
-    """Do nothing: the wheel has no knees."""
-
-
-def _limbs(c: Any, w: Any, q: One) -> One:
-    """Rotation of the wheel since its first spoke stood upright, rad."""
-    return (q[0] + w.slope + c.between * w.count,)
 
 
 @dataclass(frozen=True)
@@ -113,13 +58,26 @@ class RimlessWheel(Robot):
     joints: ClassVar[tuple[str, ...]] = ("ankle",)
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "turn")
     collides_from_lift_off: ClassVar[bool] = True
-    equations: ClassVar[Equations] = Equations(
-        _constants, _accelerations, _stop_foot, _lands, _exchange, _lock_knee, _limbs, inlined=True
-    )
 
     def __post_init__(self) -> None:
         """Check every value, and convert all but the number of spokes to plain floats."""
         domains.check_fields(self)
+
+    @cached_property
+    def linkages(self) -> tuple[Linkage, ...]:
+        """The wheel on one spoke; its swing foot is that of the next spoke."""
+        spoke, next_foot = np.array([self.length + 0j]), np.array([complex(*self.levers)])
+        return (
+            linkage_with(
+                [(self.mass, self.inertia, 0, spoke)],
+                spoke,
+                next_foot,
+                np.zeros(1, dtype=np.complex128),
+                angles=1,
+                radius=0.0,
+                gravity=self.gravity,
+            ),
+        )
 
     @property
     def between(self) -> float:
@@ -131,14 +89,6 @@ class RimlessWheel(Robot):
         """Ratio of the rate after the impact of a spoke to the rate before it."""
         hub = self.mass * self.length**2
         return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
-
-    @property
-    def chains(self) -> Mapping[int, Chain]:
-        """The wheel as a chain of one segment that ends at the next spoke's foot, off the stance spoke (`levers`)."""
-        along, _ = self.levers
-        weight = np.array([[self.mass * self.length**2 + self.inertia]])
-        moment = np.array([self.weight * self.length])
-        return {1: Chain(weight, moment, np.array([along]), self.mass, self.gravity)}
 
     @property
     def model(self) -> Model:
@@ -168,12 +118,6 @@ class RimlessWheel(Robot):
         """Mass of the wheel, kg."""
         return self.mass
 
-    def swing_foot(self, q: ArrayLike) -> Array:
-        """Position of the next spoke's foot from the stance foot, shape (2,), m: along the ground, along its normal."""
-        (angle,), (along, beside) = _one("q", q), self.levers
-        sine, cosine = math.sin(angle), math.cos(angle)
-        return np.array([along * sine + beside * cosine, along * cosine - beside * sine])
-
     def limbs(self, qpos: ArrayLike) -> Array:
         """Positions of hub and foot of each spoke, shape (..., spokes, 2, 2), m; see `Robot.limbs`."""
         places = np.asarray(qpos, dtype=np.float64)
@@ -192,10 +136,6 @@ class RimlessWheel(Robot):
         hip_x, hip_z, angle = super().posture(foot, 0, angles)
         return hip_x, hip_z, angle + self.between * stance
 
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """Rate after the impact of the next spoke, shape (1,), rad/s; see `Robot.rates_after_touchdown`."""
-        return self.kept * _one("dq", dq)
-
     def rolling_rate(self, slope: float) -> float:
         r"""Rate just after an impact in steady rolling down a slope (rad), rad/s; 0 if the slope is not downhill.
 
@@ -204,7 +144,3 @@ class RimlessWheel(Robot):
         fall = 4 * self.weight * self.length * math.sin(self.between / 2) * math.sin(max(slope, 0.0))
         gained = fall / (self.mass * self.length**2 + self.inertia)
         return self.kept * math.sqrt(gained / (1 - self.kept**2))
-
-
-def _one(name: str, value: ArrayLike) -> Array:
-    return domains.RATE.array(name, value, (1,))

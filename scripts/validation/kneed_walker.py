@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import root
 
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
-from mjbiped.robots.chain import Array, machine_code
+from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.kneed_legs import SWING_LOCKED
 from scripts.validation.computed import Computations, Computed
@@ -54,12 +54,10 @@ def euler_step(robot: KneedBiped, start: Array, width: float = WIDTH) -> Array:
     """One step of the walker by explicit Euler steps of some width, s: (q1, dq1, dq2) after the next heel strike."""
 
     def until(n: int, state: Array, struck: Callable[[Array], bool]) -> Array:
-        chain, (even, odd) = robot.chains[n], np.empty((2, n, n))
+        move = robot.chains[n].free_motion
 
         def after(state: Array, width: float) -> Array:
-            ddq = np.zeros(n)
-            machine_code()(chain.weights, chain.moments, HSU_CHEN_SLOPE, state[:n], state[n:], even, odd, ddq)
-            return state + width * np.concatenate([state[n:], ddq])
+            return state + width * np.concatenate([state[n:], move(state[:n], state[n:], HSU_CHEN_SLOPE)])
 
         for _ in range(2000):
             ahead = after(state, width)

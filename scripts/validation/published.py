@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round.biped import RoundCompass
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round import RoundCompass
+from mjbiped.robots.round_kneed import RoundKneed
 
 
 @dataclass(frozen=True)

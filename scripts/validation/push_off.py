@@ -13,9 +13,10 @@ import math
 import numpy as np
 import scipy
 
+from mjbiped.dynamics.linkage import PIVOT, Motion, load_impact, room, solve_impact
+from mjbiped.dynamics.modes import hold_end
 from mjbiped.robots.chain import Array
-from mjbiped.robots.round.biped import RoundCompass
-from mjbiped.robots.round.linkage import turn
+from mjbiped.robots.round import RoundCompass
 
 LIGHT_LEGS = RoundCompass(leg_mass=1e-9, hip_mass=1.0, lower_length=0.5, upper_length=0.5, foot_radius=0.0, gravity=1.0)
 TABLE_ONE = RoundCompass(foot_radius=0.0)
@@ -40,28 +41,20 @@ def pushed(robot: RoundCompass, half: float, rate: float, impulse: float) -> tup
     Returns:
         Work of the impulse, and kinetic energy after the heel strike, J.
     """
-    q, dq = np.array([half, -half]), np.array([rate, rate])
-    s, linkage = robot.linkage.with_room(), robot.linkage
-    turn(s, q)
-    bodies = len(s.mass)
-    moments = np.stack([s.mass @ s.forward[:bodies], s.mass @ s.upward[:bodies]])  # of the foot's motion and the legs'
-    free = np.block([[s.mass.sum() * np.eye(2), moments], [moments.T, linkage.mass_matrix(q)]])
-    along = np.array([math.sin(half), math.cos(half), 0.0, 0.0])
+    linkage, motion, q = robot.linkages[0], Motion(**room()), np.array([half, -half])
+    load_impact(linkage, motion, [*q, rate, rate])
+    free = np.array(motion.matrix)[:4, :4]
+    before = np.array([robot.radius * rate, 0.0, rate, rate])  # of the arc's centre, which rolls, and of both legs
+    # of the foot's lowest point, at which the impulse acts along the trailing leg
+    along = np.array([math.sin(half), math.cos(half), -robot.radius * math.sin(half), 0.0])
     change = np.linalg.solve(free, impulse * along)
     work = 0.5 * impulse * float(along @ change)  # the foot stood before
-    motion = np.concatenate([np.zeros(2), dq]) + change
-    # the foot that strikes stands from now on: what is left of the momentum is that of the legs about it
-    after = robot.linkage.end_strikes(q, motion[2:]) + _of_the_foot(robot, q, motion[:2])
-    return work, linkage.kinetic_energy(q[::-1], after)
-
-
-def _of_the_foot(robot: RoundCompass, q: Array, velocity: Array) -> Array:
-    """What the trailing foot's velocity, which the whole robot has, adds to the rates after the strike, rad/s."""
-    s = robot.linkage.with_room()
-    turn(s, q[::-1])
-    bodies = len(s.mass)
-    momentum = s.forward[:bodies].T @ s.mass * velocity[0] + s.upward[:bodies].T @ s.mass * velocity[1]
-    return np.asarray(np.linalg.solve(robot.linkage.mass_matrix(q[::-1]), momentum))
+    # the foot that strikes stands from now on
+    motion.right[:4] = (free @ (before + change)).tolist()
+    hold_end(linkage, motion)
+    solve_impact(motion)
+    after = np.array([motion.right[PIVOT + 1], motion.right[PIVOT]])
+    return work, robot.kinetic_energy(q[::-1], after)
 
 
 def ratio(robot: RoundCompass, half: float) -> float:

@@ -14,7 +14,7 @@ import mjbiped
 from mjbiped.controllers import PassiveController
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.robots.chain import Array
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import (
     MCGEER_ROBOT,
@@ -55,7 +55,7 @@ def program_impact(robot: RoundCompass, q: Array, dq: Array) -> Array:
 
 def repeated(robot: RoundCompass, slope: float, impact: Callable[[RoundCompass, Array, Array], Array]) -> Array:
     """Find the angle and the rates (q1, dq1, dq2) just after a heel strike that a step repeats, by SciPy alone."""
-    free = robot.linkage.free_motion
+    free = robot.chains[2].free_motion
 
     def rates(_: float, y: Array) -> Array:
         return np.concatenate([y[2:], free(y[:2], y[2:], slope)])

@@ -12,7 +12,7 @@ from simulations import find_contacts, make_simulation
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
-from mjbiped.engines.hybrid.events import CORNER, FACE_WIDTH
+from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.records import measures
 from mjbiped.terrain.profile import (
     BESIDE,

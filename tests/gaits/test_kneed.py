@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import mjbiped
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait, follow_kneed_gaits
-from mjbiped.robots.chain import Array, machine_code
+from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 
@@ -108,8 +108,7 @@ def test_the_ground_pushes_all_the_time_and_the_foot_clears_it(which: str, reque
     for k, state in enumerate(gait.states):
         n = 3 if k < at else 2
         chain, q, dq = robot.chains[n], state[:n], state[3 : 3 + n]
-        ddq, (even, odd) = np.zeros(n), np.empty((2, n, n))
-        machine_code()(chain.weights, chain.moments, gait.slope, q.copy(), dq.copy(), even, odd, ddq)
+        ddq = chain.accelerations(np.zeros(n), q, dq, gait.slope)
         upward = robot.weight * math.cos(gait.slope)
         upward -= chain.moments / robot.gravity @ (np.sin(q) * ddq + np.cos(q) * dq**2)
         lowest = min(lowest, float(upward))

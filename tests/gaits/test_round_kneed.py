@@ -10,7 +10,7 @@ from mjbiped.gaits.kneed import KneedGait, _step, find_kneed_gait, follow_kneed_
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round_kneed import RoundKneed
 
 SLOPE = 0.0456
 PLAIN = KneedBiped()
@@ -19,10 +19,12 @@ PLAIN = KneedBiped()
 class Latched(RoundKneed):
     """A latch keeps the departing knee straight through the heel strike, as that of `KneedBiped`."""
 
+    knee_opens = False
+
     def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """Legs of one piece."""
         angles, rates = np.asarray(q), np.asarray(dq)
-        return angles[::-1], self.chains[2].end_strikes(angles, rates)
+        return angles[::-1], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
 
     def after_touchdown(self, places: Array) -> Array:
         """The knee is straight."""

@@ -1,9 +1,7 @@
 """The return map against an integration of its own by SciPy, against the hybrid engine, and against physics."""
 
 import math
-import weakref
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,11 +11,8 @@ from scipy.integrate import solve_ivp
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.engines.hybrid.run import packed
 from mjbiped.errors import InputError
-from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap
-from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -209,24 +204,6 @@ def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
         alone = ReturnMap(robot, math.radians(3.5)).walk(before, 1)
         assert alone.states[0].tolist() == after.tolist()
         assert alone.periods[0] == period
-
-
-def test_machine_code_writes_where_an_array_lives(robot: Compass, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The array of touchdowns was freed before machine code wrote to it, and a walk long after crashed."""
-    written: list[weakref.ref[Array]] = []
-
-    def noted(tables: Any) -> Any:
-        written.append(weakref.ref(tables.rows))
-        return packed(tables)
-
-    def checked(*given: Any, **options: Any) -> Any:
-        assert written[-1]() is not None
-        return compiled(*given, **options)
-
-    monkeypatch.setattr(return_map, "packed", noted)
-    monkeypatch.setattr(return_map, "compiled", checked)
-    ReturnMap(robot, math.radians(2)).walk([-0.24, 0.24, 1.4, 0.9], 1)
-    assert written
 
 
 def test_bitwise_deterministic(robot: Compass) -> None:

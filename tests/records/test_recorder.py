@@ -8,8 +8,8 @@ import pytest
 from simulations import Plain
 
 import mjbiped
+from mjbiped.engines.hybrid.resets import transfer_support
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
-from mjbiped.engines.hybrid.transfer import transfer_support
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, index_of, width
 from mjbiped.records.recorder import Recorder
@@ -63,7 +63,7 @@ def test_the_record_of_a_walk_that_diverged_can_be_read(component: int, tmp_path
         run = HybridRun(make_plan(terms, Plain(), mjbiped.Terrain.level(), (0.2, -0.2, 1.0, 1.0)), TOLERANCE)
         run.state.y[component] = math.nan
         if transfers:
-            transfer_support(run.plain)
+            transfer_support(run.constants, run.state)
         run.go()
         assert run.ended.words == "diverged"
         run.record().save(tmp_path / "walk.npz")

@@ -307,7 +307,7 @@ def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, m
         take(self, touchdowns)
 
     monkeypatch.setattr(measures.Summary, "take", counted)
-    monkeypatch.setattr("mjbiped.engines.hybrid.run._ROWS", 2)
+    monkeypatch.setattr("mjbiped.engines.hybrid.setup.ROWS", 2)
     walked = mjbiped.walk_many(controller, Terrain.level(), engine=engine, steps=5, summaries=True)
     assert sum(taken) == 5
     assert max(taken) == {"hybrid": 2, "mujoco": 1}[engine]  # as a block in MuJoCo is shorter than a step

@@ -8,81 +8,82 @@ and no step has to end on them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
-from mjbiped.engines.hybrid.dynamics import component_at, dense_state, ensure_dense, is_motion
-from mjbiped.engines.hybrid.events import flexion_within
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, rate_at, value_at
+from mjbiped.dynamics.linkage import ROOM
+from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
-from mjbiped.engines.hybrid.stance import on_sole
-from mjbiped.engines.hybrid.state import Walk, hand_over, hip, pose_of
-from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, STAGES, dense_rate_at
-from mjbiped.robots.equations import FLAT, LOCKED
+from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
+from mjbiped.engines.hybrid.records import write_sample
+from mjbiped.numerics.blocks import numbers, row
 
-BARELY = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
-HARDLY = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
+NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
+UNLOADED = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
 NO_WORK = 1e-14  # J in a step: rounding
 FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
 
 
-def accumulate(s: Walk, pose: Any, h: float) -> bool:
+def accumulate(c: Any, w: Any, h: float) -> bool:
     """Take a step of length h into work, peaks, forces and samples; the law was last asked at its end.
 
     Returns:
         Whether the motion within it is one: a torque may be no number where only a sample is taken.
     """
-    w = s.w
-    note_peaks(w, STAGES)
-    acts = False
-    for joint in range(len(w.peak_torque)):
-        size, place = _greatest_torque(w, joint)
+    note_peaks(c, w, STAGES)
+    acts, peaks, pressure = False, numbers(w.peak_torque, ROOM), numbers(w.pressure, 2)
+    for joint in range(c.joints):
+        size, place = _greatest_torque(c, w, joint)
         acts = acts or size > 0.0
-        if size > w.peak_torque[joint] * BARELY:
-            _note_peak_within(s, h, joint, place)
-    _add_work(s, h, acts)
+        if size > peaks[joint] * NEGLIGIBLE:
+            _note_peak_within(c, w, h, joint, place)
+    _add_work(c, w, h, acts)
     normal = w.normal_now
-    note_ground_force(s, pose, w.out, STAGES * len(w.y) + len(w.strike_q))
-    if (
-        acts or s.c.toe > 0.0 or w.pressure[0] < 0.0 or w.pressure[1] < 0.0
-    ):  # else the centre of pressure stays at the ankle
-        note_pressures(s, normal, h)
-    if w.normal_force < HARDLY * s.c.mass * s.c.gravity and w.face == 0.0 and not w.sliding:
-        ensure_dense(s, h)
-        note_least_force(s, h)
+    note_ground_force(c, w, numbers(w.out, c.size), row(w.k, STAGES, c.size))
+    # else the centre of pressure stays at the ankle
+    if acts or c.toe > 0.0 or pressure[0] < 0.0 or pressure[1] < 0.0:
+        note_pressures(c, w, normal, h)
+    if w.normal_force < UNLOADED * c.weight and w.face == 0.0 and not w.sliding:
+        ensure_dense(c, w, h)
+        note_least_force(c, w, h)
     if w.locked != LOCKED:
-        _note_flexion(s, h)
+        _note_flexion(c, w, h)
     if w.edge != FLAT:
-        _note_tip(s, h)
-    return _take_samples(s, h)
+        _note_tip(c, w, h)
+    return _take_samples(c, w, h)
 
 
-def note_peaks(w: Any, stage: int) -> None:
+def note_peaks(c: Any, w: Any, stage: int) -> None:
     """Keep the greatest magnitudes of the torques, with those at a stage."""
-    joints = len(w.peak_torque)
-    for joint in range(joints):
-        w.peak_torque[joint] = max(w.peak_torque[joint], abs(w.torques[stage * joints + joint]))
+    peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, c.given)
+    for joint in range(c.joints):
+        peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
 
-def _greatest_torque(w: Any, joint: int) -> tuple[float, float]:
+def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
     """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
 
     Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
     """
-    joints, last, greatest, least = len(w.peak_torque), 0, 0.0, math.inf
+    last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
-        size = abs(w.torques[IN_ORDER[i] * joints + joint])
+        size = _torque_at(c, w, i, joint)
         least = min(least, size)
         if size > greatest:
             last, greatest = i, size
-    if 2.0 * greatest - least > w.peak_torque[joint]:
+    if 2.0 * greatest - least > numbers(w.peak_torque, ROOM)[joint]:
         i = min(max(last, 1), len(IN_ORDER) - 2)
-        middle = abs(w.torques[IN_ORDER[i] * joints + joint])
-        left = middle - abs(w.torques[IN_ORDER[i - 1] * joints + joint])
-        right = abs(w.torques[IN_ORDER[i + 1] * joints + joint]) - middle
+        middle = _torque_at(c, w, i, joint)
+        left, right = middle - _torque_at(c, w, i - 1, joint), _torque_at(c, w, i + 1, joint) - middle
         slope, bend, before, after = _parabola(i, left, right)
         if 2.0 * bend * after < -slope < -2.0 * bend * before:
             return middle - slope * slope / (4.0 * bend), PLACES[i] - slope / (2.0 * bend)
     return greatest, PLACES[last]
+
+
+def _torque_at(c: Any, w: Any, i: int, joint: int) -> float:
+    """Magnitude of a joint's torque at the i-th stage in the order of their places, N m."""
+    return float(abs(row(w.given, IN_ORDER[i], c.given)[joint]))
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
@@ -103,75 +104,70 @@ def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, f
     return falling + bend * before, bend, before, after
 
 
-def _add_work(s: Walk, h: float, acts: bool) -> None:
+def _add_work(c: Any, w: Any, h: float, acts: bool) -> None:
     """Add the work of a step; where no torque acts there is none."""
-    w = s.w
-    n = len(w.y)
-    for component in range(n - len(w.peak_torque), n):
-        net = w.out[component] - w.y[component]
+    y, out = numbers(w.y, c.size), numbers(w.out, c.size)
+    for component in range(c.size - c.joints, c.size):
+        net = out[component] - y[component]
         variation = abs(net)
-        if acts and _turns(w.k, n, component, h):
-            ensure_dense(s, h)
-            variation = _total_variation(w, component)
+        if acts and _turns(c, w, component, h):
+            ensure_dense(c, w, h)
+            variation = _total_variation(c, w, component)
         w.work_absolute += variation
         w.work_net += net
         w.work_positive += 0.5 * (variation + net)
 
 
-def _asked(s: Walk, t: float, state: Any) -> Any:
-    """Torques of the law in a state, and the rates of its own."""
-    laws, w = s.laws, s.w
-    hand_over(s, state)
-    q, dq = laws.told(laws.q(state)), laws.told_rates(laws.dq(state))
-    return laws.torque(s.law, w.memory, min(max(t, w.after), w.before), q, dq)
-
-
-def _given(s: Walk, state: Any, asked: Any) -> Any:
-    """What the sole transmits of what `_asked` returns; all of it without a sole."""
-    if s.c.behind == math.inf:
-        return asked
-    given, _ = on_sole(s, state, s.laws.q(state), s.laws.dq(state), asked)
-    return given
-
-
-def _note_peak_within(s: Walk, h: float, joint: int, place: float) -> None:
+def _note_peak_within(c: Any, w: Any, h: float, joint: int, place: float) -> None:
     """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
     It is climbed to in sixteenths of the step from the place, a share of the step, at which the torque seemed greatest.
     """
-    w = s.w
     piece = min(max(int(PIECES * place + 0.5), 1), PIECES - 1)
-    ensure_dense(s, h)
-    middle = _torque_within(s, h, piece, joint)
-    left = _torque_within(s, h, piece - 1, joint)
-    right = _torque_within(s, h, piece + 1, joint)
+    ensure_dense(c, w, h)
+    middle = _torque_within(c, w, h, piece, joint)
+    left = _torque_within(c, w, h, piece - 1, joint)
+    right = _torque_within(c, w, h, piece + 1, joint)
     while abs(left) > abs(middle) and piece > 1:
         piece -= 1
         right, middle = middle, left
-        left = _torque_within(s, h, piece - 1, joint)
+        left = _torque_within(c, w, h, piece - 1, joint)
     while abs(right) > abs(middle) and piece < PIECES - 1:
         piece += 1
         left, middle = middle, right
-        right = _torque_within(s, h, piece + 1, joint)
+        right = _torque_within(c, w, h, piece + 1, joint)
     found = max(abs(left), abs(middle), abs(right), abs(parabola_top(left, middle, right)))
-    w.peak_torque[joint] = max(w.peak_torque[joint], found)
+    peaks = numbers(w.peak_torque, ROOM)
+    peaks[joint] = max(peaks[joint], found)
 
 
-def _torque_within(s: Walk, h: float, piece: int, joint: int) -> float:
+def _torque_within(c: Any, w: Any, h: float, piece: int, joint: int) -> float:
     """A joint's torque so many sixteenths into the step, N m."""
     x = piece / PIECES
-    dense_state(s, x)
-    return float(_given(s, s.w.spare, _asked(s, s.w.elapsed + x * h, s.w.spare))[joint])
+    write_state_at(c, w, x)
+    write_torques(c, w, w.elapsed + x * h, numbers(w.spare, c.size))
+    return float(numbers(w.sampled, c.given)[joint])
 
 
-def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
+def write_torques(c: Any, w: Any, t: float, y: Any) -> float:
+    """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
+    given = numbers(w.sampled, c.given)
+    take_angles(c, w, y)
+    ask(c, w, t, y, given)
+    asked = given[0]
+    if c.behind < math.inf:
+        bound_ankle(c, w, given)
+    return float(asked)
+
+
+def _turns(c: Any, w: Any, component: int, h: float) -> bool:
     """Whether a joint's power seems to change its sign in the step, or to come near to it between two stages.
 
     Between stages it may change its sign twice: a parabola through three of them shows the dip, if not how deep it is.
     """
-    least = greatest = k[component]
+    least = greatest = row(w.k, 0, c.size)[component]
     for stage in IN_ORDER:
-        power = k[stage * n + component]
+        power = row(w.k, stage, c.size)[component]
         least, greatest = min(least, power), max(greatest, power)
     spread = greatest - least
     if spread * h <= NO_WORK:
@@ -182,72 +178,66 @@ def _turns(k: Sequence[float], n: int, component: int, h: float) -> bool:
     if min(abs(least), abs(greatest)) > FAR * spread:
         return False
     for i in range(1, len(IN_ORDER) - 1):
-        middle = sign * k[IN_ORDER[i] * n + component]
-        left, right = (
-            middle - sign * k[IN_ORDER[i - 1] * n + component],
-            sign * k[IN_ORDER[i + 1] * n + component] - middle,
-        )
+        middle = sign * row(w.k, IN_ORDER[i], c.size)[component]
+        left = middle - sign * row(w.k, IN_ORDER[i - 1], c.size)[component]
+        right = sign * row(w.k, IN_ORDER[i + 1], c.size)[component] - middle
         slope, bend, before, after = _parabola(i, left, right)
         if -2.0 * bend * before < -slope < 2.0 * bend * after and middle - slope * slope / (4.0 * bend) < NEAR * spread:
             return True
     return False
 
 
-def _total_variation(w: Any, component: int) -> float:
+def _total_variation(c: Any, w: Any, component: int) -> float:
     """Sum of a work integral's ups and downs over the step."""
-    n, total = len(w.y), 0.0
-    last, x = w.y[component], 0.0
-    power = dense_rate_at(w.dense, n, component, 0.0)
+    last, x, total = numbers(w.y, c.size)[component], 0.0, 0.0
+    power = rate_at(c, w, component, 0.0)
     for piece in range(1, PIECES + 1):
         end = piece / PIECES
-        power_there = dense_rate_at(w.dense, n, component, end)
+        power_there = rate_at(c, w, component, end)
         if (power < 0.0) != (power_there < 0.0):
             low, high = x, end
             for _ in range(20):  # the integral is flat at the turn: 2^-24 of a step is more than enough
                 middle = 0.5 * (low + high)
-                if (dense_rate_at(w.dense, n, component, middle) < 0.0) == (power < 0.0):
+                if (rate_at(c, w, component, middle) < 0.0) == (power < 0.0):
                     low = middle
                 else:
                     high = middle
-            turn = component_at(w, component, low)
+            turn = value_at(c, w, component, low)
             total += abs(turn - last)
             last = turn
         x, power = end, power_there
-    return float(total + abs(w.out[component] - last))
+    return float(total + abs(numbers(w.out, c.size)[component] - last))
 
 
-def _note_flexion(s: Walk, h: float) -> None:
+def _note_flexion(c: Any, w: Any, h: float) -> None:
     """Keep the greatest flexion of the swing knee, also where it lies within the step."""
-    w, thigh, shank = s.w, s.c.robot.thigh, s.c.robot.shank
-    w.flexion = max(w.flexion, w.y[shank] - w.y[thigh], w.out[shank] - w.out[thigh])
-    first = len(w.strike_q)
-    thigh, shank = first + thigh, first + shank
-    if w.y[shank] - w.y[thigh] <= 0.0 or w.out[shank] - w.out[thigh] >= 0.0:
+    y, out, n, thigh, shank = numbers(w.y, c.size), numbers(w.out, c.size), c.angles, c.thigh, c.shank
+    w.flexion = max(w.flexion, y[shank] - y[thigh], out[shank] - out[thigh])
+    if y[n + shank] - y[n + thigh] <= 0.0 or out[n + shank] - out[n + thigh] >= 0.0:
         return
-    ensure_dense(s, h)
-    x = _last_before_turn(w, shank, thigh)
-    w.flexion = max(w.flexion, flexion_within(s, x))
+    ensure_dense(c, w, h)
+    x = _last_before_turn(c, w, n + shank, n + thigh)
+    w.flexion = max(w.flexion, value_at(c, w, shank, x) - value_at(c, w, thigh, x))
 
 
-def _note_tip(s: Walk, h: float) -> None:
+def _note_tip(c: Any, w: Any, h: float) -> None:
     """Keep how long the stance foot has stood on an edge, and how far it has tipped, also within the step."""
-    w, foot = s.w, len(s.w.strike_q) - 1
-    rate = foot + len(w.strike_q)
+    y, out, rate = numbers(w.y, c.size), numbers(w.out, c.size), c.angles + c.foot
     w.one_sided += h
-    w.tipped = max(w.tipped, abs(w.out[foot]))
-    if w.y[rate] * w.out[rate] < 0.0:
-        ensure_dense(s, h)
-        x = _last_before_turn(w, rate, -1)
-        w.tipped = max(w.tipped, abs(component_at(w, foot, x)))
+    w.tipped = max(w.tipped, abs(out[c.foot]))
+    if y[rate] * out[rate] < 0.0:
+        ensure_dense(c, w, h)
+        x = _last_before_turn(c, w, rate, -1)
+        w.tipped = max(w.tipped, abs(value_at(c, w, c.foot, x)))
 
 
-def _last_before_turn(w: Any, rate: int, other: int) -> float:
+def _last_before_turn(c: Any, w: Any, rate: int, other: int) -> float:
     """Share of the step up to which a rate, relative to another one if there is one, keeps its sign."""
-    x, end = 0.0, 1.0
-    sign = w.y[rate] - (w.y[other] if other >= 0 else 0.0)
+    y, x, end = numbers(w.y, c.size), 0.0, 1.0
+    sign = y[rate] - (y[other] if other >= 0 else 0.0)
     for _ in range(30):
         middle = 0.5 * (x + end)
-        here = component_at(w, rate, middle) - (component_at(w, other, middle) if other >= 0 else 0.0)
+        here = value_at(c, w, rate, middle) - (value_at(c, w, other, middle) if other >= 0 else 0.0)
         if here * sign > 0.0:
             x = middle
         else:
@@ -255,59 +245,23 @@ def _last_before_turn(w: Any, rate: int, other: int) -> float:
     return x
 
 
-def _take_samples(s: Walk, h: float) -> bool:
+def _take_samples(c: Any, w: Any, h: float) -> bool:
     """Take the samples that lie in the step; whether the motion is one where they are taken."""
-    w = s.w
-    end = w.clock + w.elapsed + h
-    while w.sample * s.c.sample_period < end:
-        ensure_dense(s, h)
-        time = w.sample * s.c.sample_period
+    end, y = w.clock + w.elapsed + h, numbers(w.spare, c.size)
+    while w.sample * c.sample_period < end:
+        ensure_dense(c, w, h)
+        time = w.sample * c.sample_period
         x = min(max((time - w.clock - w.elapsed) / h, 0.0), 1.0)
-        dense_state(s, x)
-        if not is_motion(s, w.spare):
+        write_state_at(c, w, x)
+        if not is_motion(c, y):
             return False
-        take_sample(s, time, w.elapsed + x * h, w.spare)
+        take_sample(c, w, time, w.elapsed + x * h, y)
         w.sample += 1
     return True
 
 
-def take_sample(s: Walk, time: float, t: float, state: Any) -> None:
+def take_sample(c: Any, w: Any, time: float, t: float, y: Any) -> None:
     """Write a row of the samples, with the torques of the law in a state at time t since the support transfer."""
-    w = s.w
-    asked = _asked(s, t, state)
-    row, torques = s.laws.tables(s.c.tables).samples[w.samples], (asked[0], _given(s, state, asked))
-    write_state(s, row, time, state, torques, s.laws.slope_estimate(s.law, w.memory))
+    asked = write_torques(c, w, t, y)
+    write_sample(c, w, time, y, asked)
     w.samples += 1
-
-
-def write_state(s: Walk, row: Any, time: float, state: Any, torques: tuple[float, Any], estimate: float) -> None:
-    """Fill a row of the samples.
-
-    Args:
-        s: The walk.
-        row: To be filled.
-        time: Since the start, s.
-        state: State of motion, the controller's states behind it.
-        torques: Torque that the ankle is asked for, then the torques of all joints, N m.
-        estimate: Of the slope, rad.
-    """
-    w, laws = s.w, s.laws
-    q = laws.q(state)
-    laws.write_sample(
-        row,
-        0,
-        time=time,
-        q=laws.told(q),
-        dq=laws.told_rates(laws.dq(state)),
-        torque=torques[1],
-        ankle_asked=torques[0],
-        slope=laws.sole_slope(w.slope, q),
-        slope_estimate=estimate,
-        stance=w.stance,
-        qpos=hip(s, pose_of(s, state)) + laws.limbs(s.c.robot, w, q),
-        locked=1.0 if w.locked == LOCKED else 0.0,
-    )
-    angles = len(w.strike_q)
-    own = len(w.y) - 2 * angles - len(w.peak_torque)
-    for index in range(own):
-        row[len(row) - own + index] = state[2 * angles + index]

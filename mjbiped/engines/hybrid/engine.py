@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.compiling import Costs
-from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun, idle_states
+from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
@@ -57,8 +57,8 @@ class Hybrid(Engine):
         return Costs(engine=35.0, step=0.093) if len(robot.angles) < 3 else Costs(engine=48.0, step=0.27)
 
     def room(self, states: int, robot: Robot) -> int:
-        """With knees, controllers without states have idle ones; see `Engine.room`."""
-        return states + idle_states(states, robot)
+        """One machine code serves controllers with any number of states; see `Engine.room`."""
+        return 0
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""

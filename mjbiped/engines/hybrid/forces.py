@@ -11,11 +11,12 @@ import math
 from itertools import pairwise
 from typing import Any
 
-from mjbiped.engines.hybrid.dynamics import dense_state
-from mjbiped.engines.hybrid.stance import ground_force, stance_force, turned
-from mjbiped.engines.hybrid.state import Walk, pose_of
-from mjbiped.numerics.dormand_prince import IN_ORDER, PLACES, dense_rate_at
-from mjbiped.records.pressure import note_pressure
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE, rate_at
+from mjbiped.dynamics.linkage import ROOM, ground_force
+from mjbiped.engines.hybrid.motion import stance_force, write_state_at
+from mjbiped.engines.hybrid.state import linkage_of
+from mjbiped.numerics.blocks import numbers, row
+from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for
@@ -23,42 +24,42 @@ _BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
 SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
 
 
-def note_ground_force(s: Walk, pose: Any, state: Any, first: int) -> None:
+def note_ground_force(c: Any, w: Any, y: Any, rates: Any) -> None:
     """Keep the least F_n and the greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
     F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out.
 
     Args:
-        s: The walk.
-        pose: Pose in the state.
-        state: Angles and rates.
-        first: Index in `k` of the first acceleration.
+        c: The walk's constants.
+        w: Its state.
+        y: A state of motion.
+        rates: Its rates.
     """
-    w = s.w
-    along, normal = stance_force(s, pose, state, w.k, first)
-    w.along_now, w.normal_now = along, normal
-    note_force(s, along, normal)
+    dq, ddq = numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
+    for i in range(c.angles):
+        dq[i], ddq[i] = y[c.angles + i], rates[c.angles + i]
+    w.along_now, w.normal_now = stance_force(c, w, y, dq, ddq)
+    note_force(c, w, w.along_now, w.normal_now)
 
 
-def note_force(s: Walk, along: float, normal: float) -> None:
+def note_force(c: Any, w: Any, along: float, normal: float) -> None:
     """Keep the least F_n and the greatest |F_t / F_n| of a force along and normal to the stance foot's ground, N."""
-    s.w.normal_force = min(s.w.normal_force, normal)
-    if normal > LIGHT_CONTACT * s.c.mass * s.c.gravity:
-        s.w.friction = max(s.w.friction, abs(along) / normal)
+    w.normal_force = min(w.normal_force, normal)
+    if normal > LIGHT_CONTACT * c.weight:
+        w.friction = max(w.friction, abs(along) / normal)
 
 
-def note_least_force(s: Walk, h: float) -> None:
+def note_least_force(c: Any, w: Any, h: float) -> None:
     """Keep the least F_n inside the step: that of some moments, and of the parabolas through the least of them."""
-    w = s.w
-    n, angles = len(w.y), len(w.strike_q)
+    y, dq, ddq = numbers(w.spare, c.size), numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     last = before = 0.0
     for piece in range(PIECES + 1):
         x = piece / PIECES
-        dense_state(s, x)
-        pose = pose_of(s, w.spare)
-        for i in range(angles):
-            w.ddq[i] = dense_rate_at(w.dense, n, angles + i, x) / h
-        _, normal = turned(s, ground_force(s, pose, w.spare, w.ddq, 0))
+        write_state_at(c, w, x)
+        for i in range(c.angles):
+            dq[i], ddq[i] = y[c.angles + i], rate_at(c, w, c.angles + i, x) / h
+        _, normal = ground_force(linkage_of(c, w), w, y, dq, ddq)
+        normal -= w.push * w.sine
         w.normal_force = min(w.normal_force, normal)
         if piece > 1 and last < min(before, normal):
             w.normal_force = min(w.normal_force, parabola_top(before, last, normal))
@@ -73,57 +74,30 @@ def parabola_top(left: float, middle: float, right: float) -> float:
     return middle - lean * lean / (4.0 * bend)
 
 
-def note_pressures(s: Walk, before: float, h: float) -> None:
+def note_pressures(c: Any, w: Any, before: float, h: float) -> None:
     """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
 
     The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
     on a sole it is known at each stage, as is its moment on feet that are bodies.
     """
-    w, soled = s.w, s.c.behind < math.inf
-    change, light = w.normal_now - before, LIGHT_CONTACT * s.c.mass * s.c.gravity
+    pressure, normals = numbers(w.pressure, 2 + BINS), numbers(w.normals, STAGES_WITH_DENSE)
+    moments, asked = numbers(w.moments, STAGES_WITH_DENSE), numbers(w.asked, STAGES_WITH_DENSE)
+    change, light = w.normal_now - before, LIGHT_CONTACT * c.weight
     for i in range(len(IN_ORDER)):
         stage, time = IN_ORDER[i], SHARES[i] * h
-        torque, normal = w.torques[stage * len(w.peak_torque)], before + PLACES[i] * change
-        if s.c.toe > 0.0:
-            torque, normal = w.moments[stage], w.normals[stage]
-        elif soled:
-            normal = w.normals[stage]
-            if torque != w.asked[stage]:
+        torque, normal = row(w.given, stage, c.given)[0], before + PLACES[i] * change
+        if c.toe > 0.0:
+            torque, normal = moments[stage], normals[stage]
+        elif c.behind < math.inf:
+            normal = normals[stage]
+            if torque != asked[stage]:
                 w.bound_time += time
-        note_pressure(w.pressure, 0, 2, torque, normal, light, s.c.length, time)
+        note_pressure(pressure, 0, 2, torque, normal, light, c.length, time)
 
 
-def momentum(s: Walk) -> tuple[float, float]:
-    """Momentum of the robot in the state `w.y`, forward and upward, kg m/s.
-
-    It depends on the rates as the ground's force on the accelerations.
-    """
-    w = s.w
-    angles = len(w.strike_q)
-    for i in range(angles):
-        w.spare[i], w.spare[angles + i] = w.y[i], 0.0
-    forward, upward = ground_force(s, pose_of(s, w.spare), w.spare, w.y, angles)
-    return forward, upward - s.c.mass * s.c.gravity
-
-
-def note_impulse(s: Walk, before: tuple[float, float], push: float) -> None:
-    """Keep the stance foot's impulse in an impact, N s.
-
-    Args:
-        s: The walk, after the impact.
-        before: Momentum before it, kg m/s.
-        push: Impulse on the swing foot, along (pushed_x, pushed_z), N s.
-    """
-    w, (forward, upward) = s.w, momentum(s)
-    w.impulse_x = forward - before[0] - push * w.pushed_x
-    w.impulse_z = upward - before[1] - push * w.pushed_z
-
-
-def note_impact(s: Walk) -> None:
+def note_impact(c: Any, w: Any) -> None:
     """Take the impulse that has led to the state, if one has, into the gait step's normal force and friction."""
-    w, x, z = s.w, s.w.impulse_x, s.w.impulse_z
-    if x != 0.0 or z != 0.0:
-        time = AVERAGED * math.sqrt(s.c.length / s.c.gravity)
-        along, normal = (x * w.cosine - z * w.sine) / time, (x * w.sine + z * w.cosine) / time
-        note_force(s, w.along_now + along, w.normal_now + normal)
-        w.impulse_x = w.impulse_z = 0.0
+    along, normal, time = w.impulse_along, w.impulse_normal, AVERAGED * c.pace
+    if along != 0.0 or normal != 0.0:
+        note_force(c, w, w.along_now + along / time, w.normal_now + normal / time)
+        w.impulse_along = w.impulse_normal = 0.0

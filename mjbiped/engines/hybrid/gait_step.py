@@ -10,30 +10,26 @@ import math
 from typing import Any
 
 from mjbiped.disturbances.pushes import following
-from mjbiped.engines.hybrid import dynamics
+from mjbiped.dynamics.integrate import STAGES
+from mjbiped.dynamics.modes import FREE, RESTING
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample
-from mjbiped.engines.hybrid.dynamics import attempt, carry_over, is_motion
-from mjbiped.engines.hybrid.events import (
+from mjbiped.engines.hybrid.forces import note_ground_force, note_impact
+from mjbiped.engines.hybrid.guards import (
     BEYOND_END,
     EDGE,
-    FACE_IMPACT,
     FALLEN,
     FOOT_FLAT,
     FOOT_RELEASED,
     FOOT_TIPS,
     KNEE_RELEASED,
     KNEE_STRIKE,
-    NOTHING,
-    OVER_THE_TOP,
     SHORTEST_STEP,
-    TOUCHDOWN,
     first_event,
-    foot_over_ground,
 )
-from mjbiped.engines.hybrid.forces import note_ground_force, note_impact
+from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
+from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
-from mjbiped.engines.hybrid.state import Laws, Walk, hand_over, pose_of
-from mjbiped.engines.hybrid.transfer import (
+from mjbiped.engines.hybrid.resets import (
     hit_face,
     lands,
     lay_flat,
@@ -45,8 +41,8 @@ from mjbiped.engines.hybrid.transfer import (
     tip_over,
     transfer_support,
 )
-from mjbiped.numerics.dormand_prince import STAGES
-from mjbiped.robots.equations import FREE, RESTING
+from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory
+from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
 DIVERGED, FELL, LEFT_TERRAIN, STALLED, UNRESOLVED, WALKING = (
@@ -68,115 +64,108 @@ SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face 
 NOW = 1e-9  # times so close are the same, s
 
 
-def advance(laws: Laws, law: Any, c: Any, w: Any) -> None:
+def advance(c: Any, w: Any) -> None:
     """Walk until the outcome is decided, the buffers have no room for one more step, or `w.pause` is reached.
 
     After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
     the same, however often it pauses.
 
     Args:
-        laws: The functions of the walk.
-        law: What the controller's functions take.
-        c: Robot, rules and limits.
+        c: Constants of the walk.
         w: State; `w.outcome` says in the end whether the walk is over.
     """
-    s = Walk(laws, law, c, w)
-    tables = laws.tables(c.tables)
-    room = len(tables.samples) - 1
+    room = c.sample_room - 1
     if math.isfinite(c.sample_period):
         room -= int(c.stall_time / c.sample_period) + 2
-    while w.outcome == WALKING and w.rows < len(tables.rows) and w.samples <= room and w.evaluations < w.pause:
-        if gait_step(s):
-            transfer_support(s)
+    while w.outcome == WALKING and w.rows < c.row_room and w.samples <= room and w.evaluations < w.pause:
+        if gait_step(c, w):
+            transfer_support(c, w)
     if w.outcome != WALKING:
-        take_sample(s, w.time, w.time - w.clock, w.y)
+        take_sample(c, w, w.time, w.time - w.clock, numbers(w.y, c.size))
 
 
-def gait_step(s: Walk) -> bool:
+def advance_at(c: int, w: int) -> None:
+    """`advance` for C: its arguments are addresses."""
+    advance(constants_at(c, 0), state_at(w, 0))
+
+
+def gait_step(c: Any, w: Any) -> bool:
     """Move from just after a support transfer to the next touchdown; whether there was one. The state is then in `w.y`.
 
     Where there was none, the outcome is decided, or the engine pauses.
     """
-    w = s.w
     if not w.under_way:
         w.elapsed = 0.0
-        _look_ahead(s)
-        begin(s)
+        _look_ahead(c, w)
+        begin(c, w)
         watch(w)
         w.next_step = min(w.next_step, w.first_step)
-    here = foot_over_ground(s, pose_of(s, w.y))
-    while _goes_on(s):
-        h = _step_length(s)
+    here = foot_over_ground(c, w, numbers(w.y, c.size))
+    while _goes_on(c, w):
+        h = _step_length(c, w)
         last = h == w.limit - w.elapsed
-        error = attempt(s, h)
+        error = attempt(c, w, h)
         if not error <= 1.0:
-            _shorten(s, h, error)
+            _shorten(c, w, h, error)
             continue
-        _lengthen(s, h, error)
-        pose = pose_of(s, w.out)
-        there = foot_over_ground(s, pose)
-        event, length = first_event(s, h, here, there, pose)
-        if event != NOTHING:
-            if not is_motion(s, w.out):  # between the stages the law may return NaN
-                w.outcome, w.time = DIVERGED, w.clock + w.elapsed
-                return False
-            pose = pose_of(s, w.out)
-        if not accumulate(s, pose, length):
+        _lengthen(c, w, h, error)
+        there = foot_over_ground(c, w, numbers(w.out, c.size))
+        event, length = first_event(c, w, h, here, there)
+        if event != NOTHING and not is_motion(c, numbers(w.out, c.size)):  # between the stages the law may return NaN
+            w.outcome, w.time = DIVERGED, w.clock + w.elapsed
+            return False
+        if not accumulate(c, w, length):
             w.outcome = DIVERGED
-        _move(s, w.limit if last and length == h else w.elapsed + length)
+        _move(c, w, w.limit if last and length == h else w.elapsed + length)
         if event == NOTHING and w.elapsed < w.limit and w.outcome == WALKING:
-            carry_over(w)
+            carry_over(c, w)
             here = there
             continue
-        if w.outcome == WALKING and _reset(s, event):
+        if w.outcome == WALKING and _reset(c, w, event):
             w.under_way = False
             return True
         if w.outcome == WALKING:
-            begin(s)
-            here = foot_over_ground(s, pose_of(s, w.y))
+            begin(c, w)
+            here = foot_over_ground(c, w, numbers(w.y, c.size))
     return False
 
 
-def _goes_on(s: Walk) -> bool:
+def _goes_on(c: Any, w: Any) -> bool:
     """Whether the gait step goes on: the walk has not ended, makes progress, and need not pause."""
-    w = s.w
     if w.outcome != WALKING:
         return False
     if w.evaluations < w.look and w.evaluations < w.pause:
         return True
-    if w.evaluations >= w.look and lags(s):
+    if w.evaluations >= w.look and lags(c, w):
         w.outcome, w.time = UNRESOLVED, w.clock + w.elapsed
         return False
     return bool(w.evaluations < w.pause)
 
 
-def _step_length(s: Walk) -> float:
+def _step_length(c: Any, w: Any) -> float:
     """Length of the next integration step, s: at most up to the time at which the law is no longer smooth."""
-    w = s.w
     whole = w.limit - w.elapsed
-    step = min(w.next_step, SLIDING_STEP if w.face != 0.0 or w.sliding else s.c.longest_step)
+    step = min(w.next_step, SLIDING_STEP if w.face != 0.0 or w.sliding else c.longest_step)
     w.next_step = step
     if step < 0.5 * whole:
         return float(step)
     return float(0.5 * whole if step < whole else whole)
 
 
-def _shorten(s: Walk, h: float, error: float) -> None:
+def _shorten(c: Any, w: Any, h: float, error: float) -> None:
     """Shorten the step of length h that was rejected; the walk ends if it could hardly be shorter."""
-    w = s.w
     step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
-    if step < SHORTEST_STEP or not is_motion(s, w.y):
-        w.outcome = UNRESOLVED if math.isfinite(error) and is_tame(s) else DIVERGED
+    if step < SHORTEST_STEP or not is_motion(c, numbers(w.y, c.size)):
+        w.outcome = UNRESOLVED if math.isfinite(error) and is_tame(c, w) else DIVERGED
         w.time = w.clock + w.elapsed
     if w.elapsed == 0.0:
         w.first_step = step
     w.next_step = step
 
 
-def _lengthen(s: Walk, h: float, error: float) -> None:
+def _lengthen(c: Any, w: Any, h: float, error: float) -> None:
     """Choose the next length after a step of length h that was accepted."""
-    w = s.w
-    if error < FULL or (error < KEPT and h >= s.c.longest_step):  # the rule below would give the same
+    if error < FULL or (error < KEPT and h >= c.longest_step):  # the rule below would give the same
         grown = GREATEST * h
     else:
         grown = CAUTION * h * _eighth_root(1.0 / error)
@@ -189,92 +178,94 @@ def _eighth_root(x: float) -> float:
     return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
-def _move(s: Walk, elapsed: float) -> None:
+def _move(c: Any, w: Any, elapsed: float) -> None:
     """Make the step's end the state, at a time since the support transfer, s."""
-    w = s.w
     w.elapsed, w.time = elapsed, w.clock + elapsed
-    for i in range(len(w.y)):
-        w.y[i] = w.out[i]
+    y, out = numbers(w.y, c.size), numbers(w.out, c.size)
+    for i in range(c.size):
+        y[i] = out[i]
 
 
-def _reset(s: Walk, event: int) -> bool:
+def _reset(c: Any, w: Any, event: int) -> bool:
     """Apply the reset map of an event, which may end the walk; whether the support transfer follows."""
-    w = s.w
     if event == TOUCHDOWN:
-        if stands_still(s):
+        if stands_still(c, w):
             return False
-        if lands(s):
+        if lands(c, w):
             return True
-        stub(s)
+        stub(c, w)
     elif event == FACE_IMPACT:
-        hit_face(s)
+        hit_face(c, w)
     elif event == KNEE_STRIKE:
-        strike_knee(s)
-        if w.sliding and lands(s):  # a straight leg that stands on the ground ahead
+        strike_knee(c, w)
+        if w.sliding and lands(c, w):  # a straight leg that stands on the ground ahead
             return True
-        _look_ahead(s)
+        _look_ahead(c, w)
     elif event in (OVER_THE_TOP, FOOT_RELEASED):
-        release_foot(s, event == OVER_THE_TOP)
+        release_foot(w, event == OVER_THE_TOP)
     elif event == KNEE_RELEASED:
         w.locked = FREE
+        enter_mode(c, w)
     elif event == EDGE:
-        slide_on(s)
+        slide_on(c, w)
     elif event == FOOT_FLAT:
-        lay_flat(s)
+        lay_flat(c, w)
     elif event == FALLEN:
         w.outcome = FELL
     elif event == BEYOND_END:
         w.outcome = LEFT_TERRAIN
-    elif w.elapsed >= s.c.stall_time:
+    elif w.elapsed >= c.stall_time:
         w.outcome = STALLED
     elif event != FOOT_TIPS:  # which `begin` sees
-        _look_ahead(s)
+        _look_ahead(c, w)
     return False
 
 
-def begin(s: Walk) -> None:
+def begin(c: Any, w: Any) -> None:
     """Compute rates, torques and forces of a state that no step has led to, and forces of an impact before it."""
-    w = s.w
-    dynamics.begin(s)
+    start_step(c, w)
     if w.locked == RESTING and w.stop_press < 0.0:
         w.locked = FREE
-        dynamics.begin(s)
-    if s.c.toe > 0.0 and w.margins[0] < 0.0:
-        tip_over(s)
-        dynamics.begin(s)
-    note_peaks(w, 0)
-    note_ground_force(s, pose_of(s, w.y), w.y, len(w.strike_q))
-    note_impact(s)
+        enter_mode(c, w)
+        start_step(c, w)
+    if c.toe > 0.0 and numbers(w.margins, 1)[0] < 0.0:
+        tip_over(c, w)
+        start_step(c, w)
+    note_peaks(c, w, 0)
+    note_ground_force(c, w, numbers(w.y, c.size), row(w.k, 0, c.size))
+    note_impact(c, w)
 
 
-def _look_ahead(s: Walk) -> None:
+def _look_ahead(c: Any, w: Any) -> None:
     """Find the time of the next discontinuity of the law, at which an integration step has to end.
 
     Controller ticks, and beginnings and ends of pushes, that are due now take place first.
     """
-    w, t = s.w, s.w.elapsed
-    hand_over(s, w.y)
+    t = w.elapsed
+    y, memory = numbers(w.y, c.size), numbers(w.memory, c.states)
+    to_memory(c, w, y)
     time = w.clock + t
     if time > w.next_tick - NOW:
-        w.next_tick += s.c.control_period
+        w.next_tick += c.control_period
         # a step that ends at a tick is short by design: `progress` does not count it
         w.step_started += STAGES
         w.look += STAGES
-        s.laws.tick(s.law, w.memory, t, s.laws.told(s.laws.q(w.y)), s.laws.told_rates(s.laws.dq(w.y)))
+        take_angles(c, w, y)
+        call(c.tick, c.parameters, memory, t, numbers(w.told, c.told), numbers(w.told_rates, c.told))
     if time > w.next_push - NOW:
-        _begin_or_end_push(s)
+        _begin_or_end_push(c, w)
     event = min(w.next_tick, w.next_push) - w.clock
-    there = min(s.laws.next_discontinuity(s.law, w.memory, t), event)
+    there = min(call_for_float(c.next_discontinuity, c.parameters, memory, t), event)
     if not there > t:
         there = math.inf
     w.after = t * (1.0 + JUST_BESIDE)
     w.before = there * (1.0 - JUST_BESIDE)
-    w.limit = min(there, s.c.stall_time)
+    w.limit = min(there, c.stall_time)
 
 
-def _begin_or_end_push(s: Walk) -> None:
+def _begin_or_end_push(c: Any, w: Any) -> None:
     """A push of constant force begins, or ends."""
-    w, pushes = s.w, s.laws.tables(s.c.tables).pushes
+    pushes = pushes_of(c)
     if not w.pushing:
         w.pushing, w.push = True, w.push_impulse / pushes.duration
         w.next_push += pushes.duration

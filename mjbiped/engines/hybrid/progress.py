@@ -7,11 +7,10 @@ all but stands still. Gains beyond what any robot has are of the same effect.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from mjbiped.engines.hybrid.state import Walk
-from mjbiped.numerics.dormand_prince import STAGES
+from mjbiped.dynamics.integrate import STAGES
+from mjbiped.numerics.blocks import numbers
 
 MOST_ATTEMPTS = 100_000  # integration steps tried in one gait step; the paper's controller needs some 20
 ATTEMPTS_BETWEEN_LOOKS = 2000
@@ -29,18 +28,17 @@ def watch(w: Any) -> None:
     w.look = w.step_started + STAGES * ATTEMPTS_BETWEEN_LOOKS
 
 
-def lags(s: Walk) -> bool:
+def lags(c: Any, w: Any) -> bool:
     """Whether a gait step takes too many integration steps, or the last of them have brought it on too little."""
-    w = s.w
     progress = w.elapsed - w.looked
     w.looked, w.look = w.elapsed, w.evaluations + STAGES * ATTEMPTS_BETWEEN_LOOKS
     tried = w.evaluations - w.step_started
-    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * s.c.stall_time)
+    return bool(tried > STAGES * MOST_ATTEMPTS or progress < LEAST_PROGRESS * c.stall_time)
 
 
-def is_tame(s: Walk) -> bool:
+def is_tame(c: Any, w: Any) -> bool:
     """Whether the robot moves as robots do."""
-    w, rates = s.w, 0.0
-    for rate in s.laws.dq(w.y):
-        rates += abs(rate)
-    return bool(rates < TAME * math.sqrt(s.c.gravity / s.c.length))
+    y, rates = numbers(w.y, c.size), 0.0
+    for i in range(c.angles):
+        rates += abs(y[c.angles + i])
+    return bool(rates < TAME / c.pace)

@@ -1,36 +1,45 @@
-"""What the hybrid engine works on: the state of one walk, its constants, and the functions that it calls.
+"""What the hybrid engine works on: the constants and the state of one walk, and where the robot's points are.
 
-State and constants are objects with named fields in plain Python, and NumPy records with the same fields where the
-engine is compiled (`mjbiped.numerics.records.in_one_block`), so that one source serves both.
+Both are objects in plain Python, and blocks in C's memory for machine code (`mjbiped.numerics.blocks`): one source, and
+one machine code, serve all robots and all laws.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.robots.bent_leg import LENGTH
-from mjbiped.robots.equations import FLAT, LOCKED
+from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
+from mjbiped.dynamics.modes import FLAT, LOCKED
+from mjbiped.numerics.blocks import Floats, numbers, reader
+from mjbiped.terrain.profile import Profile
 
 
 @dataclass(slots=True)
-class State:
-    """The state of one walk; sequences are lists in plain Python, and arrays where compiled.
+class State(Motion):
+    """The state of one walk.
 
     Attributes:
         y: State of motion at the start of the current integration step: angles, rates, the controller's integrated
             states, and the net work of each joint in this gait step.
         out: State at the step's end.
         spare: A state in between.
-        ddq: Accelerations within the step, rad/s^2.
-        k: Rates at the step's stages.
-        dense: Coefficients of the step's dense output.
+        k: Rates at the step's stages, one row for each.
+        dense: Coefficients of the step's dense output, one row for each power.
         memory: The controller's.
-        torques: Torques of all joints at each stage of the current step, N m; the first are those in the state `y`.
-        asked: On a sole, torque that the law asks of the ankle at each of these stages, N m.
-        normals: On a sole, normal force on the stance foot at each of them, N.
+        q: Angles of the state whose rates are asked for, rad.
+        dq: Rates of these angles, rad/s.
+        told: The angles that the law is told, rad: from the normal of the stance foot's sole, where that tips.
+        told_rates: Their rates, rad/s, as gyros tell them.
+        told_before: The angles before a touchdown.
+        given: What the law returns at each stage of the current step, of which the sole has let act what it can: the
+            torques of all joints, N m, then the rates of the law's states. The first are those in the state `y`.
+        sampled: The same in a state between the stages.
+        asked: Torque that the law asks of the ankle at each of these stages, N m.
+        normals: Normal force on the stance foot at each of them, N, where the ankle is bounded.
         moments: On feet that are bodies, moment of the ground's force about the ankle at each of them, N m, as that of
             the ankle's torque on a massless sole.
         margins: How much greater it could be without tipping the foot, N m; infinity where the foot has tipped.
@@ -38,12 +47,11 @@ class State:
         peak_torque: Greatest magnitude of each joint's torque since the start, N m.
         pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
             the time that it has spent in each bin of `records.pressure` since the start (s).
+        posture: Room for a posture `qpos`.
         strike_q: Angles at this gait step's knee strike, rad; NaN without one.
         strike_dq: Rates just before it, rad/s.
         struck_dq: Rates just after it, rad/s.
         slope: Slope of the ground under the stance foot, rad.
-        sine: Its sine.
-        cosine: Its cosine.
         segment: Terrain segment under the swing foot when last looked at, where the next search begins.
         foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one that is a body
             the ankle, or the edge about which it turns.
@@ -63,7 +71,7 @@ class State:
         stance: Number of the stance leg: of a biped 0 left, 1 right.
         contact_enabled: Whether the swing foot collides with the ground.
         locked: `FREE`, `LOCKED` or `RESTING`: how the swing knee is.
-        stop_press: Acceleration with which a resting knee would bend forwards without its stop, rad/s^2.
+        stop_press: Torque with which the stop bends a knee that rests on it, N m; below zero the knee leaves it.
         stance_flexion: Flexion at which the stance knee is locked, rad.
         flexion: Greatest flexion of the swing knee in this gait step, rad.
         strike_time: Time of its knee strike since the support transfer, s; NaN without one.
@@ -72,7 +80,7 @@ class State:
         tipped: Greatest angle by which it has tipped in this gait step, rad.
         one_sided: Time in it in which the foot stood on an edge, s.
         stubs: How often the swing foot has struck the ground in it without coming to stand.
-        toe: Whether the walk ended with a foot that came down and could not become the stance foot.
+        unmapped: Whether the walk ended with a foot that came down and could not become the stance foot.
         face: 1 while the swing foot slides on a vertical face ahead of it, -1 on one behind it, else 0.
         face_x: Position of the face last struck, or beside which the foot stood before this gait step, m; NaN: none.
         face_top: Height of its upper edge, m.
@@ -88,8 +96,8 @@ class State:
         normal_force: Least F_n of this gait step, N; below zero the ground would have to pull.
         normal_now: F_n when last computed, N.
         along_now: F_t when last computed, N.
-        impulse_x: Impulse of the ground on the stance foot in the impact that led to the state, N s.
-        impulse_z: Its vertical component, N s.
+        impulse_along: Impulse of the ground along it on the stance foot in the impact that led to the state, N s.
+        impulse_normal: Its component normal to the ground, N s.
         work_absolute: Absolute work of all joints since the start, J.
         work_net: Net work since the start, J.
         work_positive: Positive work since the start, J.
@@ -112,34 +120,38 @@ class State:
         looked: Time of the last check since the support transfer, s.
     """
 
-    y: Any
-    out: Any
-    spare: Any
-    ddq: Any
-    k: Any
-    dense: Any
-    memory: Any
-    torques: Any
-    asked: Any
-    normals: Any
-    moments: Any
-    margins: Any
-    peak_torque: Any
-    pressure: Any
-    strike_q: Any
-    strike_dq: Any
-    struck_dq: Any
-    slope: float
-    sine: float
-    cosine: float
-    segment: int
-    foot_x: float
-    foot_z: float
-    foot_segment: int
-    next_tick: float
-    next_push: float
-    push_impulse: float
-    next_step: float
+    y: Floats
+    out: Floats
+    spare: Floats
+    k: list[list[float]]
+    dense: list[list[float]]
+    memory: Floats
+    q: Floats
+    dq: Floats
+    told: Floats
+    told_rates: Floats
+    told_before: Floats
+    given: list[list[float]]
+    sampled: Floats
+    asked: Floats
+    normals: Floats
+    moments: Floats
+    margins: Floats
+    peak_torque: Floats
+    pressure: Floats
+    posture: Floats
+    strike_q: Floats
+    strike_dq: Floats
+    struck_dq: Floats
+    slope: float = 0.0
+    segment: int = 0
+    foot_x: float = 0.0
+    foot_z: float = 0.0
+    foot_segment: int = 0
+    next_tick: float = math.inf
+    next_push: float = math.inf
+    push_impulse: float = 0.0
+    next_step: float = 0.0
     foot_angle: float = 0.0
     clock: float = 0.0
     elapsed: float = 0.0
@@ -159,7 +171,7 @@ class State:
     tipped: float = 0.0
     one_sided: float = 0.0
     stubs: int = 0
-    toe: bool = False
+    unmapped: bool = False
     face: float = 0.0
     face_x: float = math.nan
     face_top: float = 0.0
@@ -175,8 +187,8 @@ class State:
     normal_force: float = math.inf
     normal_now: float = 0.0
     along_now: float = 0.0
-    impulse_x: float = 0.0
-    impulse_z: float = 0.0
+    impulse_along: float = 0.0
+    impulse_normal: float = 0.0
     work_absolute: float = 0.0
     work_net: float = 0.0
     work_positive: float = 0.0
@@ -200,241 +212,201 @@ class State:
     looked: float = 0.0
 
 
-class Ground(NamedTuple):
-    """The terrain's segments; see `mjbiped.Terrain`.
-
-    Attributes:
-        x: Where they start, m.
-        z: Heights there, m.
-        gradient: dz/dx.
-        angle: Slopes, rad.
-        segments: Number of segments.
-    """
-
-    x: Any
-    z: Any
-    gradient: Any
-    angle: Any
-    segments: int
-
-
-class Tables(NamedTuple):
-    """Arrays whose length is another in each walk.
-
-    Attributes:
-        ground: The terrain.
-        pushes: Pushes at the hip.
-        rows: Buffer of touchdowns, one row each, in the order of the robot's `columns.tables_of`.
-        samples: Buffer of samples: the robot's columns, then the controller's states.
-    """
-
-    ground: Ground
-    pushes: Pushes
-    rows: Any
-    samples: Any
-
-
 @dataclass(slots=True)
 class Constants:
-    """Robot, rules and limits of a walk.
+    """Robot, law, ground, rules and limits of a walk.
 
     Attributes:
-        robot: The robot's constants, as its `Equations` take them.
-        tables: Address of the walk's `Tables` where compiled, from which `Laws.tables` makes them.
-        length: Length of a leg, m.
-        radius: Of round feet, m; 0: the foot is a point.
-        behind: Distance from the ankle to the heel of a massless sole, m; infinity without one.
-        ahead: Distance from the ankle to its toe, m.
-        heel: Distance from the ankle to the heel of a foot that is a body, m; 0 without one.
-        toe: Distance from the ankle to its toe, m.
-        support: Index in the memory of how far behind and ahead of its ankle the ground bears a new stance foot, for
-            laws that ask (`Controller.support`); -1: not told.
-        height: Height over the ground of the ankle of a foot that is a body, or of a round one's centre, m.
-        mass: Mass of the robot, kg; NaN: the force of the ground is of no interest.
-        gravity: m/s^2.
-        legs: Number of legs, which stand in turn.
-        contact: Whether the swing foot collides from the step's first moment on; if not, the scuffing rule decides.
-        reach: Reach of the scuffing rule, m.
-        delay: Its delay, s.
-        stall_time: Longest time without touchdown, s.
-        end: Position x at which the ground ends, m.
-        steps: Touchdowns after which the walk is finished.
-        distance: Position x of the stance foot at which it is finished, m.
-        tolerance: Tolerance of an integration step.
-        tested: Number of components over which the mean error of a step is taken: angles, rates, and the states that
-            the controller itself has.
-        longest_step: Longest integration step, s.
-        sample_period: Time between two samples, s.
-        control_period: Time between two ticks of a controller that ticks, s.
-    """
-
-    robot: Any
-    tables: int
-    length: float
-    radius: float
-    behind: float
-    ahead: float
-    heel: float
-    toe: float
-    support: int
-    height: float
-    mass: float
-    gravity: float
-    legs: int
-    contact: bool
-    reach: float
-    delay: float
-    stall_time: float
-    end: float
-    steps: float
-    distance: float
-    tolerance: float
-    tested: float
-    longest_step: float
-    sample_period: float
-    control_period: float
-
-
-class Laws(NamedTuple):
-    """The functions of a walk.
-
-    Attributes:
-        torque: The controller's; see `controllers.Law`.
+        linkages: How the robot stands: on a flat foot, on its toe, on its heel; one of feet that do not tip.
+        angles: Number of the angles of a state.
+        joints: Number of joints.
+        states: Number of the controller's integrated states.
+        size: Components of a state of motion.
+        judged: Components whose error counts.
+        told: Number of the angles that a law is told.
+        given: Floats of what the law writes: torques, rates of its states, and room for its intermediate results.
+        thigh: Index of the angle of the segment above the swing knee.
+        shank: Index of that below it; the same without a knee.
+        foot: Index of the angle by which the stance foot tips; -1 where it cannot.
+        upper: Length of a thigh, m.
+        lower: Length of a shank, m.
+        between: Angle between two legs that are one rigid body, rad.
+        knee_opens: Whether the knee of the leg that leaves the ground is held by its stop alone in the impact.
+        lands_bent: Whether a leg with a bent knee can become the stance leg.
+        torque: The law's; see `controllers.Law`.
         touchdown: Its response to a support transfer.
         slope_estimate: Its estimate of the ground's slope.
         next_discontinuity: When its torque jumps next.
         tick: Its tick, where it ticks.
         knee_strike: Its response to a knee strike.
-        tables: The walk's `Tables`, of `Constants.tables`.
-        begin: See `dormand_prince.Integrator`.
-        step: One integration step.
-        dense: Its dense output.
-        q: Angles of a state; see `mjbiped.engines.hybrid.tuples`.
-        dq: Rates of a state.
-        own: Rates of the controller's states, of what its law returns.
-        with_ankle: What a law returns, with another torque of the ankle.
-        still: As many zeros as there are angles.
-        powers: Powers of the joints.
-        pose: Sines and cosines of the angles from the vertical.
-        told: Angles that the law is told.
-        told_rates: Their rates.
-        sole_slope: Slope of the stance foot's sole.
-        reached: The point with given levers in a pose.
-        accelerations: The robot's; see `mjbiped.robots.equations.Equations`.
-        stop_foot: Reset map of an impact of the swing foot without support transfer.
-        lands: Whether the swing foot that has come down becomes the stance foot.
-        exchange: Reset map of the support transfer.
-        lock_knee: Reset map of the knee strike.
-        limbs: Angles of the posture in a record.
-        ground_force: Force on the feet.
-        turn_foot: Lets the stance foot turn about an edge, or come down.
-        write_sample: See `mjbiped.records.rows.Rows`.
-        write_touchdown: Writes the row of a touchdown.
+        parameters: What these take first.
+        support: Index in the memory of how far behind and ahead of its ankle the ground bears a new stance foot, for
+            laws that ask (`Controller.support`); -1: not told.
+        segments: Number of the terrain's segments.
+        x: Where they start, m.
+        z: Heights there, m.
+        gradient: dz/dx.
+        angle: Slopes, rad.
+        push_times: Times at which pushes begin, s.
+        push_impulses: Their impulses, N s.
+        push_count: Their number.
+        push_duration: Duration of each push, s.
+        push_size: Impulse of random pushes, N s.
+        push_interval: Mean time between random pushes, s; 0: there are none.
+        push_seed_low: Low word of the seed of random pushes.
+        push_seed_high: High word.
+        row_buffer: Touchdowns, one row each, as `rows` has them.
+        row_room: Number of rows.
+        sample_buffer: Samples, one row each.
+        sample_room: Number of rows.
+        sample_width: Floats of a row.
+        length: Length of a leg, m.
+        behind: Distance from the ankle to the heel of a massless sole, m; infinity without one.
+        ahead: Distance from the ankle to its toe, m.
+        heel: Distance from the ankle to the heel of a foot that is a body, m; 0 without one.
+        toe: Distance from the ankle to its toe, m.
+        height: Height over the ground of the ankle of a foot that is a body, or of a round one's centre, m.
+        weight: Weight of the robot, N; NaN: the force of the ground is of no interest.
+        legs: Number of legs, which stand in turn.
+        contact: Whether the swing foot collides from the step's first moment on; if not, the scuffing rule decides.
+        reach: Reach of the scuffing rule, m.
+        delay: Its delay, s.
+        stall_time: Longest time without touchdown, s.
+        pace: Time unit of the robot, sqrt(l / g), s.
+        end: Position x at which the ground ends, m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Position x of the stance foot at which it is finished, m.
+        tolerance: Tolerance of an integration step.
+        longest_step: Longest integration step, s.
+        sample_period: Time between two samples, s.
+        control_period: Time between two ticks of a controller that ticks, s.
     """
 
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_discontinuity: Any
-    tick: Any
-    knee_strike: Any
-    tables: Any
-    begin: Any
-    step: Any
-    dense: Any
-    q: Any
-    dq: Any
-    own: Any
-    with_ankle: Any
-    still: Any
-    powers: Any
-    pose: Any
-    told: Any
-    told_rates: Any
-    sole_slope: Any
-    reached: Any
-    accelerations: Any
-    stop_foot: Any
-    lands: Any
-    exchange: Any
-    lock_knee: Any
-    limbs: Any
-    ground_force: Any
-    turn_foot: Any
-    write_sample: Any
-    write_touchdown: Any
+    linkages: list[Linkage]
+    angles: int
+    joints: int
+    states: int
+    size: int
+    judged: int
+    told: int
+    given: int
+    thigh: int
+    shank: int
+    foot: int
+    upper: float
+    lower: float
+    between: float
+    knee_opens: bool
+    lands_bent: bool
+    torque: Callable[..., None] | int
+    touchdown: Callable[..., None] | int
+    slope_estimate: Callable[..., float] | int
+    next_discontinuity: Callable[..., float] | int
+    tick: Callable[..., None] | int
+    knee_strike: Callable[..., None] | int
+    parameters: Any
+    support: int
+    segments: int
+    x: Floats
+    z: Floats
+    gradient: Floats
+    angle: Floats
+    push_times: Floats
+    push_impulses: Floats
+    push_count: int
+    push_duration: float
+    push_size: float
+    push_interval: float
+    push_seed_low: int
+    push_seed_high: int
+    row_buffer: Any
+    row_room: int
+    sample_buffer: Any
+    sample_room: int
+    sample_width: int
+    length: float
+    behind: float
+    ahead: float
+    heel: float
+    toe: float
+    height: float
+    weight: float
+    legs: int
+    contact: bool
+    reach: float
+    delay: float
+    stall_time: float
+    pace: float
+    end: float
+    steps: float
+    distance: float
+    tolerance: float
+    longest_step: float
+    sample_period: float
+    control_period: float
 
 
-class Walk(NamedTuple):
-    """All that the engine's functions take: functions, parameters, constants and state of one walk.
-
-    Attributes:
-        laws: The functions.
-        law: What the controller's functions take as their parameters.
-        c: Robot, rules and limits.
-        w: The state.
-    """
-
-    laws: Laws
-    law: Any
-    c: Any
-    w: Any
+constants_at, state_at, _linkage_at = reader(Constants), reader(State), reader(Linkage)
 
 
-def ground_of(s: Walk) -> Ground:
-    """The terrain."""
-    ground: Ground = s.laws.tables(s.c.tables).ground
-    return ground
+def linkage_of(c: Any, w: Any) -> Any:
+    """The robot as its stance foot stands: flat, on its toe (1) or on its heel (-1)."""
+    return _linkage_at(c.linkages, w.edge if w.edge >= 0 else 2)
 
 
-def hand_over(s: Walk, state: Any) -> None:
+def ground_of(c: Any) -> Profile:
+    """The terrain's profile."""
+    return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments))
+
+
+def pushes_of(c: Any) -> Pushes:
+    """The pushes of the walk."""
+    times, impulses = numbers(c.push_times, c.push_count), numbers(c.push_impulses, c.push_count)
+    seed = c.push_seed_low, c.push_seed_high
+    return Pushes(times, impulses, c.push_duration, c.push_size, c.push_interval, seed)
+
+
+def to_memory(c: Any, w: Any, y: Any) -> None:
     """Write the controller's integrated states, as they are in a state of motion, into its memory."""
-    w = s.w
-    first = 2 * len(w.strike_q)
-    for index in range(len(w.y) - first - len(w.peak_torque)):
-        w.memory[index] = state[first + index]
+    memory, first = numbers(w.memory, c.states), 2 * c.angles
+    for i in range(c.states):
+        memory[i] = y[first + i]
 
 
-def take_back(s: Walk) -> None:
+def from_memory(c: Any, w: Any) -> None:
     """Take the controller's integrated states from its memory, after it has changed them."""
-    w = s.w
-    first = 2 * len(w.strike_q)
-    for index in range(len(w.y) - first - len(w.peak_torque)):
-        w.y[first + index] = w.memory[index]
+    y, memory, first = numbers(w.y, c.size), numbers(w.memory, c.states), 2 * c.angles
+    for i in range(c.states):
+        y[first + i] = memory[i]
 
 
-def pose_of(s: Walk, state: Any) -> tuple[float, ...]:
-    """Sine and cosine of each angle from the vertical in a state, and at last the stance leg's angle, rad."""
-    pose: tuple[float, ...] = s.laws.pose(s.laws.q(state), s.w.slope)
-    return pose
+def sole_angle(c: Any, y: Any) -> float:
+    """Angle by which the sole of the stance foot has tipped off the ground in a state, rad."""
+    return float(y[c.foot]) if c.foot >= 0 else 0.0
 
 
-def pivot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
-    """Place x, z, m, from which levers count: stance foot, centre of a round one's arc, or edge of a foot."""
-    w = s.w
-    if s.c.radius == 0.0:
-        return w.foot_x, w.foot_z
-    rolled = s.c.radius * (pose[-1] - w.foot_angle)
+def pivot(c: Any, w: Any, y: Any) -> tuple[float, float]:
+    """Place x, z, m, from which the linkage stands: stance foot, centre of a round one's arc, or edge of a foot."""
+    rolled = _linkage_at(c.linkages, 0).radius * (y[0] - w.foot_angle)
     return w.foot_x + rolled * w.cosine, w.foot_z - rolled * w.sine
 
 
-def stance_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+def _place(c: Any, w: Any, y: Any, which: int) -> tuple[float, float]:
+    along, normal = point(_linkage_at(c.linkages, 0), w, y, which)
+    x, z = pivot(c, w, y)
+    return x + along * w.cosine + normal * w.sine, z - along * w.sine + normal * w.cosine
+
+
+def stance_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
     """Place x, z, m, of the stance foot: of a round one the centre of its arc, of one that is a body the ankle."""
-    x, z = pivot(s, pose)
-    if s.w.edge == FLAT:
-        return x, z
-    along, beside, sine, cosine = s.c.robot.chain.reach[-1], s.c.robot.chain.beside[-1], pose[-3], pose[-2]
-    return x + along * sine + beside * cosine, z + along * cosine - beside * sine
+    return _place(c, w, y, BASE)
 
 
-def swing_foot(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+def swing_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
     """Place x, z of the swing foot, m; of a round one the centre of its arc, of one that is a body the ankle."""
-    chain, (foot_x, foot_z) = s.c.robot.chain, pivot(s, pose)
-    x, z = s.laws.reached(chain.reach, chain.beside, pose)
-    return foot_x + x, foot_z + z
+    return _place(c, w, y, END)
 
 
-def hip(s: Walk, pose: tuple[float, ...]) -> tuple[float, float]:
+def hip(c: Any, w: Any, y: Any) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
-    length, (foot_x, foot_z) = s.c.robot.stance[LENGTH], stance_foot(s, pose)
-    return foot_x + length * pose[0], foot_z + length * pose[1]
+    return _place(c, w, y, HIP)

@@ -17,7 +17,7 @@ from mjbiped.controllers.dynamics import move_end
 from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
 from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
 from mjbiped.robots import compass
-from mjbiped.robots.footed.biped import FootedCompass
+from mjbiped.robots.footed import FootedCompass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 SLOPES = st.floats(-0.3, 0.3)

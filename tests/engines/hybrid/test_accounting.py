@@ -12,16 +12,21 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
 from mjbiped.engines.hybrid.accounting import _total_variation, _turns
 from mjbiped.engines.hybrid.forces import parabola_top
-from mjbiped.engines.hybrid.stance import turned
-from mjbiped.numerics.dormand_prince import STAGE_PLACES, TESTED_STAGES
+from mjbiped.engines.hybrid.motion import stance_force
 from mjbiped.records.pressure import centre_of_pressure
 
+ONE = SimpleNamespace(size=1)
 
-def rates(power: np.polynomial.Polynomial) -> list[float]:
-    """What a step leaves of a power: that of its stages, of which four are not kept."""
-    return [float(power(place)) if k in (0, *TESTED_STAGES) else 0.0 for k, place in enumerate(STAGE_PLACES)]
+
+def rates(power: np.polynomial.Polynomial) -> SimpleNamespace:
+    """What a step leaves of a power: that of its stages, of which eight are looked at."""
+    k = [[0.0] for _ in range(STAGES_WITH_DENSE)]
+    for stage, place in zip(IN_ORDER, PLACES, strict=True):
+        k[stage] = [float(power(place))]
+    return SimpleNamespace(k=k)
 
 
 @given(st.floats(0.03, 0.97), st.floats(1e-3, 0.2), st.floats(-3.0, 3.0), st.sampled_from([-1.0, 1.0]))
@@ -31,14 +36,14 @@ def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: f
     assume(first > 0.0 and last < 1.0)
     dip = np.polynomial.Polynomial.fromroots([first, last])
     shape = dip + 0.02 * tilt * dip**2
-    assert _turns(rates(sign * shape), 1, 0, 0.1)
+    assert _turns(ONE, rates(sign * shape), 0, 0.1)
 
 
 @given(st.floats(0.3, 3.0), st.floats(-1.0, 1.0))
 @settings(deadline=None, derandomize=True)
 def test_a_power_far_from_zero_does_not_turn(least: float, lean: float) -> None:
     power = np.polynomial.Polynomial([least + 1.0 + abs(lean), lean, 1.0])
-    assert not _turns(rates(power), 1, 0, 0.1)
+    assert not _turns(ONE, rates(power), 0, 0.1)
 
 
 @pytest.mark.parametrize("clearance", [0.04, pytest.param(0.07, marks=pytest.mark.slow)])
@@ -135,13 +140,14 @@ def test_the_top_of_a_parabola_is_its_extremum(bend: float, top: float, height: 
 
 @given(st.floats(-0.3, 0.3), st.tuples(*[st.floats(-300.0, 300.0)] * 2), st.floats(-50.0, 50.0))
 @settings(deadline=None, derandomize=True)
-def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float], push: float) -> None:
+def test_a_push_is_none_of_the_grounds(slope: float, ddq: tuple[float, float], push: float) -> None:
     """The rate of the momentum is of the ground's force and of the push, which is horizontal."""
     simulation = hybrid_simulation(mjbiped.Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
-    simulation.state.push = push
-    along, normal = np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
-    borne = np.array(force) - [push, 0.0]
-    assert turned(simulation.plain, force) == pytest.approx((along @ borne, normal @ borne), abs=1e-11)
+    c, w, state = simulation.constants, simulation.state, ((-0.2, 0.2), (1.0, 0.5))
+    without = stance_force(c, w, *state, ddq)
+    w.push = push
+    pushed = push * math.cos(slope), push * math.sin(slope)
+    assert stance_force(c, w, *state, ddq) == pytest.approx(np.subtract(without, pushed), abs=1e-11)
 
 
 @pytest.mark.parametrize("turn", [0.03, 0.4, 0.97])
@@ -149,5 +155,6 @@ def test_a_push_is_none_of_the_grounds(slope: float, force: tuple[float, float],
 def test_a_turn_counts_in_the_first_and_in_the_last_sixteenth_of_a_step_too(turn: float, sign: float) -> None:
     """The work turn^2 - (x - turn)^2 rises by turn^2, and falls by (1 - turn)^2; in Hermite's form a x + x (1 - x)."""
     a = 2.0 * turn - 1.0
-    w = SimpleNamespace(y=[0.0], out=[sign * a], dense=[sign * a, sign, 0.0, 0.0, 0.0, 0.0, 0.0])
-    assert _total_variation(w, 0) == pytest.approx(turn**2 + (1.0 - turn) ** 2, rel=1e-9)
+    dense = [[sign * a], [sign], *[[0.0]] * 5]
+    w = SimpleNamespace(y=[0.0], out=[sign * a], dense=dense)
+    assert _total_variation(ONE, w, 0) == pytest.approx(turn**2 + (1.0 - turn) ** 2, rel=1e-9)

@@ -1,8 +1,6 @@
 """Strikes of the hybrid engine: a swing foot on a riser's face, against the robot's matrices and Newton's law alone."""
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +11,8 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid import events
-from mjbiped.engines.hybrid.state import pose_of, swing_foot
+from mjbiped.engines.hybrid import guards, meeting
+from mjbiped.engines.hybrid.state import swing_foot
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -166,18 +164,18 @@ def test_what_a_landing_is_polished_with_is_the_clearance_and_its_rate(
 ) -> None:
     """Newton's iteration takes the rate for the clearance's derivative; of a face, that of the distance to it."""
     simulation = hybrid_simulation(Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
-    s, w = simulation.plain, simulation.state
+    c, w = simulation.constants, simulation.state
     w.face_x, w.landing = 0.7, 0
 
     def told(h: float) -> NDArray[np.float64]:
         w.out[:4] = [*np.add(q, h * np.array(dq)), *dq]
-        return np.array([events._gap(s, event) for event in (events.TOUCHDOWN, events.FACE_IMPACT)])
+        return np.array([guards._gap(c, w, event) for event in (meeting.TOUCHDOWN, meeting.FACE_IMPACT)])
 
     h = 1e-6
     expected = (told(h)[:, 0] - told(-h)[:, 0]) / (2.0 * h)
     # third derivatives of some 1e2 m/s^3 times h squared, and rounding over h
     np.testing.assert_allclose(told(0.0)[:, 1], expected, rtol=0, atol=1e-8)
-    x, z = swing_foot(s, pose_of(s, w.out))
+    x, z = swing_foot(c, w, w.out)
     assert told(0.0)[:, 0] == pytest.approx([z + math.tan(slope) * x, x - 0.7], abs=1e-13)
 
 
@@ -187,7 +185,7 @@ places = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.05, 0.05), st.integers(0, 
 @given(places, places, st.floats(0.0, 0.03), st.floats(0.0, 1.0), st.tuples(*[st.floats(-1.0, 1.0)] * 2))
 @settings(deadline=None, derandomize=True)
 def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
-    here: events.Place, there: events.Place, room: float, share: float, astray: tuple[float, float]
+    here: meeting.Place, there: meeting.Place, room: float, share: float, astray: tuple[float, float]
 ) -> None:
     """Of a foot that strays no more than its room from a straight line: and every other interval is looked into."""
     reach = mjbiped.ScuffingRule().reach
@@ -196,30 +194,10 @@ def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
     ahead, clearance = (1.0 - share) * ends[0] + share * ends[1] + room * np.array(astray)
     lowest, highest, farthest = ends[:, 1].min() - room, ends[:, 1].max() + room, ends[:, 0].max() + room
     same = here[2] == there[2]
-    assert events.keeps_clear(room, here, there) == (same and bool(lowest > 0.0))
-    if events.keeps_clear(room, here, there):
+    assert meeting.keeps_clear(room, here, there) == (same and bool(lowest > 0.0))
+    if meeting.keeps_clear(room, here, there):
         assert clearance > -rounding
-    never = events.cannot_be_enabled(reach, room, here, there)
+    never = meeting.cannot_be_enabled(reach, room, here, there)
     assert never == bool(farthest < reach or (same and highest < 0.0))
     if never:
         assert ahead < reach + rounding or clearance < rounding
-
-
-@given(st.lists(st.floats(-2.0, 2.0), min_size=8, max_size=8))
-@settings(deadline=None, derandomize=True)
-def test_the_foot_speed_is_the_rate_of_its_place(numbers: list[float]) -> None:
-    """Of a chain whose end lies beside its segments, by differences over 2 us."""
-    reach, beside, q, dq = np.array(numbers).reshape(4, 2)
-
-    def foot(time: float) -> Array:
-        angles = q + time * dq
-        sine, cosine = np.sin(angles), np.cos(angles)
-        return np.array([reach @ sine + beside @ cosine, reach @ cosine - beside @ sine])
-
-    w = SimpleNamespace(out=[*q, *dq], strike_q=[0.0, 0.0], sine=0.0, cosine=1.0)
-    walk: Any = SimpleNamespace(
-        c=SimpleNamespace(radius=0.0, robot=SimpleNamespace(chain=SimpleNamespace(reach=reach, beside=beside))), w=w
-    )
-    pose = [each for angle in q for each in (math.sin(angle), math.cos(angle))]
-    # differences err by their square, 1e-11, and by rounding over their length, 1e-9
-    np.testing.assert_allclose(events.foot_speed(walk, pose), (foot(1e-6) - foot(-1e-6)) / 2e-6, rtol=0, atol=1e-8)

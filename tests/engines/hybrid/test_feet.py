@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mjbiped.engines.hybrid.transfer import tip_over
+from mjbiped.robots.equations import FLAT, HEEL, TOE
+from mjbiped.robots.footed.equations import LINE
 from simulations import hybrid_run
 
 import mjbiped
@@ -15,10 +18,7 @@ from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.hybrid.gait_step import gait_step
 from mjbiped.engines.hybrid.run import HybridRun, raised
 from mjbiped.engines.hybrid.state import pose_of, stance_foot
-from mjbiped.engines.hybrid.transfer import tip_over
 from mjbiped.robots.chain import Chain
-from mjbiped.robots.equations import FLAT, HEEL, TOE
-from mjbiped.robots.footed.equations import LINE
 from mjbiped.robots.robot import Robot
 
 FOOTED = mjbiped.FootedCompass()

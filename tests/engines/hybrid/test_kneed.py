@@ -15,13 +15,13 @@ from simulations import Plain, hybrid_simulation
 import mjbiped
 from controllers import PassiveController
 from mjbiped import KneedBiped, Terrain
-from mjbiped.engines.hybrid.transfer import note_face
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
+from mjbiped.engines.hybrid.motion import enter_mode, rates
+from mjbiped.engines.hybrid.resets import note_face, stop_swing_foot
 from mjbiped.errors import InputError
 from mjbiped.records import measures
 from mjbiped.reports.repeat import command_of, python_of
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.equations import FREE, LOCKED
-from mjbiped.robots.kneed_equations import accelerations, constants_of
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -141,6 +141,7 @@ def test_locked_all_the_time_it_walks_as_the_compass() -> None:
     simulation.state.contact_enabled = False
     while simulation.ended is Outcome.WALKING:
         simulation.state.locked = LOCKED  # again after each touchdown
+        enter_mode(simulation.constants, simulation.state)
         simulation.go_on()
         simulation.take()
     touched = simulation.recorder.touchdowns()
@@ -164,7 +165,8 @@ def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait
         before = [0.1, -0.2, -0.2 + 0.3 * (n == 3), 1.0, 2.0, 2.0 - 3.0 * (n == 3)]
         y[:6] = before
         w.locked, w.pushed_x, w.pushed_z = locked, *normal
-        simulation.plain.laws.stop_foot(simulation.constants.robot, w)
+        enter_mode(simulation.constants, w)
+        stop_swing_foot(simulation.constants, w)
         q = np.array(before[:n])
         row = ROBOT.chains[n].reach * (np.cos(q) * normal[0] - np.sin(q) * normal[1])
         after = np.array(y[3 : 3 + n])
@@ -179,14 +181,20 @@ def test_a_foot_in_contact_stays_in_it(locked: int, normal: tuple[float, float])
     """Newton's law with the robot's matrices: a force along the normal; the foot is not accelerated along it."""
     slope, force = 0.05, np.array([3.0, -2.0, 0.5])
     n = 3 if locked == FREE else 2
-    w = hybrid_simulation(Terrain.level(), START).state
+    run = hybrid_simulation(Terrain.level(), START)
+    c, w = run.constants, run.state
     w.slope, w.locked, w.face, w.sliding = slope, locked, float(normal[1] == 0.0), normal[1] != 0.0
+    w.sine, w.cosine = math.sin(slope), math.cos(slope)
+    enter_mode(c, w)
     w.pushed_x, w.pushed_z = normal
     q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
     force[2] *= n == 3
     hip = force[1] + force[2]
-    found = accelerations(constants_of(ROBOT), w, tuple(q), tuple(dq), (force[0] + hip, hip, force[2]), 0.0)
-    ddq, q, dq = np.array(found)[:n], q[:n], dq[:n]
+    torque = [force[0] + hip, hip, force[2]]
+    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(3), torque)
+    changes = [0.0] * 9
+    rates(c, w, 0.0, [*q, *dq, 0.0, 0.0, 0.0], changes)
+    ddq, q, dq = np.array(changes[3 : 3 + n]), q[:n], dq[:n]
     reach = ROBOT.chains[n].reach
     row = reach * (np.cos(q + slope) * normal[0] - np.sin(q + slope) * normal[1])
     bend = reach * (np.sin(q + slope) * normal[0] + np.cos(q + slope) * normal[1])
@@ -232,7 +240,7 @@ def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond:
     lean, half = math.atan2(*way), math.acos(np.hypot(*way) / ROBOT.leg_length)  # of two links of equal length
     thigh, shank = lean - half, lean + half
     simulation = hybrid_simulation(ground, (leg, thigh, shank, 1.5, -2.0, -1.0), sample_period=1e-3, steps=1)
-    note_face(simulation.plain, 0, face + beyond)  # as the transfer to the other foot does
+    note_face(simulation.constants, simulation.state, 0, face + beyond)  # as the transfer to the other foot does
     simulation.go()
     recorder = simulation.recorder
     feet = ROBOT.limbs(recorder.samples()["qpos"])[:-1, 1, -1]
@@ -294,7 +302,10 @@ def test_energy_is_conserved_over_a_leg_that_stands_bent() -> None:
     """That of the chain of four segments; the lock of a knee does no work."""
     flexion = 0.4
     simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), sample_period=1e-3)
-    simulation.state.stance_flexion = flexion
+    c, w = simulation.constants, simulation.state
+    w.stance_flexion = flexion
+    bend_stance_knee(w, c.upper, c.lower, flexion)
+    enter_mode(c, w)
     simulation.go()
     samples = simulation.recorder.samples()
     free = ~samples["locked"].astype(bool) & (samples["time"] < 0.2)

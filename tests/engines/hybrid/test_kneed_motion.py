@@ -9,13 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulations import UNEQUAL, hybrid_simulation
 
-from mjbiped.engines.hybrid.dynamics import rates
-from mjbiped.engines.hybrid.stance import ground_force
-from mjbiped.engines.hybrid.state import Walk, pose_of
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
+from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
+from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.equations import FREE, LOCKED
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.kneed_equations import stand
 from mjbiped.terrain.terrain import Terrain
 
 ROBOTS = [KneedBiped(), UNEQUAL]
@@ -24,17 +22,21 @@ flexions = st.one_of(st.just(0.0), st.floats(0.05, 1.0))
 torques = st.tuples(*[st.floats(-40.0, 40.0)] * 3)
 
 
-def given_torque(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> Any:
-    return parameters
+def given_torque(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[:3] = parameters
 
 
-def under(torque: tuple[float, float, float], robot: KneedBiped, **state: Any) -> Walk:
+def under(torque: tuple[float, float, float], robot: KneedBiped, **state: Any) -> tuple[Constants, State]:
     """A robot with knees under constant torques, in a state that the given names change."""
-    walk = hybrid_simulation(Terrain.level(), (-0.2, 0.1, 0.5, 1.1, 0.4, -0.3), robot=robot).plain
+    run = hybrid_simulation(Terrain.level(), (-0.2, 0.1, 0.5, 1.1, 0.4, -0.3), robot=robot)
+    c, w = run.constants, run.state
     for name, value in {"before": math.inf, **state}.items():
-        setattr(walk.w, name, value)
-    stand(walk.c.robot, walk.w.stance_flexion)
-    return walk._replace(laws=walk.laws._replace(torque=given_torque), law=torque)
+        setattr(w, name, value)
+    w.sine, w.cosine = math.sin(w.slope), math.cos(w.slope)
+    bend_stance_knee(w, c.upper, c.lower, w.stance_flexion)
+    enter_mode(c, w)
+    c.torque, c.parameters = given_torque, torque
+    return c, w
 
 
 @given(
@@ -60,14 +62,13 @@ def test_motors_and_pushes_do_the_work_that_the_energy_gains(
     q1, q2, flexion, dq1, dq2, dq3 = state
     if locked:
         flexion, dq3, torque = 0.0, dq2, (*torque[:2], 0.0)
-    walk = under(torque, robot, locked=LOCKED if locked else FREE, stance_flexion=bent, slope=slope, push=push)
-    w = walk.w
-    y = (q1, q2, q2 + flexion, dq1, dq2, dq3, 0.0, 0.0, 0.0)
-    changes = rates(walk, 0.1, y)
-    assert changes[:3] == (dq1, dq2, dq3)
+    c, w = under(torque, robot, locked=LOCKED if locked else FREE, stance_flexion=bent, slope=slope, push=push)
+    y, changes = [q1, q2, q2 + flexion, dq1, dq2, dq3, 0.0, 0.0, 0.0], [0.0] * 9
+    rates(c, w, 0.1, y, changes)
+    assert changes[:3] == [dq1, dq2, dq3]
     powers = changes[6:]
     assert powers == pytest.approx([torque[0] * dq1, torque[1] * (dq2 - dq1), torque[2] * (dq3 - dq2)], abs=1e-12)
-    assert w.torques[:3] == list(torque)
+    assert w.given[0][:3] == list(torque)
     length, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
 
     def energy(h: float) -> float:
@@ -86,8 +87,10 @@ def test_motors_and_pushes_do_the_work_that_the_energy_gains(
 @pytest.mark.parametrize("bent", [0.0, 0.5])
 def test_the_force_of_the_ground_is_the_robots(bent: float) -> None:
     torque, state = (3.0, -2.0, 1.0), [-0.2, 0.1, 0.5, 1.1, 0.4, -0.3]
-    walk = under(torque, UNEQUAL, locked=FREE, stance_flexion=bent, slope=math.radians(3.0))
-    changes = rates(walk, 0.1, (*state, 0.0, 0.0, 0.0))
-    found = ground_force(walk, pose_of(walk, state), state, changes, 3)
+    c, w = under(torque, UNEQUAL, locked=FREE, stance_flexion=bent, slope=math.radians(3.0))
+    changes = [0.0] * 9
+    rates(c, w, 0.1, [*state, 0.0, 0.0, 0.0], changes)
+    along, normal = stance_force(c, w, state[:3], state[3:], changes[3:6])
+    found = along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine
     expected = UNEQUAL.ground_force(state[:3], state[3:], torque, math.radians(3.0), locked=False, stance_flexion=bent)
     assert found == pytest.approx(expected, rel=1e-12)

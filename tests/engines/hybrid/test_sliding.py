@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from simulations import hybrid_simulation
 
-from mjbiped.engines.hybrid.events import on_its_segment
-from mjbiped.engines.hybrid.transfer import slide_on
+from mjbiped.engines.hybrid.guards import on_its_segment
+from mjbiped.engines.hybrid.resets import slide_on
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
 
@@ -43,14 +43,14 @@ def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segm
     """Of level ground, of which the one in the middle reaches from -0.4 m to -0.2 m, higher than the others."""
     ground = Terrain((-5.0, -0.4, -0.2), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0))
     simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
-    s, w = simulation.plain, simulation.state
+    c, w = simulation.constants, simulation.state
     w.sliding, w.slid_segment = True, 1
     for inside in (-0.4, -0.3, -0.2):
-        assert on_its_segment(s, foot_at(inside, 0.01))
+        assert on_its_segment(c, w, foot_at(inside, 0.01))
     w.y[:3] = foot_at(place, 0.005)
-    assert not on_its_segment(s, w.y)
-    slide_on(s)
-    assert (w.outcome, w.impulse_x, w.impulse_z) == (0, 0.0, 0.0)
+    assert not on_its_segment(c, w, w.y)
+    slide_on(c, w)
+    assert (w.outcome, w.impulse_along, w.impulse_normal) == (0, 0.0, 0.0)
     assert (w.sliding, w.slid_segment, w.landing) == (False, -1, segment)
 
 

@@ -7,6 +7,7 @@ from simulations import Plain, hybrid_run
 
 import mjbiped
 from mjbiped import Disturbances, KneedBiped, RoundKneed, Terrain
+from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
@@ -39,6 +40,6 @@ def test_a_foot_beside_the_other_one_has_not_struck_the_ground_ahead() -> None:
     """On round feet it was ahead by rounding, and the robot was said to have fallen at once."""
     run = hybrid_run(Plain(), Terrain.incline(-3.0), robot=RoundKneed(), q=(0.0,) * 3, dq=(0.0,) * 3)
     run.state.pause = 500
-    run.advance(run.parameters, run.constants, run.state)
+    advance(run.constants, run.state)
     assert run.ended is Outcome.WALKING
     assert -0.1 < run.state.y[0] < -1e-4  # it begins to fall backwards

@@ -12,7 +12,7 @@ import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, PassiveController
 from mjbiped.engines.mujoco import contacts, feet
 from mjbiped.records import measures
-from mjbiped.robots.footed.biped import FootedCompass
+from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))

@@ -13,7 +13,7 @@ import mjbiped
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import compose_scene
 from mjbiped.errors import InputError
-from mjbiped.robots.footed.biped import FootedCompass
+from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kinds import robot_from
 
 ROBOT = FootedCompass(hip_mass=3.0, lower_length=0.6, upper_length=0.4, sole=(0.08, 0.13), foot_mass=0.2)

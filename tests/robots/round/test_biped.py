@@ -9,7 +9,7 @@ import mjbiped
 from mjbiped.controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError
 from mjbiped.robots.kinds import robot_from
-from mjbiped.robots.round.biped import RoundCompass
+from mjbiped.robots.round import RoundCompass
 
 SLOPE = math.radians(1.6)
 

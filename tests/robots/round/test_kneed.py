@@ -10,10 +10,12 @@ import pytest
 import mjbiped
 from mjbiped.controllers import KneedController, PassiveController
 from mjbiped.errors import InputError
+from mjbiped.dynamics.linkage import PIVOT, Motion, room
+from mjbiped.dynamics.modes import land
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round.kneed import RoundKneed
+from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.stance_knee import stance_knee_torque
 
 SLOPE = 0.0456
@@ -90,7 +92,9 @@ def test_feet_of_no_radius_are_points() -> None:
         np.testing.assert_allclose(mine, its, rtol=1e-12, atol=1e-12)
         held = [float(stance_knee_torque(robot, q, dq, torque, 0.1, locked=locked)) for robot in (POINT, PLAIN)]
         assert held[0] == pytest.approx(held[1], rel=1e-12, abs=1e-12)
-    stiff = POINT.chains[2].end_strikes(q[:2], dq[:2])
+    motion = Motion(**room())
+    land(POINT.linkages[0], motion, [*q[[0, 1, 1]], *dq[[0, 1, 1]]], True)  # both legs of one piece
+    stiff = [motion.right[PIVOT + 1], motion.right[PIVOT]]
     np.testing.assert_allclose(stiff, PLAIN.heel_impact(q[:2], dq[:2])[1], rtol=1e-12, atol=1e-12)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,12 +12,17 @@ import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from simulations import hybrid_run
 
 import mjbiped
-from mjbiped.robots import compass
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.dynamics.linkage import BASE, PIVOT
+from mjbiped.dynamics.modes import FLAT, HEEL, TOE
+from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
+from mjbiped.engines.hybrid.records import write_posture
+from mjbiped.engines.hybrid.resets import exchange_legs, lay_flat, stop_swing_foot
+from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
-from mjbiped.robots.equations import FLAT, HEEL, TOE
-from mjbiped.robots.footed.equations import EQUATIONS, stand_on_edge
 
 RELATIVE = 1e-12
 """Rounding of some hundred operations, of the largest term."""
@@ -75,14 +79,28 @@ def derived(edge: int) -> dict[str, Callable[..., Any]]:
     return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
 
 
-def walker(edge: int, slope: float, **more: Any) -> tuple[SimpleNamespace, SimpleNamespace]:
-    c = EQUATIONS.constants(ROBOT)
-    w = SimpleNamespace(edge=edge, slope=slope, push=0.0, face=0.0, stance=0, swing_sole=0.0)
-    w.sine, w.cosine = math.sin(slope), math.cos(slope)
-    stand_on_edge(c, edge)
+def walker(edge: int, slope: float, y: Array | None = None, **more: Any) -> tuple[Constants, State]:
+    """The robot on a slope, in a state."""
+    run = hybrid_run(
+        Unpowered(), mjbiped.Terrain.level(), robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, compile=False
+    )
+    c, w = run.constants, run.state
+    w.edge, w.slope, w.sine, w.cosine, w.before = edge, slope, math.sin(slope), math.cos(slope), math.inf
     for name, value in more.items():
         setattr(w, name, value)
+    if y is not None:
+        w.y[:6] = list(map(float, y))
+    enter_mode(c, w)
     return c, w
+
+
+def moved(c: Constants, w: State, torques: tuple[float, float]) -> tuple[Array, Array]:
+    """Accelerations of the state under torques, and the force of the ground, forward and upward."""
+    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(2), torques)
+    changes = [0.0] * c.size
+    rates(c, w, 0.0, w.y, changes)
+    along, normal = stance_force(c, w, w.y[:3], w.y[3:6], changes[3:6])
+    return np.array(changes[3:6]), np.array([along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine])
 
 
 def free(q: Array, dq: Array, slope: float) -> tuple[Array, Array]:
@@ -97,10 +115,6 @@ def constrained(edge: int, x: Array, v: Array, rows: Array) -> Array:
     return np.linalg.solve(whole, np.concatenate([M @ v, np.zeros(k)]))[:5]
 
 
-def pose(q: Array, slope: float) -> list[float]:
-    return [number for angle in q + slope for number in (math.sin(angle), math.cos(angle))]
-
-
 def agree(found: Any, expected: Any, scale: Any) -> None:
     """Check for equality but for rounding of numbers as large as the scale."""
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=RELATIVE * float(np.max(np.abs(scale))))
@@ -111,9 +125,8 @@ def agree(found: Any, expected: Any, scale: Any) -> None:
 def test_accelerations_and_the_force_of_the_ground_are_lagranges(
     edge: int, q: Array, dq: Array, slope: float, torques: tuple[float, float], push: float
 ) -> None:
-    c, w = walker(edge, slope, push=push)
-    lever = push * ROBOT.leg_length * math.cos(q[0] + slope)
-    ddq = np.array(EQUATIONS.accelerations(c, w, q, dq, torques, lever))
+    c, w = walker(edge, slope, [*q, *dq], push=push)
+    ddq, force = moved(c, w, torques)
     x, v = free(q, dq, slope)
     laws = derived(edge)
     M, rest = np.array(laws["M"](x, v)), np.array(laws["rest"](x, v))[:, 0]
@@ -121,20 +134,19 @@ def test_accelerations_and_the_force_of_the_ground_are_lagranges(
     residual = M @ [0.0, 0.0, *ddq] + rest - forces
     terms = np.abs(M) @ [0.0, 0.0, *np.abs(ddq)] + np.abs(rest)
     agree(residual[2:], 0.0, terms)  # the equations of motion, with the edge held
-    force = EQUATIONS.ground_force(c, w, ROBOT.weight, pose(q, slope), [*q, *dq], ddq, 0)
-    agree(force, residual[:2] + np.array([push, 0.0]), terms)  # what holds the edge
+    agree(force, residual[:2], terms)  # what holds the edge
 
 
 @EDGES
 @given(q=ANGLES, dq=RATES, slope=SLOPES)
 def test_a_foot_comes_down_flat_as_multipliers_say(edge: int, q: Array, dq: Array, slope: float) -> None:
     q = np.array([q[0], q[1], 0.0])
-    c, w = walker(edge, slope, y=[*q, *dq])
-    EQUATIONS.turn_foot(c, w, FLAT)
+    c, w = walker(edge, slope, [*q, *dq])
+    lay_flat(c, w)
     x, v = free(q, dq, slope)
     after = constrained(edge, x, v, np.eye(5)[[0, 1, 4]])
     agree(w.y[3:5], after[2:4], CONDITION * (1.0 + np.abs(dq)))
-    assert (w.y[2], w.y[5], w.edge, c.chain.reach[2], c.chain.beside[2]) == (0.0, 0.0, FLAT, 0.0, 0.0)
+    assert (w.y[2], w.y[5], w.edge, w.levers[BASE][2], w.levers[BASE + 1][2]) == (0.0, 0.0, FLAT, 0.0, 0.0)
 
 
 @EDGES
@@ -142,27 +154,30 @@ def test_a_foot_comes_down_flat_as_multipliers_say(edge: int, q: Array, dq: Arra
 def test_the_other_foot_lands_while_this_one_has_tipped(
     edge: int, q: Array, dq: Array, slope: float, new: float
 ) -> None:
-    c, w = walker(edge, slope)
-    angles, rates = EQUATIONS.exchange(c, w, q, dq, new)
+    c, w = walker(edge, slope, [*q, *dq])
+    exchange_legs(c, w, new)
+    left = w.right[PIVOT + 2]
     x, v = free(q, dq, slope)
     after = constrained(edge, x, v, np.array(derived(edge)["end"](x, v)))
     speeds = CONDITION * (1.0 + np.abs(dq))
-    agree([rates[1], rates[0]], after[2:4], speeds)
+    agree([w.y[4], w.y[3]], after[2:4], speeds)
     agree(after[4], dq[2], speeds)  # the foot that leaves keeps its own turning
-    agree(np.array(angles) + new, [q[1] + slope, q[0] + slope, new], 1.0)
+    agree(left, dq[2], speeds)
+    agree(np.array(w.y[:3]) + new, [q[1] + slope, q[0] + slope, new], 1.0)
     assert w.edge == FLAT
 
 
 @EDGES
 @given(q=ANGLES, dq=RATES, slope=SLOPES)
 def test_a_face_stops_the_swing_foot_along_its_normal(edge: int, q: Array, dq: Array, slope: float) -> None:
-    c, w = walker(edge, slope, y=[*q, *dq], pushed_x=-1.0, pushed_z=0.0)
-    impulse = EQUATIONS.stop_foot(c, w)
+    c, w = walker(edge, slope, [*q, *dq], pushed_x=-1.0, pushed_z=0.0)
+    stop_swing_foot(c, w)
+    impulse = w.right[w.size + 2]  # behind the pivot's two
     x, v = free(q, dq, slope)
     end = np.array(derived(edge)["end"](x, v))
     after = constrained(edge, x, v, np.vstack([np.eye(5)[:2], end[:1]]))
     speeds = CONDITION * (1.0 + np.abs(dq))
-    agree(w.y[3:], after[2:], speeds)
+    agree(w.y[3:6], after[2:], speeds)
     M = np.array(derived(edge)["M"](x, v))
     agree((M @ (after - v))[2:], -impulse * end[0, 2:], np.abs(M) * speeds.max())
 
@@ -170,21 +185,23 @@ def test_a_face_stops_the_swing_foot_along_its_normal(edge: int, q: Array, dq: A
 @given(q=ANGLES, dq=RATES, slope=SLOPES, torques=TORQUES)
 def test_a_flat_foot_is_the_compass_biped(q: Array, dq: Array, slope: float, torques: tuple[float, float]) -> None:
     q, dq = q * [1.0, 1.0, 0.0], dq * [1.0, 1.0, 0.0]
-    c, w = walker(FLAT, slope)
+    c, w = walker(FLAT, slope, [*q, *dq])
     one = ROBOT.mechanism
     expected = one.ground_force(q[:2], dq[:2], torques, slope)
-    ddq = EQUATIONS.accelerations(c, w, q, dq, torques, 0.0)
+    ddq, found = moved(c, w, torques)
     forces = one.input_matrix @ torques - one.coriolis_matrix(q[:2], dq[:2]) @ dq[:2] - one.gravity_vector(q[:2], slope)
     M = one.mass_matrix(q[:2])
     agree(M @ ddq[:2], forces, np.abs(M) @ np.abs(ddq[:2]) + np.abs(forces))
-    found = EQUATIONS.ground_force(c, w, ROBOT.weight, pose(q, slope), [*q, *dq], ddq, 0)
     agree(found, expected, [*expected, 100.0 * ROBOT.weight])
     assert ddq[2] == 0.0
-    assert EQUATIONS.exchange(c, w, q, dq, slope)[1][:2] == compass.impact_rates(one.constants, *q[:2], *dq[:2])
+    exchange_legs(c, w, slope)
+    agree(w.y[3:5], one.impact(q[:2], dq[:2])[1], CONDITION * (1.0 + np.abs(dq)))
 
 
 def test_a_posture_has_parallel_feet() -> None:
-    c, w = walker(TOE, 0.1)
-    assert EQUATIONS.limbs(c, w, (-0.2, 0.3, 0.05)) == pytest.approx((-0.1, 0.4, 0.25, -0.25))
+    c, w = walker(TOE, 0.1, [-0.2, 0.3, 0.05, 0.0, 0.0, 0.0])
+    write_posture(c, w, w.y)
+    assert w.posture[2:6] == pytest.approx((-0.1, 0.4, 0.25, -0.25))
     w.swing_sole, w.stance = 0.02, 1  # as it lands on steeper ground
-    assert EQUATIONS.limbs(c, w, (-0.2, 0.3, 0.05)) == pytest.approx((0.4, -0.1, -0.23, 0.25))
+    write_posture(c, w, w.y)
+    assert w.posture[2:6] == pytest.approx((0.4, -0.1, -0.23, 0.25))

@@ -13,8 +13,6 @@ from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies, Foot, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.equations import Equations
-from mjbiped.robots.footed.equations import EQUATIONS
 from mjbiped.utils import domains
 
 PADS, BOX = domains.UNDERSIDE.valid
@@ -58,8 +56,6 @@ class FootedCompass(Compass):
     underside: Annotated[str, domains.UNDERSIDE] = PADS
 
     kind: ClassVar[str] = "footed"
-    equations: ClassVar[Equations] = EQUATIONS
-    untold: ClassVar[tuple[str, ...]] = ("foot",)
     places: ClassVar[tuple[str, ...]] = (*Compass.places, "left_foot", "right_foot")
 
     def __post_init__(self) -> None:

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Annotated, Any, ClassVar
-
-import numpy as np
+from typing import Annotated, ClassVar
 
 from mjbiped.errors import InputError
-from mjbiped.robots.chain import Array
-from mjbiped.robots.equations import Equations
 from mjbiped.robots.model import Model
-from mjbiped.robots.round.equations import EQUATIONS
-from mjbiped.robots.round.linkage import Linkage, linkage_of
 from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
 
@@ -47,7 +39,6 @@ class RoundCompass(StraightLegs):
     gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "round"
-    equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -65,26 +56,6 @@ class RoundCompass(StraightLegs):
         """Radius of the feet, m."""
         return self.foot_radius
 
-    @cached_property
-    def linkage(self) -> Linkage:
-        """Stance leg, hip, and swing leg."""
-        hip, leg = self.leg_length - self.foot_radius, (self.leg_mass, self.leg_inertia)
-        return linkage_of(
-            [
-                (*leg, 0, (hip - self.upper_length, 0.0)),
-                (self.hip_mass, 0.0, -1, (hip, 0.0)),
-                (*leg, 1, (hip, -self.upper_length)),
-            ],
-            end=(hip, -hip),
-            radius=self.foot_radius,
-            gravity=self.gravity,
-        )
-
-    @property
-    def chains(self) -> Mapping[int, Linkage]:  # type: ignore[override]  # a linkage has a chain's methods
-        """The linkage, by its number of angles."""
-        return {2: self.linkage}
-
     @property
     def model(self) -> Model:
         """Refuse: people's compiled laws have the equations of robots that stand on a point.
@@ -93,7 +64,3 @@ class RoundCompass(StraightLegs):
             InputError: Always.
         """
         raise InputError("robot.model is for robots that stand on a point or a sole; a RoundCompass rolls")
-
-    def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
-        """Rates after the heel strike, in the new roles; see `Robot.rates_after_touchdown`."""
-        return self.linkage.end_strikes(np.asarray(q, dtype=np.float64), np.asarray(dq, dtype=np.float64))

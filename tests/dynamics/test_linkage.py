@@ -10,10 +10,11 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjbiped.robots.chain import Array
+from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
+from mjbiped.robots.chain import Array, Chain, chain_by
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.round.biped import RoundCompass
-from mjbiped.robots.round.linkage import Linkage, linkage_of
+from mjbiped.robots.mechanism import linkage_with
+from mjbiped.robots.round import RoundCompass
 
 RELATIVE = 1e-12
 """Rounding of some hundred operations on terms that differ by a factor of 1e2 at most."""
@@ -27,12 +28,14 @@ RATES = st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=2).map(np.array)
 SLOPES = st.floats(-0.3, 0.3)
 
 
-def linkage() -> Linkage:
+def linkage() -> Chain:
     bodies = [
-        (mass, inertia, segment, [complex(*lever) for lever in levers])
+        (mass, inertia, segment, np.array([complex(*lever) for lever in levers]))
         for mass, inertia, segment, levers in zip(MASSES, INERTIAS, (0, -1, 1), LEVERS, strict=True)
     ]
-    return linkage_of(bodies, end=(0.8 + 0.1j, -0.8 - 0.1j), radius=RADIUS, gravity=GRAVITY)
+    end = np.array([0.8 + 0.1j, -0.8 - 0.1j])
+    made = linkage_with(bodies, end, end, 0.0 * end, angles=2, radius=RADIUS, gravity=GRAVITY)
+    return chain_by(made, (0, 1))
 
 
 @cache
@@ -82,12 +85,28 @@ def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: f
 
 @given(ANGLES, RATES, RATES, SLOPES)
 def test_the_ground_bears_momentum_and_weight(q: Array, dq: Array, forces: Array, slope: float) -> None:
-    force, ddq = linkage().ground_force(forces, q, dq, slope)
+    ddq = linkage().accelerations(forces, q, dq, slope)
+    force = ground_force_of(q, dq, ddq, slope)
     pull = forces - expected("h", q, dq, slope) - expected("g", q, dq, slope)
     np.testing.assert_allclose(ddq, np.linalg.solve(expected("M", q, dq, slope), pull), rtol=1e-10, atol=1e-10)
     change = expected("momentum by rates", q, dq, slope) @ ddq + expected("momentum by angles", q, dq, slope) @ dq
     # conditioned like M: rounding of some 1e3 terms
     np.testing.assert_allclose(force, change + np.array([0.0, GRAVITY * sum(MASSES)]), rtol=1e-10, atol=1e-9)
+
+
+def ground_force_of(q: Array, dq: Array, ddq: Array, slope: float) -> Array:
+    """The linkage's force of the ground, forward and upward."""
+    bodies = [
+        (mass, inertia, segment, np.array([complex(*lever) for lever in levers]))
+        for mass, inertia, segment, levers in zip(MASSES, INERTIAS, (0, -1, 1), LEVERS, strict=True)
+    ]
+    end = np.array([0.8 + 0.1j, -0.8 - 0.1j])
+    made = linkage_with(bodies, end, end, 0.0 * end, angles=2, radius=RADIUS, gravity=GRAVITY)
+    motion = Motion(free=2, sine=math.sin(slope), cosine=math.cos(slope), **room())
+    stand(made, motion)
+    along, normal = ground_force(made, motion, q, dq, ddq)
+    sine, cosine = math.sin(slope), math.cos(slope)
+    return np.array([along * cosine + normal * sine, normal * cosine - along * sine])
 
 
 @given(ANGLES, RATES)
@@ -151,5 +170,5 @@ def test_a_heel_strike_conserves_angular_momentum(half: float, dq: Array, radius
 def test_compiled_motion_is_that_of_plain_python() -> None:
     made = linkage()
     q, dq = np.array([0.3, -0.2]), np.array([1.1, -0.7])
-    _, ddq = made.ground_force(np.zeros(2), q, dq, 0.05)
-    np.testing.assert_array_equal(made.free_motion(q, dq, 0.05), ddq)
+    expected = made.accelerations(np.zeros(2), q, dq, 0.05)
+    np.testing.assert_allclose(made.free_motion(q, dq, 0.05), expected, rtol=1e-12)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -11,17 +10,15 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjbiped.dynamics.linkage import PIVOT, Motion, room
+from mjbiped.dynamics.modes import land, partner
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.chain import Array
-from mjbiped.robots.equations import Equations
 from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
 from mjbiped.robots.model import Model
-from mjbiped.robots.round.kneed_equations import EQUATIONS, strike
-from mjbiped.robots.round.linkage import Linkage, linkage_of
 from mjbiped.utils import domains
 
-STANCE_LOCKED = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 MCGEERS = {"thigh": 0.135 / 0.46, "shank": 0.186 / 0.54}  # radii of gyration over lengths
 
 
@@ -73,7 +70,6 @@ class RoundKneed(KneedLegs):
 
     kind: ClassVar[str] = "round-kneed"
     knee_opens: ClassVar[bool] = True
-    equations: ClassVar[Equations] = EQUATIONS
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
@@ -119,34 +115,6 @@ class RoundKneed(KneedLegs):
         )
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
 
-    @cached_property
-    def chains(self) -> Mapping[int, Linkage]:  # type: ignore[override]  # a linkage has a chain's methods
-        """The robot as a linkage of two, three or four segments, by their number; see `mjbiped.robots.kneed`."""
-        (_, turn), arc = self._line, self.shank_length - self.foot_radius
-        up, down = cmath.exp(1j * turn), cmath.exp(1j * (turn - self.stop_angle))  # unit levers of thigh and shank
-        lower, upper = arc * down, self.thigh_length * up
-        thigh, shank = (self.thigh_mass, self.thigh_inertia), (self.shank_mass, self.shank_inertia)
-        heavy = (self.shank_centre - 1j * self.shank_offset) * down  # from the shank's centre of mass up to the knee
-        four = linkage_of(
-            [
-                (*shank, 0, (lower - heavy, 0.0, 0.0, 0.0)),
-                (*thigh, 1, (lower, upper - self.thigh_centre * up, 0.0, 0.0)),
-                (self.hip_mass, 0.0, -1, (lower, upper, 0.0, 0.0)),
-                (*thigh, 2, (lower, upper, -self.thigh_centre * up, 0.0)),
-                (*shank, 3, (lower, upper, -upper, -heavy)),
-            ],
-            end=(lower, upper, -upper, -lower),
-            radius=self.foot_radius,
-            gravity=self.gravity,
-        )
-        three = four.locked(STANCE_LOCKED)
-        return {2: three.locked(SWING_LOCKED), 3: three, 4: four}
-
-    @property
-    def linkage(self) -> Linkage:
-        """Stance leg, hip, swing thigh and swing shank; the stance knee is at its stop."""
-        return self.chains[3]
-
     @property
     def model(self) -> Model:
         """Refuse: people's compiled laws have the equations of robots that stand on a point.
@@ -162,12 +130,6 @@ class RoundKneed(KneedLegs):
         rates = rates_of(dq, angles)
         return angles[[1, 0, 0]], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])
 
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """Rates after the heel strike, in the new roles; see `Robot.rates_after_touchdown`."""
-        room, angles = self.linkage.with_room(), np.asarray(q, dtype=np.float64)
-        strike(room, angles, np.asarray(dq, dtype=np.float64), angles[[1, 0, 0]])
-        return np.array(room.force)
-
     def after_touchdown(self, places: Array) -> Array:
         """States just after a touchdown on a plane, the swing knee bending as the heel strike has left it.
 
@@ -175,8 +137,10 @@ class RoundKneed(KneedLegs):
         """
         states = super().after_touchdown(places)
         for leg in np.unique(places[..., 0]):
-            before = np.array([-leg, leg, leg])
-            after = [self.linkage.end_strikes(before, moved) for moved in np.array(SWING_LOCKED.T)]
+            linkage, motion, after = self.linkages[0], Motion(**room()), []
+            for moved in SWING_LOCKED.T.tolist():
+                land(linkage, motion, [-leg, leg, leg, *moved], False)
+                after.append([motion.right[PIVOT + partner(linkage, i)] for i in range(3)])
             stance, swing, shank = np.transpose(after)
             there = places[..., 0] == leg
             earlier = np.linalg.solve([stance, swing], places[there][..., 1:].T)
@@ -190,12 +154,3 @@ class RoundKneed(KneedLegs):
         leg, swing, shank = angles
         legs = super().posture(foot, stance, (leg, swing))
         return (*legs, *((shank - swing, 0.0) if stance else (0.0, shank - swing)))
-
-    def ground_force(
-        self, q: Any, dq: Any, torque: Any, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
-    ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N; see `Robot.ground_force`."""
-        n, angles = 2 if locked else 3, domains.ANGLE.array("q", q, (3,))
-        rates = rates_of(dq, angles)
-        force, _ = self.chains[n].ground_force(self._forces(torque, locked), angles[:n], rates[:n], slope)
-        return force

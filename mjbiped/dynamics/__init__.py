@@ -1,0 +1,1 @@
+"""Planar mechanisms in motion: the linkage, what holds it, and the integrator."""

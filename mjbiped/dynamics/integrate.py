@@ -1,0 +1,326 @@
+"""The Runge-Kutta scheme of the hybrid engine: Dormand and Prince's pair of order 8 with dense output of order 7.
+
+Source: Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, sections II.5, II.6 and II.10 (DOP853); the
+coefficients are those of `scipy.integrate.DOP853`, and a test compares the steps.
+
+A state has `c.size` components, of which the first `c.judged` count in the estimate of the error. `rates(c, w, t, y,
+dy)` writes the rates of a state into `dy`. The block `w` has the state at the step's start in `y` and at its end in
+`out`, the rates of each stage in the rows of `k`, a state in between in `spare`, and the dense output's coefficients in
+the rows of `dense`, one for each power.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.numerics.blocks import numbers, row
+
+STAGES = 12  # of a step; the rates at its end are stage 12, the next step's stage 0
+STAGES_WITH_DENSE = 16
+POWERS = 7  # of the dense output
+IN_ORDER = (0, 6, 7, 5, 9, 8, 10, 12)
+"""Stages in the order of their places, without those whose states lie beside the motion: up to 2e-3 of the torque."""
+
+PLACES = (0.0, 0.25, 0.3076923076923077, 0.3333333333333333, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0)
+"""Where these stages lie, in shares of the step."""
+
+
+def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
+    """Integrate one step of length h from `w.y`, whose rates stand in the first row of `w.k` already, to `w.out`.
+
+    Returns:
+        The estimated error over c.tolerance (1 + |y|), a mean over the components that count: at most 1 for a good
+        step.
+    """
+    _first_stages(rates, c, w, t, h)
+    _last_stages(rates, c, w, t, h)
+    _end(rates, c, w, t, h)
+    return _error(c, w, h)
+
+
+def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the rates of stages 1 to 6."""
+    n = c.size
+    y, s = numbers(w.y, n), numbers(w.spare, n)
+    k0, k1, k2, k3 = row(w.k, 0, n), row(w.k, 1, n), row(w.k, 2, n), row(w.k, 3, n)
+    k4, k5, k6 = row(w.k, 4, n), row(w.k, 5, n), row(w.k, 6, n)
+    for i in range(n):
+        s[i] = y[i] + h * (0.05260015195876773 * k0[i])
+    rates(c, w, t + 0.05260015195876773 * h, s, k1)
+    for i in range(n):
+        s[i] = y[i] + h * (0.0197250569845379 * k0[i] + 0.0591751709536137 * k1[i])
+    rates(c, w, t + 0.0789002279381516 * h, s, k2)
+    for i in range(n):
+        s[i] = y[i] + h * (0.02958758547680685 * k0[i] + 0.08876275643042054 * k2[i])
+    rates(c, w, t + 0.1183503419072274 * h, s, k3)
+    for i in range(n):
+        s[i] = y[i] + h * (0.2413651341592667 * k0[i] - 0.8845494793282861 * k2[i] + 0.924834003261792 * k3[i])
+    rates(c, w, t + 0.2816496580927726 * h, s, k4)
+    for i in range(n):
+        s[i] = y[i] + h * (0.037037037037037035 * k0[i] + 0.17082860872947386 * k3[i] + 0.12546768756682242 * k4[i])
+    rates(c, w, t + 0.3333333333333333 * h, s, k5)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.037109375 * k0[i] + 0.17025221101954405 * k3[i] + 0.06021653898045596 * k4[i] - 0.017578125 * k5[i]
+        )
+    rates(c, w, t + 0.25 * h, s, k6)
+
+
+def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the rates of stages 7 to 11."""
+    n = c.size
+    y, s = numbers(w.y, n), numbers(w.spare, n)
+    k0, k3, k4, k5 = row(w.k, 0, n), row(w.k, 3, n), row(w.k, 4, n), row(w.k, 5, n)
+    k6, k7, k8, k9 = row(w.k, 6, n), row(w.k, 7, n), row(w.k, 8, n), row(w.k, 9, n)
+    k10, k11 = row(w.k, 10, n), row(w.k, 11, n)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.03709200011850479 * k0[i]
+            + 0.17038392571223998 * k3[i]
+            + 0.10726203044637328 * k4[i]
+            - 0.015319437748624402 * k5[i]
+            + 0.008273789163814023 * k6[i]
+        )
+    rates(c, w, t + 0.3076923076923077 * h, s, k7)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.6241109587160757 * k0[i]
+            - 3.3608926294469414 * k3[i]
+            - 0.868219346841726 * k4[i]
+            + 27.59209969944671 * k5[i]
+            + 20.154067550477894 * k6[i]
+            - 43.48988418106996 * k7[i]
+        )
+    rates(c, w, t + 0.6512820512820513 * h, s, k8)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.47766253643826434 * k0[i]
+            - 2.4881146199716677 * k3[i]
+            - 0.590290826836843 * k4[i]
+            + 21.230051448181193 * k5[i]
+            + 15.279233632882423 * k6[i]
+            - 33.28821096898486 * k7[i]
+            - 0.020331201708508627 * k8[i]
+        )
+    rates(c, w, t + 0.6 * h, s, k9)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            -0.9371424300859873 * k0[i]
+            + 5.186372428844064 * k3[i]
+            + 1.0914373489967295 * k4[i]
+            - 8.149787010746927 * k5[i]
+            - 18.52006565999696 * k6[i]
+            + 22.739487099350505 * k7[i]
+            + 2.4936055526796523 * k8[i]
+            - 3.0467644718982196 * k9[i]
+        )
+    rates(c, w, t + 0.8571428571428571 * h, s, k10)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            2.273310147516538 * k0[i]
+            - 10.53449546673725 * k3[i]
+            - 2.0008720582248625 * k4[i]
+            - 17.9589318631188 * k5[i]
+            + 27.94888452941996 * k6[i]
+            - 2.8589982771350235 * k7[i]
+            - 8.87285693353063 * k8[i]
+            + 12.360567175794303 * k9[i]
+            + 0.6433927460157636 * k10[i]
+        )
+    rates(c, w, t + h, s, k11)
+
+
+def _end(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the state at the end of a step, and its rates."""
+    n = c.size
+    y, z = numbers(w.y, n), numbers(w.out, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
+    k12 = row(w.k, 12, n)
+    for i in range(n):
+        z[i] = y[i] + h * (
+            0.054293734116568765 * k0[i]
+            + 4.450312892752409 * k5[i]
+            + 1.8915178993145003 * k6[i]
+            - 5.801203960010585 * k7[i]
+            + 0.3111643669578199 * k8[i]
+            - 0.1521609496625161 * k9[i]
+            + 0.20136540080403034 * k10[i]
+            + 0.04471061572777259 * k11[i]
+        )
+    rates(c, w, t + h, z, k12)
+
+
+def _error(c: Any, w: Any, h: float) -> float:
+    """Estimate the error of a step from its two embedded formulas, of order 3 and 5."""
+    n, norm3, norm5 = c.size, 0.0, 0.0
+    y, z = numbers(w.y, n), numbers(w.out, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
+    for i in range(c.judged):
+        scale = 1.0 / (c.tolerance * (1.0 + max(abs(y[i]), abs(z[i]))))
+        error3 = scale * (
+            -0.18980075407240762 * k0[i]
+            + 4.450312892752409 * k5[i]
+            + 1.8915178993145003 * k6[i]
+            - 5.801203960010585 * k7[i]
+            - 0.4226823213237919 * k8[i]
+            - 0.1521609496625161 * k9[i]
+            + 0.20136540080403034 * k10[i]
+            + 0.02265179219836082 * k11[i]
+        )
+        error5 = scale * (
+            0.01312004499419488 * k0[i]
+            - 1.2251564463762044 * k5[i]
+            - 0.4957589496572502 * k6[i]
+            + 1.6643771824549864 * k7[i]
+            - 0.35032884874997366 * k8[i]
+            + 0.3341791187130175 * k9[i]
+            + 0.08192320648511571 * k10[i]
+            - 0.022355307863886294 * k11[i]
+        )
+        norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5
+    if norm5 == 0.0 and norm3 == 0.0:
+        return 0.0
+    return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * c.judged)
+
+
+def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the coefficients of a step's dense output."""
+    n = c.size
+    y, s, z = numbers(w.y, n), numbers(w.spare, n), numbers(w.out, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
+    k12, k13, k14, k15 = row(w.k, 12, n), row(w.k, 13, n), row(w.k, 14, n), row(w.k, 15, n)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.056167502283047954 * k0[i]
+            + 0.25350021021662483 * k6[i]
+            - 0.2462390374708025 * k7[i]
+            - 0.12419142326381637 * k8[i]
+            + 0.15329179827876568 * k9[i]
+            + 0.00820105229563469 * k10[i]
+            + 0.007567897660545699 * k11[i]
+            - 0.008298 * k12[i]
+        )
+    rates(c, w, t + 0.1 * h, s, k13)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            0.03183464816350214 * k0[i]
+            + 0.028300909672366776 * k5[i]
+            + 0.053541988307438566 * k6[i]
+            - 0.05492374857139099 * k7[i]
+            - 0.00010834732869724932 * k10[i]
+            + 0.0003825710908356584 * k11[i]
+            - 0.00034046500868740456 * k12[i]
+            + 0.1413124436746325 * k13[i]
+        )
+    rates(c, w, t + 0.2 * h, s, k14)
+    for i in range(n):
+        s[i] = y[i] + h * (
+            -0.42889630158379194 * k0[i]
+            - 4.697621415361164 * k5[i]
+            + 7.683421196062599 * k6[i]
+            + 4.06898981839711 * k7[i]
+            + 0.3567271874552811 * k8[i]
+            - 0.0013990241651590145 * k12[i]
+            + 2.9475147891527724 * k13[i]
+            - 9.15095847217987 * k14[i]
+        )
+    rates(c, w, t + 0.7777777777777778 * h, s, k15)
+    d0, d1, d2 = row(w.dense, 0, n), row(w.dense, 1, n), row(w.dense, 2, n)
+    for i in range(n):
+        change = z[i] - y[i]
+        d0[i] = change
+        d1[i] = h * k0[i] - change
+        d2[i] = 2.0 * change - h * (k12[i] + k0[i])
+    _high_powers(c, w, h)
+
+
+def _high_powers(c: Any, w: Any, h: float) -> None:
+    """Compute the dense output's coefficients of the powers 3 to 6."""
+    n = c.size
+    d3, d4, d5, d6 = row(w.dense, 3, n), row(w.dense, 4, n), row(w.dense, 5, n), row(w.dense, 6, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
+    k12, k13, k14, k15 = row(w.k, 12, n), row(w.k, 13, n), row(w.k, 14, n), row(w.k, 15, n)
+    for i in range(n):
+        d3[i] = h * (
+            -8.428938276109013 * k0[i]
+            + 0.5667149535193777 * k5[i]
+            - 3.0689499459498917 * k6[i]
+            + 2.38466765651207 * k7[i]
+            + 2.117034582445028 * k8[i]
+            - 0.871391583777973 * k9[i]
+            + 2.2404374302607883 * k10[i]
+            + 0.6315787787694688 * k11[i]
+            - 0.08899033645133331 * k12[i]
+            + 18.148505520854727 * k13[i]
+            - 9.194632392478356 * k14[i]
+            - 4.436036387594894 * k15[i]
+        )
+        d4[i] = h * (
+            10.427508642579134 * k0[i]
+            + 242.28349177525817 * k5[i]
+            + 165.20045171727028 * k6[i]
+            - 374.5467547226902 * k7[i]
+            - 22.113666853125306 * k8[i]
+            + 7.733432668472264 * k9[i]
+            - 30.674084731089398 * k10[i]
+            - 9.332130526430229 * k11[i]
+            + 15.697238121770845 * k12[i]
+            - 31.139403219565178 * k13[i]
+            - 9.35292435884448 * k14[i]
+            + 35.81684148639408 * k15[i]
+        )
+        d5[i] = h * (
+            19.985053242002433 * k0[i]
+            - 387.0373087493518 * k5[i]
+            - 189.17813819516758 * k6[i]
+            + 527.8081592054236 * k7[i]
+            - 11.57390253995963 * k8[i]
+            + 6.8812326946963 * k9[i]
+            - 1.0006050966910838 * k10[i]
+            + 0.7777137798053443 * k11[i]
+            - 2.778205752353508 * k12[i]
+            - 60.19669523126412 * k13[i]
+            + 84.32040550667716 * k14[i]
+            + 11.99229113618279 * k15[i]
+        )
+        d6[i] = h * (
+            -25.69393346270375 * k0[i]
+            - 154.18974869023643 * k5[i]
+            - 231.5293791760455 * k6[i]
+            + 357.6391179106141 * k7[i]
+            + 93.40532418362432 * k8[i]
+            - 37.45832313645163 * k9[i]
+            + 104.0996495089623 * k10[i]
+            + 29.8402934266605 * k11[i]
+            - 43.53345659001114 * k12[i]
+            + 96.32455395918828 * k13[i]
+            - 39.17726167561544 * k14[i]
+            - 149.72683625798564 * k15[i]
+        )
+
+
+def value_at(c: Any, w: Any, component: int, x: float) -> float:
+    """One component of the state at the share x of the step, by its dense output."""
+    value = 0.0
+    for power in range(POWERS - 1, -1, -1):
+        value = (value + row(w.dense, power, c.size)[component]) * (x if power % 2 == 0 else 1.0 - x)
+    return float(numbers(w.y, c.size)[component] + value)
+
+
+def rate_at(c: Any, w: Any, component: int, x: float) -> float:
+    """Derivative of `value_at` by x."""
+    value = rate = 0.0
+    for power in range(POWERS - 1, -1, -1):
+        value += row(w.dense, power, c.size)[component]
+        if power % 2 == 0:
+            rate = rate * x + value
+            value *= x
+        else:
+            rate = rate * (1.0 - x) - value
+            value *= 1.0 - x
+    return rate

@@ -1,0 +1,204 @@
+"""Guards of the hybrid engine: the first event within an integration step, which is then taken again to end there.
+
+A guard of the state (the hip falls, a knee or a foot comes to its stop) is looked for on the dense output; one of a
+force (a contact that would have to pull, a foot that would tip) on steps taken again, for a force of a step's dense
+output is not one of the mode's. The swing foot's meeting with the ground stands in `mjbiped.engines.hybrid.meeting`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE, value_at
+from mjbiped.dynamics.linkage import END, ROOM, speed
+from mjbiped.dynamics.modes import FREE, RESTING
+from mjbiped.engines.hybrid.meeting import (
+    FACE_IMPACT,
+    NOTHING,
+    TOUCHDOWN,
+    Place,
+    decided_by_ends,
+    foot_event,
+    write_angles_at,
+)
+from mjbiped.engines.hybrid.motion import attempt, ensure_dense
+from mjbiped.engines.hybrid.state import ground_of, hip, linkage_of, swing_foot
+from mjbiped.numerics.blocks import numbers, row
+from mjbiped.rules.termination import FALLEN_HIP
+from mjbiped.terrain.profile import height_of, segment_near
+
+KNEE_STRIKE, FOOT_RELEASED, KNEE_RELEASED, EDGE, FALLEN, BEYOND_END, FOOT_TIPS, FOOT_FLAT = range(4, 12)
+
+CLOSELY = 1e-9  # events other than the swing foot's are located so closely, s
+AT_EDGE = 1e-10  # the moment when a sliding foot leaves its segment, s
+SHORTEST_STEP = 1e-12  # s; if the error of so short a step is too great, the walk ends
+POLISHED = 1e-7  # s; the last correction of a touchdown's time, by one term of the Taylor series, is at most this
+
+
+def first_event(c: Any, w: Any, h: float, here: Place, there: Place) -> tuple[int, float]:
+    """Find the first event of a step, and take the step again so that it ends there.
+
+    Args:
+        c: The walk's constants.
+        w: Its state.
+        h: Length of the step, s.
+        here: Where the swing foot is at its start.
+        there: Where it is at its end.
+
+    Returns:
+        The event, and the length of the step up to it, s.
+    """
+    event, share = NOTHING, 1.0
+    out = numbers(w.out, c.size)
+    ended, struck = body_ends(c, w, out), NOTHING
+    if w.locked == FREE and out[c.shank] < out[c.thigh]:
+        struck = KNEE_STRIKE
+    elif w.edge * out[c.foot] < 0.0:
+        struck = FOOT_FLAT
+    if ended != NOTHING or struck != NOTHING or not decided_by_ends(c, w, h, here, there):
+        ensure_dense(c, w, h)
+        event = ended
+        if ended != NOTHING:
+            share = _bisected(c, w, h, FALLEN)
+        if struck != NOTHING:
+            strike = _bisected(c, w, h, struck)
+            event = struck if strike < share or ended == NOTHING else event
+            share = min(share, strike)
+        met, share = foot_event(c, w, h, share)
+        event = met if met != NOTHING else event
+        if event != NOTHING:
+            h = _end_on(c, w, share * h, event)
+    return _end_of_contact(c, w, h, event)
+
+
+def _end_of_contact(c: Any, w: Any, h: float, event: int) -> tuple[int, float]:
+    """Look whether a sliding foot, a knee that rests on its stop, a heel or a toe loses its contact before all else.
+
+    What a foot in contact would have met later in the step, it then does not.
+    """
+    touches = w.face != 0.0 or w.sliding
+    if w.sliding and not on_its_segment(c, w, numbers(w.out, c.size)):
+        event, h = EDGE, _retaken(c, w, h, EDGE, AT_EDGE)
+    if touches and w.press < 0.0:
+        return FOOT_RELEASED, _retaken(c, w, h, FOOT_RELEASED, CLOSELY)
+    if w.locked == RESTING and w.stop_press < 0.0:
+        return KNEE_RELEASED, _retaken(c, w, h, KNEE_RELEASED, CLOSELY)
+    if c.toe > 0.0 and _tips(w):
+        return FOOT_TIPS, _retaken(c, w, h, FOOT_TIPS, CLOSELY)
+    return event, h
+
+
+def _tips(w: Any) -> bool:
+    """Whether the stance foot would have to tip somewhere in the step."""
+    margins = numbers(w.margins, STAGES_WITH_DENSE)
+    least = margins[STAGES]
+    for stage in IN_ORDER:
+        least = min(least, margins[stage])
+    return bool(least < 0.0)
+
+
+def _happened(c: Any, w: Any, x: float, event: int) -> bool:
+    """Whether the walk has ended, the knee has struck its stop, or the foot lies flat, at the share x of the step."""
+    if event == KNEE_STRIKE:
+        return value_at(c, w, c.shank, x) < value_at(c, w, c.thigh, x)
+    if event == FOOT_FLAT:
+        return bool(w.edge * value_at(c, w, c.foot, x) < 0.0)
+    write_angles_at(c, w, x)
+    return body_ends(c, w, numbers(w.spare, c.size)) != NOTHING
+
+
+def _bisected(c: Any, w: Any, h: float, event: int) -> float:
+    """Share of the step at which an event has happened that has by its end, from its dense output."""
+    x, end = 0.0, 1.0
+    while (end - x) * h > CLOSELY:
+        middle = 0.5 * (x + end)
+        if _happened(c, w, middle, event):
+            end = middle
+        else:
+            x = middle
+    return end
+
+
+def _contact_ends(c: Any, w: Any, event: int) -> bool:
+    """Whether a contact has ended at the step's end: the guard of an event that only a step taken again can tell."""
+    if event == EDGE:
+        return not on_its_segment(c, w, numbers(w.out, c.size))
+    if event == FOOT_TIPS:
+        return _tips(w)
+    return bool((w.press if event == FOOT_RELEASED else w.stop_press) < 0.0)
+
+
+def _retaken(c: Any, w: Any, h: float, event: int, width: float) -> float:
+    """Take the step again so that it ends just after the end of a contact; returns its length, s."""
+    low, high = 0.0, h
+    while high - low > width:
+        middle = 0.5 * (low + high)
+        attempt(c, w, middle)
+        if _contact_ends(c, w, event):
+            high = middle
+        else:
+            low = middle
+    attempt(c, w, high)
+    return high
+
+
+def _end_on(c: Any, w: Any, h: float, event: int) -> float:
+    """Take the step again so that it ends on its event; returns its length, s.
+
+    Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
+    """
+    h = max(h, SHORTEST_STEP)
+    for _ in range(6):
+        attempt(c, w, h)
+        if event not in (TOUCHDOWN, FACE_IMPACT, KNEE_STRIKE, FOOT_FLAT):
+            break
+        gap, rate = _gap(c, w, event)
+        if rate == 0.0 or abs(gap) > abs(rate) * 1e-3:
+            break  # it grazes: the crossing that was found stands
+        change = -gap / rate
+        if h + change <= 0.0:
+            break
+        h += change
+        if abs(change) < POLISHED:
+            out, rates = numbers(w.out, c.size), row(w.k, STAGES, c.size)
+            for i in range(c.size):
+                out[i] += change * rates[i]
+            break
+    return h
+
+
+def _gap(c: Any, w: Any, event: int) -> tuple[float, float]:
+    """What the event's guard measures at the step's end, and its rate: distances in m, or angles in rad."""
+    y, n = numbers(w.out, c.size), c.angles
+    if event == KNEE_STRIKE:
+        return y[c.shank] - y[c.thigh], y[n + c.shank] - y[n + c.thigh]
+    if event == FOOT_FLAT:
+        return y[c.foot], y[n + c.foot]
+    foot_x, foot_z = swing_foot(c, w, y)
+    dq = numbers(w.dq, ROOM)
+    for i in range(n):
+        dq[i] = y[n + i]
+    along, normal = speed(linkage_of(c, w), w, y, dq, END)
+    speed_x, speed_z = along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine
+    if event == FACE_IMPACT:
+        return foot_x - w.face_x, speed_x
+    ground = ground_of(c)
+    return foot_z - height_of(ground, w.landing, foot_x), speed_z - ground.gradient[w.landing] * speed_x
+
+
+def on_its_segment(c: Any, w: Any, y: Any) -> bool:
+    """Whether a foot that slides on the ground is, in a state, still on the segment where it came down."""
+    starts, segment, (x, _) = numbers(c.x, c.segments), w.slid_segment, swing_foot(c, w, y)
+    begun = segment == 0 or starts[segment] <= x
+    return bool(begun and (segment + 1 == c.segments or x <= starts[segment + 1]))
+
+
+def body_ends(c: Any, w: Any, y: Any) -> int:
+    """`FALLEN` if the hip is too low, `BEYOND_END` if it is beyond the ground's end, else `NOTHING`."""
+    x, z = hip(c, w, y)
+    ground = ground_of(c)
+    segment = segment_near(ground, x, w.segment)
+    # the ground of round feet lies higher by their radius, that of feet by the height of their ankles
+    if (z - height_of(ground, segment, x)) * w.cosine < FALLEN_HIP * c.length - c.height:
+        return FALLEN
+    return BEYOND_END if x >= c.end else NOTHING

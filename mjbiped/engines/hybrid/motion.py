@@ -1,0 +1,245 @@
+"""Motion between touchdowns: rates of a state by law and linkage, one integration step, and its dense output."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.dynamics import integrate
+from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
+from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, accelerate, ground_force, load, settle, stand
+from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
+from mjbiped.engines.hybrid.state import linkage_of, sole_angle, to_memory
+from mjbiped.numerics.blocks import call, numbers, row
+from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
+
+WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
+
+
+def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
+    """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
+    n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
+    given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
+    if not tame:
+        _rest(c, w)
+    ask(c, w, t, y, given)
+    if c.behind < math.inf:
+        numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
+        numbers(w.normals, STAGES_WITH_DENSE)[w.stage] = bound_ankle(c, w, given)
+    _move(c, w, given)
+    if c.toe > 0.0:
+        _bear(c, w, given)
+    for i in range(n):
+        dy[i], dy[n + i] = dq[i], ddq[i]
+    if not tame:
+        dy[n] = math.nan
+    for i in range(c.states):
+        dy[2 * n + i] = given[joints + i]
+    first, turned = 2 * n + c.states, sole_angle(c, dq)
+    for i in range(joints):
+        dy[first + i] = given[i] * (dq[i] - turned)
+        turned = dq[i]
+    w.stage += 1
+
+
+def _rest(c: Any, w: Any) -> None:
+    """Let all angles and rates be zero."""
+    for values in (w.q, w.dq):
+        for i in range(c.angles):
+            numbers(values, ROOM)[i] = 0.0
+    for values in (w.told, w.told_rates):
+        for i in range(c.told):
+            numbers(values, c.told)[i] = 0.0
+
+
+def take_angles(c: Any, w: Any, y: Any) -> bool:
+    """Write angles and rates of a state into `w.q` and `w.dq`, and those that a law is told.
+
+    Returns:
+        Whether the angles have a meaning.
+    """
+    q, dq, n, tip, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), c.angles, 0.0, True
+    told, told_rates = numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    for i in range(n):
+        q[i], dq[i] = y[i], y[n + i]
+        tame = tame and abs(y[i]) < WILDEST_ANGLE
+    if c.foot >= 0:
+        tip = y[c.foot]
+    for i in range(c.told):
+        told[i], told_rates[i] = y[i] - tip, y[n + i]
+    return tame
+
+
+def ask(c: Any, w: Any, t: float, y: Any, given: Any) -> None:
+    """Ask the law for torques and rates of its states in a state whose angles `take_angles` has taken."""
+    to_memory(c, w, y)
+    memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    call(c.torque, c.parameters, memory, min(max(t, w.after), w.before), told, told_rates, given)
+
+
+def bound_ankle(c: Any, w: Any, given: Any) -> float:
+    """Let the sole transmit what it can of the first of the torques; returns the normal force on the stance foot, N."""
+    asked, force = given[0], _normal_force(c, w, given)
+    if asked == 0.0:
+        return force
+    given[0] = 0.0
+    given[0], force = bounded_by_own_force(asked, force, _normal_force(c, w, given), c.behind, c.ahead)
+    return force
+
+
+def _normal_force(c: Any, w: Any, given: Any) -> float:
+    """Normal force on the stance foot under torques, N."""
+    _move(c, w, given)
+    _, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
+    return normal
+
+
+def _move(c: Any, w: Any, given: Any) -> None:
+    """Write the accelerations under torques into `w.ddq`, with the state in `w.q` and `w.dq`."""
+    linkage, q, dq = linkage_of(c, w), numbers(w.q, ROOM), numbers(w.dq, ROOM)
+    _write_forces(c, w, given)
+    touches = w.face != 0.0 or w.sliding
+    if not touches and w.locked != RESTING:
+        accelerate(linkage, w, q, dq)
+        return
+    load(linkage, w, q, dq)
+    if touches:
+        along, normal = pushed(w)
+        hold_contact(linkage, w, dq, along, normal)
+    if w.locked == RESTING:
+        hold_stop(w, c.thigh, c.shank)
+    settle(linkage, w)
+    forces, first = numbers(w.right, SYSTEM), w.size
+    if touches:
+        w.press = forces[first]
+        first += 1
+    if w.locked == RESTING:
+        w.stop_press = forces[first]
+
+
+def pushed(w: Any) -> tuple[float, float]:
+    """Direction in which a surface pushes the swing foot, along the stance foot's ground and normal to it."""
+    return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
+
+
+def _write_forces(c: Any, w: Any, given: Any) -> None:
+    """Write the generalised forces of torques, and of a push at the hip, into `w.ddq`, N m.
+
+    The ankle acts between the stance leg and the ground, or its foot, each other joint between two segments.
+    """
+    forces, last = numbers(w.ddq, ROOM), c.joints - 1
+    for i in range(last):
+        forces[i] = given[i] - given[i + 1]
+    forces[last] = given[last]
+    if c.foot >= 0:
+        forces[c.foot] = -given[0]
+    if w.push != 0.0:
+        q, along, ahead = numbers(w.q, ROOM), row(w.levers, HIP, ROOM), row(w.levers, HIP + 1, ROOM)
+        forces[0] += w.push * linkage_of(c, w).radius * w.cosine
+        for i in range(c.angles):
+            sine, cosine = sine_cosine(q[i] + w.slope)
+            forces[i] += w.push * (along[i] * cosine - ahead[i] * sine)
+
+
+def stance_force(c: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
+    """Force on the stance foot along its ground and normal to it, N.
+
+    What pushes the hip or the swing foot does not push the stance foot.
+    """
+    along, normal = ground_force(linkage_of(c, w), w, q, dq, ddq)
+    if w.push != 0.0:
+        along -= w.push * w.cosine
+        normal -= w.push * w.sine
+    if w.face != 0.0 or w.sliding:
+        x, z = pushed(w)
+        along -= w.press * x
+        normal -= w.press * z
+    return along, normal
+
+
+def _bear(c: Any, w: Any, given: Any) -> None:
+    """Note how the ground bears a stance foot that is a body, in the current stage of a step.
+
+    About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
+    moment is tau + h F_t, of a force at x = -(tau + h F_t) / F_n. A flat foot stays so while x lies on its sole.
+    """
+    along, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
+    moment, margin = moment_about_ankle(given[0], c.height, along), math.inf
+    if w.edge != FLAT:
+        moment = -c.toe * normal if w.edge == TOE else c.heel * normal
+    elif normal > 0.0:
+        margin = min(c.toe * normal + moment, c.heel * normal - moment)
+    numbers(w.normals, STAGES_WITH_DENSE)[w.stage] = normal
+    numbers(w.moments, STAGES_WITH_DENSE)[w.stage] = moment
+    numbers(w.margins, STAGES_WITH_DENSE)[w.stage] = margin
+
+
+def enter_mode(c: Any, w: Any) -> None:
+    """Let the linkage move as knee and stance foot are now."""
+    w.free = c.angles
+    if w.edge == FLAT and c.foot >= 0:
+        w.free = c.foot
+    elif c.shank != c.thigh and w.locked == LOCKED:
+        w.free = c.shank
+    w.follows = 1.0 if c.foot < 0 else 0.0
+    stand(linkage_of(c, w), w)
+    y = numbers(w.y, c.size)
+    for i in range(w.free, c.angles):
+        y[i], y[c.angles + i] = w.follows * y[w.free - 1], w.follows * y[c.angles + w.free - 1]
+
+
+def start_step(c: Any, w: Any) -> None:
+    """Compute the rates of the state in `w.y`, which no step has led to."""
+    w.stage = 0
+    rates(c, w, w.elapsed, numbers(w.y, c.size), row(w.k, 0, c.size))
+
+
+def attempt(c: Any, w: Any, h: float) -> float:
+    """Integrate one step of length h from `w.y` to `w.out`.
+
+    Returns:
+        The estimated error over the tolerance; NaN where the motion has no meaning.
+    """
+    w.has_dense, w.stage = False, 1
+    w.evaluations += STAGES
+    return integrate.step(rates, c, w, w.elapsed, h)
+
+
+def carry_over(c: Any, w: Any) -> None:
+    """Let the rates and torques at the end of a step be those at the start of the next."""
+    start, end = row(w.k, 0, c.size), row(w.k, STAGES, c.size)
+    for i in range(c.size):
+        start[i] = end[i]
+    first, last = row(w.given, 0, c.given), row(w.given, STAGES, c.given)
+    for i in range(c.joints):
+        first[i] = last[i]
+    for values in (w.asked, w.normals, w.moments, w.margins):
+        at_stages = numbers(values, STAGES_WITH_DENSE)
+        at_stages[0] = at_stages[STAGES]
+
+
+def ensure_dense(c: Any, w: Any, h: float) -> None:
+    """Compute the step's dense output, unless it is there; forces of contacts stay those at the step's end."""
+    if w.has_dense:
+        return
+    press, stop_press = w.press, w.stop_press
+    integrate.dense(rates, c, w, w.elapsed, h)
+    w.press, w.stop_press = press, stop_press
+    w.has_dense = True
+    w.evaluations += STAGES_WITH_DENSE - STAGES - 1
+
+
+def is_motion(c: Any, y: Any) -> bool:
+    """Whether angles and rates are numbers."""
+    total = 0.0
+    for i in range(2 * c.angles):
+        total += y[i]
+    return math.isfinite(total)
+
+
+def write_state_at(c: Any, w: Any, x: float) -> None:
+    """Write the state at the share x of the step into `w.spare`."""
+    spare = numbers(w.spare, c.size)
+    for i in range(c.size):
+        spare[i] = value_at(c, w, i, x)

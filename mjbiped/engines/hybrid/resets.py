@@ -1,0 +1,333 @@
+"""Reset maps of the hybrid engine: support transfer, knee strike, and impacts of a swing foot that does not land.
+
+Each is a plastic impact of the linkage under the rows that hold it afterwards (`mjbiped.dynamics.modes`), and the mode
+that follows. A foot that has struck a vertical face, or that could not become the stance foot where it came down,
+slides there without friction until it is lifted, leaves its stretch of ground, or comes over the face's top.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mjbiped.dynamics.linkage import PIVOT, ROOM, SYSTEM, load_impact, solve_impact
+from mjbiped.dynamics.modes import (
+    FLAT,
+    FREE,
+    HEEL,
+    LOCKED,
+    RESTING,
+    TOE,
+    bend_stance_knee,
+    hold_joint,
+    hold_mode,
+    hold_pivot,
+    land,
+    opens,
+    partner,
+    stop_end,
+)
+from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
+from mjbiped.engines.hybrid.motion import enter_mode, pushed, take_angles
+from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
+from mjbiped.engines.hybrid.state import (
+    from_memory,
+    ground_of,
+    linkage_of,
+    sole_angle,
+    stance_foot,
+    swing_foot,
+    to_memory,
+)
+from mjbiped.numerics.blocks import call, numbers
+from mjbiped.rules.termination import Outcome
+from mjbiped.terrain.profile import height_of, segment_stood_on
+
+DIVERGED, FELL, FINISHED, LEFT_TERRAIN = (
+    int(outcome) for outcome in (Outcome.DIVERGED, Outcome.FELL, Outcome.FINISHED, Outcome.LEFT_TERRAIN)
+)
+MISSED = 1e-6  # of the leg's length: a foot that lands so far off the ground has not been followed
+TOGETHER = 1e-8  # m; feet that are so near to each other stand at one place
+SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
+
+
+def transfer_support(c: Any, w: Any) -> None:
+    """Impact, support transfer, the controller's touchdown, and a row of the record.
+
+    No row tells of a foot that is not on the ground: the walk has then diverged.
+    """
+    ground, y, spare = ground_of(c), numbers(w.y, c.size), numbers(w.spare, c.size)
+    foot_x, foot_z = swing_foot(c, w, y)
+    segment = segment_stood_on(ground, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
+    if not abs(foot_z - height_of(ground, segment, foot_x)) <= MISSED * c.length + CORNER:
+        w.outcome = DIVERGED
+        return
+    slope, n = numbers(c.angle, c.segments)[segment], c.angles
+    w.swing_sole = slope - (w.slope + sole_angle(c, y))
+    write_posture(c, w, y)
+    to_memory(c, w, y)
+    take_angles(c, w, y)
+    memory, told, before = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_before, c.told)
+    for i in range(c.told):
+        before[i], spare[i] = told[i], y[n + i]
+    estimate_before = estimated_slope(c, w)
+    exchange_legs(c, w, slope)
+    take_angles(c, w, y)
+    if c.support >= 0:
+        memory[c.support], memory[c.support + 1] = c.heel, c.toe  # all of the sole stands
+    call(c.touchdown, c.parameters, memory, before, told, numbers(w.told_rates, c.told))
+    _stand_on(c, w, segment, foot_x)
+    from_memory(c, w)
+    for i in range(c.size - c.joints, c.size):
+        y[i] = 0.0
+    write_touchdown(c, w, slope, spare, estimate_before)
+    w.rows += 1
+    w.count += 1
+    begin_gait_step(c, w)
+    if w.count >= c.steps or foot_x >= c.distance:
+        w.outcome = FINISHED
+    elif foot_x >= c.end:
+        w.outcome = LEFT_TERRAIN
+
+
+def exchange_legs(c: Any, w: Any, slope: float) -> None:
+    """Impact of a touchdown on a slope (rad), and the legs exchange their roles; the state is then in `w.y`.
+
+    The new swing knee rests on its stop, or is free: if it is bent, or if the impact opens a knee that its stop holds.
+    """
+    y, n, linkage, offsets = numbers(w.y, c.size), c.angles, linkage_of(c, w), numbers(w.offsets, ROOM)
+    angles, segments, locked = numbers(w.sines, ROOM), linkage.segments, RESTING
+    standing = 0.0 if w.locked == LOCKED else y[c.shank] - y[c.thigh]
+    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and opens(linkage, w, y))):
+        locked = FREE
+    land(linkage, w, y, locked == RESTING or not c.knee_opens)
+    result = numbers(w.right, SYSTEM)
+    # of the pivot as it stood, whose ground is the frame's
+    along, normal = result[w.size], result[w.size + 1]
+    turned = w.slope - slope
+    for i in range(segments):
+        angles[i] = y[i if i < n else 0] + offsets[i] + turned - c.between
+    if linkage.knees:
+        w.locked = locked
+        w.stance_flexion = standing
+        bend_stance_knee(w, c.upper, c.lower, standing)
+    for i in range(n):
+        other = partner(linkage, i)
+        y[i], y[n + i] = angles[other] - offsets[i], result[PIVOT + other]
+    w.impulse_along = along * math.cos(turned) + normal * math.sin(turned)
+    w.impulse_normal = normal * math.cos(turned) - along * math.sin(turned)
+    w.edge = FLAT
+    enter_mode(c, w)
+
+
+def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
+    """Stand the robot on its next foot, at x (m) on a segment of the terrain; the gait step's time begins."""
+    note_face(c, w, int(w.foot_segment), w.foot_x)
+    w.clock, w.after, w.before = w.time, 0.0, math.inf
+    w.stance = (w.stance + 1) % c.legs
+    slope = numbers(c.angle, c.segments)[segment]
+    w.slope, w.sine, w.cosine = slope, math.sin(slope), math.cos(slope)
+    w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(ground_of(c), segment, foot_x), segment
+
+
+def note_face(c: Any, w: Any, own: int, x: float) -> None:
+    """Note the vertical face beside which the new swing foot has stood, at x (m) on the segment `own`.
+
+    A foot at the base of a riser lies within rounding of its face, on either side of it. It stays on the side of the
+    ground that it stood on until it is clearly elsewhere.
+    """
+    ground = ground_of(c)
+    w.face_x = math.nan
+    for other in (own - 1, own + 1):
+        if 0 <= other < len(ground.x):
+            face = ground.x[max(own, other)]
+            top = height_of(ground, other, face)
+            if abs(x - face) < FACE_WIDTH and top != height_of(ground, own, face):
+                w.face_x, w.face_top, w.face_segment = face, top, own
+
+
+def begin_gait_step(c: Any, w: Any) -> None:
+    """Reset what is told of one gait step alone."""
+    w.contact_enabled, w.foot_angle = c.contact, numbers(w.y, c.size)[0]
+    w.face, w.sliding, w.slid_segment = 0.0, False, -1
+    w.face_impacts = w.stubs = 0
+    w.flexion, w.friction, w.normal_force = 0.0, 0.0, math.inf
+    w.swing_sole = w.tipped = w.one_sided = 0.0
+    pressure = numbers(w.pressure, 2)
+    pressure[0] = pressure[1] = -math.inf
+    w.strike_time = math.nan
+    q, dq, after = numbers(w.strike_q, ROOM), numbers(w.strike_dq, ROOM), numbers(w.struck_dq, ROOM)
+    for i in range(c.angles):
+        q[i] = dq[i] = after[i] = math.nan
+
+
+def ahead_of_stance(c: Any, w: Any) -> float:
+    """How far the swing foot is ahead of the stance foot, m; 0 where they stand together."""
+    y = numbers(w.y, c.size)
+    ahead = float(swing_foot(c, w, y)[0] - stance_foot(c, w, y)[0])
+    return 0.0 if abs(ahead) < TOGETHER else ahead
+
+
+def stands_still(c: Any, w: Any) -> bool:
+    """Whether the swing foot that meets the ground stands beside the stance foot, and nothing moves.
+
+    There is then no impact. Nor need the ground hold the foot: while both legs are straight and side by side, no rate
+    of theirs moves the foot along the ground's normal. Later the foot meets the ground as one that has slid on it does,
+    a little below its height.
+    """
+    y, moves = numbers(w.y, c.size), 0.0
+    for i in range(c.angles):
+        moves += abs(y[c.angles + i])
+    if moves > 0.0 or ahead_of_stance(c, w) != 0.0:
+        return False
+    w.slid_segment = w.landing
+    return True
+
+
+def lands(c: Any, w: Any) -> bool:
+    """Whether the swing foot that has come down becomes the stance foot.
+
+    It does where the scuffing rule has drawn in the others, and ahead of the stance foot with a locked, straight knee.
+    With bent knees the impact tells whether the other foot then leaves the ground.
+    """
+    if not c.contact:
+        return True
+    if ahead_of_stance(c, w) <= 0.0:
+        return False
+    if w.locked == LOCKED and w.stance_flexion == 0.0:
+        return True
+    if not c.lands_bent:
+        return False
+    land(linkage_of(c, w), w, numbers(w.y, c.size), True)
+    return bool(numbers(w.right, SYSTEM)[1] > 0.0)
+
+
+def strike_knee(c: Any, w: Any) -> None:
+    """The knee strikes its stop and locks, and the controller is told."""
+    y, n = numbers(w.y, c.size), c.angles
+    q, before, after = numbers(w.strike_q, ROOM), numbers(w.strike_dq, ROOM), numbers(w.struck_dq, ROOM)
+    y[c.shank] = y[c.thigh]
+    for i in range(n):
+        q[i], before[i] = y[i], y[n + i]
+    linkage = linkage_of(c, w)
+    load_impact(linkage, w, y)
+    w.locked = LOCKED
+    enter_mode(c, w)
+    hold_mode(linkage, w)
+    _finish(c, w)
+    for i in range(n):
+        after[i] = y[n + i]
+    w.strike_time = w.elapsed
+    to_memory(c, w, y)
+    take_angles(c, w, y)
+    memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
+    call(c.knee_strike, c.parameters, memory, w.elapsed, told, told_rates)
+    from_memory(c, w)
+
+
+def _finish(c: Any, w: Any) -> None:
+    """Solve an impact in which the stance foot stands; rates and impulse are then in the state."""
+    solve_impact(w)
+    _take(c, w)
+
+
+def _take(c: Any, w: Any) -> None:
+    """Take rates and the stance foot's impulse from the solution of an impact."""
+    y, n, result = numbers(w.y, c.size), c.angles, numbers(w.right, SYSTEM)
+    for i in range(n):
+        y[n + i] = result[PIVOT + i]
+    w.impulse_along, w.impulse_normal = result[w.size], result[w.size + 1]
+
+
+def tip_over(c: Any, w: Any) -> None:
+    """The stance foot begins to turn about the edge at which the ground's force has come to act."""
+    w.edge = TOE if numbers(w.moments, 1)[0] < 0.0 else HEEL
+    enter_mode(c, w)
+    x, z = stance_foot(c, w, numbers(w.y, c.size))
+    w.foot_x, w.foot_z = w.foot_x - (x - w.foot_x), w.foot_z - (z - w.foot_z)
+
+
+def lay_flat(c: Any, w: Any) -> None:
+    """The stance foot comes down on all of its sole, in a plastic impact."""
+    y, linkage = numbers(w.y, c.size), linkage_of(c, w)
+    y[c.foot] = 0.0
+    w.foot_x, w.foot_z = stance_foot(c, w, y)
+    load_impact(linkage, w, y)
+    hold_pivot(linkage, w)
+    hold_joint(w, 0, c.foot, 0.0)
+    _finish(c, w)
+    w.edge = FLAT
+    enter_mode(c, w)
+
+
+def hit_face(c: Any, w: Any) -> None:
+    """The swing foot meets a vertical face: a plastic impact without friction; the stance foot stays."""
+    w.face = 1.0 if numbers(c.x, c.segments)[w.landing] == w.face_x else -1.0
+    w.pushed_x, w.pushed_z = -w.face, 0.0
+    w.face_impacts = 1
+    stop_swing_foot(c, w)
+
+
+def stop_swing_foot(c: Any, w: Any) -> None:
+    """A plastic, frictionless impact of the swing foot along (pushed_x, pushed_z); the stance foot stays.
+
+    A locked knee stays locked, and one that rests on its stop does so if the impact presses it on.
+    """
+    _hit(c, w, False)
+    result = numbers(w.right, SYSTEM)
+    if w.locked == RESTING and result[PIVOT + c.shank] > result[PIVOT + c.thigh]:
+        w.locked = FREE
+    elif w.locked == RESTING:
+        _hit(c, w, True)
+    _take(c, w)
+
+
+def _hit(c: Any, w: Any, stop: bool) -> None:
+    """Solve an impact of the swing foot under the rows of the mode, and of the knee's stop if the knee rests on it."""
+    linkage = linkage_of(c, w)
+    load_impact(linkage, w, numbers(w.y, c.size))
+    hold_mode(linkage, w)
+    along, normal = pushed(w)
+    stop_end(linkage, w, along, normal)
+    if stop:
+        hold_joint(w, c.thigh, c.shank)
+    solve_impact(w)
+
+
+def stub(c: Any, w: Any) -> None:
+    """The ground stops a swing foot that cannot become the stance foot, which slides on it from now on.
+
+    Where the foot is ahead of the stance foot, the robot falls: such an impact has no map.
+    """
+    segment = int(w.landing)
+    if ahead_of_stance(c, w) > 0.0:
+        w.outcome, w.unmapped = FELL, True
+        return
+    if w.slid_segment != segment:
+        w.stubs += 1
+    slope = numbers(c.angle, c.segments)[segment]
+    w.sliding, w.slid_segment, w.face = True, segment, 0.0
+    w.pushed_x, w.pushed_z = math.sin(slope), math.cos(slope)
+    stop_swing_foot(c, w)
+
+
+def slide_on(c: Any, w: Any) -> None:
+    """A sliding foot comes to another segment: off a step, on along a change of slope, or, falling, into a riser."""
+    ground = ground_of(c)
+    x, z = swing_foot(c, w, numbers(w.y, c.size))
+    segment = int(w.slid_segment)
+    segment += 1 if x > ground.x[segment] else -1
+    w.sliding, w.slid_segment, w.landing = False, -1, segment
+    above = z - height_of(ground, segment, x)
+    if above <= -SLID_INTO * c.length:
+        w.outcome, w.unmapped = FELL, True
+    elif above <= 0.0:
+        stub(c, w)
+
+
+def release_foot(w: Any, over_the_top: bool) -> None:
+    """A foot that slides leaves the surface that no longer presses on it, or its face at the top."""
+    if over_the_top or w.press < 0.0:
+        w.face = 0.0
+    if w.press < 0.0:
+        w.sliding = False

@@ -1,1 +1,0 @@
-"""The compass biped whose feet are bodies."""

@@ -1,0 +1,101 @@
+"""The linkage that a robot's bodies make while it stands on one foot."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, WEIGHT, Linkage
+from mjbiped.dynamics.modes import FLAT, HEEL, TOE
+from mjbiped.robots.bodies import Bodies
+
+UPPER, LOWER, FOOT = (0, 1), (3, 2), 2
+"""Segments of the stance leg, then of the swing leg; and the stance foot where it is a body."""
+
+Levers = NDArray[np.complex128]
+"""Of a point, one for each segment, m: the real part along its line, the imaginary one a right angle ahead."""
+
+
+def linkages_of(bodies: Bodies, radius: float, gravity: float) -> tuple[Linkage, ...]:
+    """The linkage of a biped on its flat foot and, of feet that are bodies, on its toe and on its heel.
+
+    Args:
+        bodies: The robot's.
+        radius: Of round feet, m.
+        gravity: m/s^2.
+    """
+    edges = (FLAT,) if bodies.foot is None else (FLAT, TOE, HEEL)
+    return tuple(_linkage_on(edge, bodies, radius, gravity) for edge in edges)
+
+
+def linkage_with(
+    masses: Sequence[tuple[float, float, int, Levers]],
+    hip: Levers,
+    end: Levers,
+    base: Levers,
+    *,
+    angles: int,
+    radius: float,
+    gravity: float,
+) -> Linkage:
+    """The linkage of some bodies.
+
+    Args:
+        masses: Of each body its mass (kg), its inertia about its centre of mass (kg m^2), the segment that it turns
+            with (-1: a point mass), and the levers of its centre of mass.
+        hip: Levers of the hip.
+        end: Levers of the swing foot.
+        base: Levers of the stance foot's ankle.
+        angles: Number of the angles of a state.
+        radius: Of round feet, m.
+        gravity: m/s^2.
+    """
+    products, first, pull = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), np.zeros_like(hip)
+    whole = 0.0
+    for mass, inertia, segment, levers in masses:
+        products += mass * np.outer(levers.conj(), levers)
+        first, pull, whole = first + mass * levers, pull + gravity * mass * levers, whole + mass
+        if segment >= 0:
+            products[segment, segment] += inertia
+    points = np.zeros((POINTS, len(hip)))
+    for place, levers in ((HIP, hip), (END, end), (BASE, base), (MASS, first), (WEIGHT, pull)):
+        points[place], points[place + 1] = levers.real, levers.imag
+    return Linkage(
+        segments=len(hip),
+        angles=angles,
+        knees=len(hip) > FOOT + 1,
+        mass=whole,
+        gravity=gravity,
+        radius=radius,
+        even=products.real.tolist(),
+        odd=products.imag.tolist(),
+        levers=points.tolist(),
+    )
+
+
+def _linkage_on(edge: int, bodies: Bodies, radius: float, gravity: float) -> Linkage:
+    """The linkage of a biped as its stance foot stands."""
+    leg, foot, chain = bodies.leg, bodies.foot, (UPPER, LOWER)
+    base = np.zeros(2 * len(leg) + (foot is not None), dtype=np.complex128)
+    lines = [(part.length - (radius if part is leg[-1] else 0.0)) * cmath.exp(1j * part.turn) for part in leg]
+    if foot is not None and edge != FLAT:
+        base[FOOT] = complex(foot.height, -foot.ahead if edge == TOE else foot.behind)
+    hip = base.copy()
+    for k, line in enumerate(lines):
+        hip[chain[k][0]] += line
+    masses, end = [(bodies.hip_mass, 0.0, -1, hip)], hip.copy()
+    for side in (0, 1):
+        end = hip.copy()
+        for k, (part, line) in enumerate(zip(leg, lines, strict=True)):
+            centre = end.copy()
+            centre[chain[k][side]] -= complex(part.centre, -part.offset) * cmath.exp(1j * part.turn)
+            # from the stance foot up and down again
+            masses.insert(len(masses) if side else 0, (part.mass, part.inertia, chain[k][side], centre))
+            end[chain[k][side]] -= line
+        if foot is not None:  # the swing foot is held parallel to the other one
+            masses.append((foot.mass, foot.inertia if side == 0 else 0.0, FOOT, end))
+    angles = len(leg) + 1 + (foot is not None)
+    return linkage_with(masses, hip, end, base, angles=angles, radius=radius, gravity=gravity)

@@ -1,1 +1,0 @@
-"""Bipeds with round feet: circular arcs, rigid on the legs, on which the stance leg rolls."""
