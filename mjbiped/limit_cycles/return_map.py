@@ -29,7 +29,6 @@ from mjbiped.engines.hybrid.setup import (
     buffer_constants,
     ground_constants,
     law_constants,
-    push_constants,
     robot_constants,
     rule_constants,
     state_of,
@@ -258,14 +257,14 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     assert law is not None
     code = MachineCode(law, 0, 0, joints=len(robot.joints))
     # by hand, for a terrain refuses slopes on which no foot would stand
-    ground = Profile([0.0], [0.0], [-math.tan(slope)])
+    ground = Profile([0.0], [0.0], [-math.tan(slope)], 1)
     # without a weight the engine does not look for the least force on the ground
     own = {**robot_constants(robot), "weight": math.nan, "longest_step": step}
     constants = Constants(
         **own,
         **law_constants(machine_functions(code), robot, 0, -1),
         **ground_constants(ground, [slope], math.inf),
-        **push_constants(NONE),
+        pushes=[NONE],
         **buffer_constants(1, 1, 0, math.inf),
         **rule_constants(robot, scuffing, None, None),
         tolerance=TOLERANCE,

@@ -72,7 +72,7 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
         return value, []
-    if len(value) and not isinstance(value[0], float | int | np.number):
+    if len(value) and (dataclasses.is_dataclass(value[0]) or hasattr(value[0], "_fields")):
         parts = [packed(each) for each in value]
         return np.concatenate([part for part, _ in parts]), [each for _, kept in parts for each in kept]
     return np.array(value, dtype=np.float64), []

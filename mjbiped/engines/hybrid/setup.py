@@ -10,7 +10,7 @@ import numpy as np
 
 from mjbiped.control.controller import ROOM as SPARE
 from mjbiped.control.controller import Controller
-from mjbiped.disturbances.pushes import Pushes, following
+from mjbiped.disturbances.pushes import following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
@@ -91,20 +91,6 @@ def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> di
     """The fields that say what the ground is: its profile as the feet meet it, its slopes (rad), and its end (m)."""
     profile = {name: list(getattr(ground, name)) for name in ("x", "z", "gradient")}
     return {**profile, "segments": len(ground.x), "angle": list(slopes), "end": float(end)}
-
-
-def push_constants(pushes: Pushes) -> dict[str, Any]:
-    """The fields that say how the hip is pushed."""
-    return {
-        "push_times": pushes.times.tolist(),
-        "push_impulses": pushes.impulses.tolist(),
-        "push_count": len(pushes.times),
-        "push_duration": pushes.duration,
-        "push_size": pushes.size,
-        "push_interval": pushes.interval,
-        "push_seed_low": pushes.seed[0],
-        "push_seed_high": pushes.seed[1],
-    }
 
 
 def buffer_constants(rows: int, samples: int, states: int, period: float) -> dict[str, Any]:
@@ -200,7 +186,7 @@ def walk_of(
         **own,
         **law_constants(plain_functions(controller), robot, states, controller.support),
         **ground_constants(ground, terrain.angle, terrain.end),
-        **push_constants(plan.disturbances.schedule),
+        pushes=[plan.disturbances.schedule],
         **buffer_constants(ROWS if compiled else 1, 1 + (_STALLS if compiled else 2) * longest, states, period),
         **rule_constants(robot, terms.scuffing, terms.steps, terms.distance),
         tolerance=tolerance,
@@ -233,4 +219,4 @@ def raised(terrain: Terrain, height: float) -> Profile:
         meets = (np.array(terrain.rises[1:]) == 0.0) & (change != 0.0)
         x[1:][meets] -= height * (np.diff(slant)[meets] / change[meets])
         z += terrain.gradients * (x - terrain.x)
-    return Profile(x.tolist(), z.tolist(), np.asarray(terrain.gradients).tolist())
+    return Profile(x.tolist(), z.tolist(), np.asarray(terrain.gradients).tolist(), len(x))

@@ -7,7 +7,7 @@ one machine code, serve all robots and all laws.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -247,14 +247,7 @@ class Constants:
         z: Heights there, m.
         gradient: dz/dx.
         angle: Slopes, rad.
-        push_times: Times at which pushes begin, s.
-        push_impulses: Their impulses, N s.
-        push_count: Their number.
-        push_duration: Duration of each push, s.
-        push_size: Impulse of random pushes, N s.
-        push_interval: Mean time between random pushes, s; 0: there are none.
-        push_seed_low: Low word of the seed of random pushes.
-        push_seed_high: High word.
+        pushes: Pushes at the hip, alone in a list.
         row_buffer: Touchdowns, one row each, as `rows` has them.
         row_room: Number of rows.
         sample_buffer: Samples, one row each.
@@ -311,14 +304,7 @@ class Constants:
     z: Floats
     gradient: Floats
     angle: Floats
-    push_times: Floats
-    push_impulses: Floats
-    push_count: int
-    push_duration: float
-    push_size: float
-    push_interval: float
-    push_seed_low: int
-    push_seed_high: int
+    pushes: Sequence[Pushes]
     row_buffer: Any
     row_room: int
     sample_buffer: Any
@@ -346,7 +332,7 @@ class Constants:
     control_period: float
 
 
-constants_at, state_at, _linkage_at = reader(Constants), reader(State), reader(Linkage)
+constants_at, state_at, pushes_at, _linkage_at = reader(Constants), reader(State), reader(Pushes), reader(Linkage)
 
 
 def linkage_of(c: Any, w: Any) -> Any:
@@ -356,14 +342,12 @@ def linkage_of(c: Any, w: Any) -> Any:
 
 def ground_of(c: Any) -> Profile:
     """The terrain's profile."""
-    return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments))
+    return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments), c.segments)
 
 
-def pushes_of(c: Any) -> Pushes:
-    """The pushes of the walk."""
-    times, impulses = numbers(c.push_times, c.push_count), numbers(c.push_impulses, c.push_count)
-    seed = c.push_seed_low, c.push_seed_high
-    return Pushes(times, impulses, c.push_duration, c.push_size, c.push_interval, seed)
+def pushes_of(c: Any) -> Any:
+    """Pushes at the hip."""
+    return pushes_at(c.pushes, 0)
 
 
 def to_memory(c: Any, w: Any, y: Any) -> None:
