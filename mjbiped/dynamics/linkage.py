@@ -308,11 +308,11 @@ def solve_impact(w: Any) -> None:
 
 
 def _substitute(w: Any, j: int, n: int) -> None:
-    """Find unknown j of n equations from those behind it."""
+    """Find unknown j of n equations from those behind it; a row that no rate moves takes no force."""
     pivot, right = row(w.matrix, j, SYSTEM), numbers(w.right, SYSTEM)
     for k in range(j + 1, n):
         right[j] -= pivot[k] * right[k]
-    right[j] /= pivot[j]
+    right[j] = right[j] / pivot[j] if pivot[j] != 0.0 else 0.0
 
 
 def load_impact(linkage: Any, w: Any, y: Any) -> None:

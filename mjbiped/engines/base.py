@@ -33,10 +33,12 @@ class Engine(ABC):
     Attributes:
         name: Name in records and messages.
         robots: Kinds of robots that it can simulate.
+        serves_all: Whether one machine code of it serves all robots.
     """
 
     name: ClassVar[str]
     robots: ClassVar[tuple[type[Robot], ...]] = (Compass,)
+    serves_all: ClassVar[bool] = False
 
     def check(self, plan: Plan) -> None:  # noqa: B027 (most engines take every plan)
         """Refuse a walk that this engine cannot make, before anything is computed.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 VARIABLE = "MJBIPED_COMPILE"
 _ALWAYS, _NEVER, _AUTO = "always", "never", "auto"
 _SHORTEST_GAIT_STEP = 0.3  # leg lengths: the walk of a distance has at most so many steps
-_SOURCES = ("control", "controllers", "disturbances", "engines", "numerics", "records", "robots", "rules", "terrain")
+_SOURCES = ("control", "controllers", "disturbances", "dynamics", "engines", "numerics", "records", "robots", "rules", "terrain")
 _MOMENT = 5.0  # time for which many walks are interpreted one after another, s
 LAW = 4.0  # CPU time for compiling a controller's laws, s
 
@@ -129,12 +129,14 @@ def _keys(plan: Plan) -> tuple[str, str]:
     own = innermost(driver)
     law = compilable_law(own)
     wanted = "" if law is None else _law_key(law[1:], wrappers)
-    return _engine_key(engine.name, type(robot), room), wanted
+    kind = None if engine.serves_all else type(robot)
+    return _engine_key(engine.name, kind, room), wanted
 
 
 @lru_cache(maxsize=256)
-def _engine_key(engine: str, robot: type[Robot], room: int) -> str:
-    return _digest(_sources(), engine, robot.__module__, robot.__qualname__, room)
+def _engine_key(engine: str, robot: type[Robot] | None, room: int) -> str:
+    kind = () if robot is None else (robot.__module__, robot.__qualname__)
+    return _digest(_sources(), engine, *kind, room)
 
 
 @lru_cache(maxsize=256)

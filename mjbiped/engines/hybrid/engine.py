@@ -32,6 +32,7 @@ class Hybrid(Engine):
 
     name: ClassVar[str] = "hybrid"
     robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
+    serves_all: ClassVar[bool] = True
 
     tolerance: Annotated[float, domains.TOLERANCE] = TOLERANCE
 
@@ -54,7 +55,7 @@ class Hybrid(Engine):
 
     def costs(self, robot: Robot) -> Costs:
         """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
-        return Costs(engine=35.0, step=0.093) if len(robot.angles) < 3 else Costs(engine=48.0, step=0.27)
+        return Costs(engine=25.0, step=0.045 if len(robot.angles) < 3 else 0.11)
 
     def room(self, states: int, robot: Robot) -> int:
         """One machine code serves controllers with any number of states; see `Engine.room`."""

@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mjbiped.engines.hybrid.transfer import tip_over
-from mjbiped.robots.equations import FLAT, HEEL, TOE
-from mjbiped.robots.footed.equations import LINE
 from simulations import hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.control.unpowered import Unpowered
+from mjbiped.dynamics.linkage import BASE, MASS, load
+from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.gait_step import gait_step
-from mjbiped.engines.hybrid.run import HybridRun, raised
-from mjbiped.engines.hybrid.state import pose_of, stance_foot
-from mjbiped.robots.chain import Chain
+from mjbiped.engines.hybrid.resets import tip_over
+from mjbiped.engines.hybrid.run import HybridRun
+from mjbiped.engines.hybrid.setup import raised
+from mjbiped.engines.hybrid.state import linkage_of, stance_foot
 from mjbiped.robots.robot import Robot
 
 FOOTED = mjbiped.FootedCompass()
@@ -68,7 +68,7 @@ def test_a_foot_that_stays_flat_walks_as_a_sole_does(ground: str) -> None:
     for robot in (FOOTED, SOLED):
         run = run_of(BoundedAnkleController(robot, GAIT), ground, robot)
         run.walk(lambda *_: None)
-        angles = len(run.state.strike_q)
+        angles = run.constants.angles
         states.append([*run.state.y[:2], *run.state.y[angles : angles + 2]])
         times.append(run.state.time)
     np.testing.assert_allclose(states[0], states[1], atol=10 * EXACT)
@@ -90,28 +90,31 @@ def test_soles_stand_on_the_ground_and_a_fall_is_one_of_the_hip_over_it() -> Non
 
 @pytest.mark.parametrize("edge", [TOE, HEEL])
 def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(edge: int) -> None:
-    s = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10).plain
-    w, c = s.w, s.c.robot
+    run = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10)
+    c, w = run.constants, run.state
     w.moments[0] = -float(edge)
-    tip_over(s)
+    tip_over(c, w)
     w.y[2], w.y[5] = 0.02 * edge, 2.0 * edge
-    first = energy(s)
+    first = energy(c, w)
     w.pause = 30
-    gait_step(s)
+    gait_step(c, w)
     assert w.edge == edge
     assert w.elapsed > 0.02
     work = sum(w.y[-2:])
     assert abs(work) > 0.005
-    assert energy(s) == pytest.approx(first + work, rel=1e-9)  # J; tolerance times the steps
-    assert stance_foot(s, pose_of(s, w.y))[1] > w.foot_z
-    assert c.chain.beside[2] == (-FOOTED.foot.ahead if edge == TOE else FOOTED.foot.behind)
+    assert energy(c, w) == pytest.approx(first + work, rel=1e-9)  # J; tolerance times the steps
+    assert stance_foot(c, w, w.y)[1] > w.foot_z
+    assert w.levers[BASE + 1][2] == (-FOOTED.foot.ahead if edge == TOE else FOOTED.foot.behind)
 
 
-def energy(s: Any) -> float:
-    chain, mass = s.c.robot.turning, s.c.robot.mass
-    q = np.array([*s.w.y[:2], s.w.y[2] + s.c.robot.foot[LINE]])
-    whole = Chain(chain.weights, chain.moments, chain.reach, mass, chain.gravity)
-    return whole.kinetic_energy(q, np.array(s.w.y[3:6])) + whole.potential_energy(q, s.w.slope)
+def energy(c: Any, w: Any) -> float:
+    """Kinetic and potential energy, the latter about the edge, J."""
+    linkage, q, dq = linkage_of(c, w), np.array(w.y[:3]), np.array(w.y[3:6])
+    load(linkage, w, w.y[:3], [0.0] * 3)
+    M = np.array(w.matrix)[:3, :3]
+    along, ahead = np.array(w.levers[MASS])[:3], np.array(w.levers[MASS + 1])[:3]
+    height = along @ np.cos(q + w.slope) - ahead @ np.sin(q + w.slope)
+    return 0.5 * float(dq @ M @ dq) + linkage.gravity * float(height)
 
 
 @pytest.mark.parametrize(("pulse", "sign"), [(TOE_PULSE, 1.0), (HEEL_PULSE, -1.0)])

@@ -1,39 +1,49 @@
-"""The integrator, written out for a number of components: its order, its error estimate and its dense output."""
+"""The integrator: its order, its error estimate and its dense output, against SciPy's."""
 
-import inspect
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-from mjbiped.numerics.dormand_prince import (
+from mjbiped.dynamics.integrate import (
+    IN_ORDER,
+    PLACES,
     POWERS,
-    STAGE_PLACES,
     STAGES,
     STAGES_WITH_DENSE,
-    dense_at,
-    dense_rate_at,
-    unrolled,
+    dense,
+    rate_at,
+    step,
+    value_at,
 )
 
 Numbers = list[float]
 
 
-def pendulum(stiffness: float, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+def pendulum(stiffness: float, t: float, state: Sequence[float]) -> Numbers:
     """A driven, damped pendulum, and the integral of its rate's square."""
-    return (state[1], math.cos(3.0 * t) - stiffness * math.sin(state[0]) - 0.1 * state[1], state[1] * state[1])
+    return [state[1], math.cos(3.0 * t) - stiffness * math.sin(state[0]) - 0.1 * state[1], state[1] * state[1]]
 
 
-def one_step(h: float, t: float, y: Sequence[float], tolerance: float = 1e-9) -> tuple[Numbers, Numbers, float]:
-    """State after one step, its stages, and the estimated error."""
-    scheme = unrolled(3, untested=1, arguments=("stiffness",))
-    k, out = [0.0] * (3 * STAGES_WITH_DENSE), [0.0] * 3
-    scheme.begin(pendulum, 9.0, t, list(y), k)
-    error = scheme.step(pendulum, 9.0, t, h, list(y), k, out, tolerance, 2.0)
-    return out, k, error
+def rates(c: Any, w: Any, t: float, y: Numbers, dy: Numbers) -> None:
+    w.asked.append(t)
+    dy[:] = pendulum(9.0, t, y)
+
+
+def one_step(h: float, t: float, y: Sequence[float], tolerance: float = 1e-9) -> tuple[Numbers, Any, float]:
+    """State after one step, the blocks that the integrator works on, and the estimated error."""
+    n = len(y)
+    c = SimpleNamespace(size=n, judged=n - 1, tolerance=tolerance)
+    room = {"out": [0.0] * n, "spare": [0.0] * n}
+    k, powers = [[0.0] * n for _ in range(STAGES_WITH_DENSE)], [[0.0] * n for _ in range(POWERS)]
+    w = SimpleNamespace(y=list(y), k=k, dense=powers, asked=[], **room)
+    rates(c, w, t, w.y, w.k[0])
+    error = step(rates, c, w, t, h)
+    return w.out, (c, w), error
 
 
 def scipy_step(h: float, t: float, y: Sequence[float]) -> Any:
@@ -55,18 +65,17 @@ def scipy_step(h: float, t: float, y: Sequence[float]) -> Any:
 def test_step_is_that_of_scipy(h: float) -> None:
     """The same method by another implementation: SciPy's step and its dense output."""
     y, t = (0.3, -0.5, 0.2), 0.7
-    out, k, _ = one_step(h, t, y)
+    out, (c, w), _ = one_step(h, t, y)
     theirs = scipy_step(h, t, y)
     assert out == pytest.approx(theirs.y.tolist(), abs=2e-15)  # rounding: sums in another order
-    dense = [0.0] * (3 * POWERS)
-    unrolled(3, untested=1, arguments=("stiffness",)).dense(pendulum, 9.0, t, h, list(y), k, out, dense)
+    dense(rates, c, w, t, h)
     output = theirs.dense_output()
     for x in (0.0, 0.2, 0.5, 0.9, 1.0):
-        ours = [dense_at(dense, 3, c, y[c], x) for c in range(3)]
+        ours = [value_at(c, w, k, x) for k in range(3)]
         assert ours == pytest.approx(output(t + x * h).tolist(), abs=5e-15)
     # derivative by the share of the step: by central differences of the polynomial, error some 1e-16 / 1e-5
-    numerical = (dense_at(dense, 3, 0, y[0], 0.5 + 1e-5) - dense_at(dense, 3, 0, y[0], 0.5 - 1e-5)) / 2e-5
-    assert dense_rate_at(dense, 3, 0, 0.5) == pytest.approx(numerical, abs=1e-9)
+    numerical = (value_at(c, w, 0, 0.5 + 1e-5) - value_at(c, w, 0, 0.5 - 1e-5)) / 2e-5
+    assert rate_at(c, w, 0, 0.5) == pytest.approx(numerical, abs=1e-9)
 
 
 def test_order_of_the_step_is_eight() -> None:
@@ -98,24 +107,16 @@ def test_estimated_error_scales_with_tolerance_and_leaves_the_untested_out() -> 
     assert error < coarse * 1e-6 * 1.5  # an estimate of order 7 or less is above the step's error of order 8
 
 
-def nothing(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-    del t, state
-    return (0.0,)
-
-
 def test_a_state_at_rest_has_no_error() -> None:
     assert one_step(0.1, 0.0, (0.0, 0.0, 0.0))[2] > 0.0
-    scheme = unrolled(1, untested=0, arguments=())
-    k = [0.0] * STAGES_WITH_DENSE
-    assert scheme.step(nothing, 0.0, 0.1, [1.0], k, [0.0], 1e-9, 1.0) == 0.0
-
-
-def test_source_can_be_read() -> None:
-    """A traceback in a law goes through the written-out step: Python must find its lines."""
-    scheme = unrolled(2, untested=0, arguments=("a", "b"))
-    assert inspect.getsource(scheme.step).startswith("def step(rates, a, b, t, h, y, k, out, tolerance, tested):")
-    assert inspect.getsource(scheme.step).count("rates(") == STAGES
+    c = SimpleNamespace(size=1, judged=1, tolerance=1e-9)
+    w = SimpleNamespace(y=[1.0], out=[0.0], spare=[0.0], k=[[0.0] for _ in range(STAGES_WITH_DENSE)])
+    assert step(lambda *_: None, c, w, 0.0, 0.1) == 0.0
 
 
 def test_the_places_of_the_stages_are_scipys() -> None:
-    assert (*DOP853.C[:STAGES], 1.0) == STAGE_PLACES
+    _, (_, w), _ = one_step(1.0, 0.0, (0.0, 0.0, 0.0))
+    places = np.append(DOP853.C, 1.0)
+    assert w.asked == pytest.approx([0.0, *places[1 : STAGES + 1]], abs=0.0)
+    assert tuple(places[list(IN_ORDER)]) == PLACES
+    assert list(IN_ORDER) == sorted(IN_ORDER, key=lambda stage: places[stage])
