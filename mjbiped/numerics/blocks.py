@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Any, TypeAlias, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = Sequence[float] | NDArray[np.float64]
+Floats: TypeAlias = Any
 """A list of floats, which is an address in machine code."""
 
 
@@ -25,7 +25,7 @@ Floats = Sequence[float] | NDArray[np.float64]
 def dtype_of(kind: Any) -> np.dtype[Any]:
     """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats."""
     if issubclass(kind, ctypes.Structure):
-        return np.dtype(kind)
+        return np.dtype[Any](kind)
     hints = get_type_hints(kind)
     return np.dtype([(name, np.float64 if hints[name] is float else np.int64) for name in _names(kind)])
 
