@@ -80,10 +80,10 @@ def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) 
     return context.get_dummy_value() if nothing else called
 
 
-defined(blocks.numbers, lambda values, count: _FLOATS, _view)
-defined(blocks.row, lambda values, index, count: _FLOATS, _row)
-defined(blocks.call, lambda function, *arguments: types.void, _call)
-defined(blocks.call_for_float, lambda function, *arguments: types.float64, _call)
+defined(blocks.numbers, lambda _values, _count: _FLOATS, _view)
+defined(blocks.row, lambda _values, _index, _count: _FLOATS, _row)
+defined(blocks.call, lambda _function, *_arguments: types.void, _call)
+defined(blocks.call_for_float, lambda _function, *_arguments: types.float64, _call)
 
 
 @cache
@@ -96,7 +96,7 @@ def read(entry: Callable[..., Any]) -> None:
         offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
         return builder.inttoptr(builder.add(arguments[0], offset), context.get_value_type(record))
 
-    defined(entry, lambda values, index: record, at)
+    defined(entry, lambda _values, _index: record, at)
 
 
 @cache

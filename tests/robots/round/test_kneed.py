@@ -9,9 +9,9 @@ import pytest
 
 import mjbiped
 from mjbiped.controllers import KneedController, PassiveController
-from mjbiped.errors import InputError
 from mjbiped.dynamics.linkage import PIVOT, Motion, room
 from mjbiped.dynamics.modes import land
+from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
