@@ -15,7 +15,6 @@ import scipy
 
 from mjbiped.dynamics.linkage import PIVOT, Motion, load_impact, room, solve_impact
 from mjbiped.dynamics.modes import hold_end
-from mjbiped.robots.chain import Array
 from mjbiped.robots.round import RoundCompass
 
 LIGHT_LEGS = RoundCompass(leg_mass=1e-9, hip_mass=1.0, lower_length=0.5, upper_length=0.5, foot_radius=0.0, gravity=1.0)
