@@ -38,7 +38,8 @@ SYSTEM = 12
 
 HIP, END, BASE, MASS, WEIGHT = 0, 2, 4, 6, 8
 """Rows of `levers` along the segments, those ahead of them follow: of the hip; of the swing foot (point, ankle, or its
-arc's centre); of the stance foot's ankle from the edge on which the foot turns; first moments of mass, kg m, and of weight, N m."""
+arc's centre); of the stance foot's ankle from the edge on which the foot turns; first moments of mass, kg m; and of
+weight, N m."""
 
 POINTS = 10
 

@@ -30,16 +30,8 @@ VARIABLE = "MJBIPED_COMPILE"
 _ALWAYS, _NEVER, _AUTO = "always", "never", "auto"
 _SHORTEST_GAIT_STEP = 0.3  # leg lengths: the walk of a distance has at most so many steps
 _SOURCES = (
-    "control",
-    "controllers",
-    "disturbances",
-    "dynamics",
-    "engines",
-    "numerics",
-    "records",
-    "robots",
-    "rules",
-    "terrain",
+    *("control", "controllers", "disturbances", "dynamics", "engines", "numerics"),
+    *("records", "robots", "rules", "terrain"),
 )
 _MOMENT = 5.0  # time for which many walks are interpreted one after another, s
 LAW = 4.0  # CPU time for compiling a controller's laws, s

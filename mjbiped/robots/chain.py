@@ -1,4 +1,4 @@
-"""A robot's linkage by the angles of its legs, with its matrices, energies and impacts for NumPy; and laws on arrays.
+"""A robot's linkage by the angles of its legs, with its matrices and energies for NumPy.
 
 A `Chain` is the linkage of `mjbiped.dynamics` with the segments that a locked joint makes one at equal angles: of the
 same form, with E'AE for A, where E has a column for each group of them. On a point foot, with masses on the segments'
@@ -6,8 +6,7 @@ lines, its equations are
 
     M_ij = A_ij cos(q_i - q_j),   C_ij = A_ij sin(q_i - q_j) dq_j,   g_i = -b_i sin(q_i + slope).
 
-The functions on arrays hold these laws for compiled control laws: they write into arrays that they are given, and
-allocate none. docs/knees.md derives the equations.
+docs/knees.md derives them.
 """
 
 from __future__ import annotations
@@ -41,85 +40,6 @@ def pulled(moment: float, angle: float) -> float:
     return -moment * sine
 
 
-def weighted(weights: Array, rows: Array, columns: Array, even: Array, odd: Array) -> None:
-    """Write weights_ij cos(rows_i - columns_j) into `even`, and weights_ij sin(rows_i - columns_j) into `odd`.
-
-    Of one chain's A and angles, `even` is M, and `odd` times dq_j is C_ij.
-    """
-    for i in range(len(rows)):
-        for j in range(len(columns)):
-            even[i, j], odd[i, j] = coupled(weights[i, j], rows[i] - columns[j])
-
-
-def solve(matrix: Array, vector: Array) -> None:
-    """Solve a symmetric positive definite system in place: the vector becomes matrix^-1 vector, the matrix is lost."""
-    n = len(vector)
-    for j in range(n):
-        for i in range(j + 1, n):
-            share = matrix[i, j] / matrix[j, j]
-            for k in range(j + 1, n):
-                matrix[i, k] -= share * matrix[j, k]
-            vector[i] -= share * vector[j]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            vector[i] -= matrix[i, k] * vector[k]
-        vector[i] /= matrix[i, i]
-
-
-def accelerate(
-    weights: Array, moments: Array, slope: float, q: Array, dq: Array, even: Array, odd: Array, ddq: Array
-) -> None:
-    """Turn generalised forces into accelerations, M^-1 (forces - C dq - g), rad/s^2.
-
-    Args:
-        weights: A, shape (n, n), kg m^2.
-        moments: b, shape (n,), N m.
-        slope: Of the ground, rad, positive downhill.
-        q: Angles from its normal, shape (n,), rad.
-        dq: Rates, shape (n,), rad/s.
-        even: Room of shape (n, n).
-        odd: The same.
-        ddq: The forces of motors, shape (n,), N m; afterwards the accelerations.
-    """
-    weighted(weights, q, q, even, odd)
-    for i in range(len(q)):
-        for j in range(len(q)):
-            ddq[i] -= odd[i, j] * dq[j] * dq[j]
-        ddq[i] += pulled(-moments[i], q[i] + slope)
-    solve(even, ddq)
-
-
-def inverse_dynamics(
-    moments: Array,
-    sin_slope: float,
-    cos_slope: float,
-    q: Array,
-    dq: Array,
-    even: Array,
-    odd: Array,
-    motion: Array,
-    forces: Array,
-) -> None:
-    """Write the generalised forces that make a motion, M ddq + C dq + g, into `forces`, N m.
-
-    Args:
-        moments: b, shape (n,), N m.
-        sin_slope: Sine of the ground's slope, or what is taken for it.
-        cos_slope: Its cosine, likewise.
-        q: Angles from its normal, shape (n,), rad.
-        dq: Rates, shape (n,), rad/s.
-        even: M, as `weighted` has written it of A and the angles.
-        odd: As `weighted` has written it.
-        motion: Accelerations, shape (n,), rad/s^2.
-        forces: Shape (n,).
-    """
-    for i in range(len(q)):
-        sine, cosine = sine_cosine(q[i])
-        forces[i] = -moments[i] * (cosine * sin_slope + sine * cos_slope)
-        for j in range(len(q)):
-            forces[i] += even[i, j] * motion[j] + odd[i, j] * dq[j] * dq[j]
-
-
 def segment_force(moment: Any, sine: Any, cosine: Any, rate: Any, acceleration: Any) -> tuple[Any, Any]:
     """Share of a segment in the force of the ground, forward and upward, N: rate of the momentum along its line.
 
@@ -132,25 +52,6 @@ def segment_force(moment: Any, sine: Any, cosine: Any, rate: Any, acceleration: 
     """
     square = rate * rate
     return moment * (cosine * acceleration - sine * square), -moment * (sine * acceleration + cosine * square)
-
-
-def ground_force(moments: Array, mass: float, gravity: float, q: Array, dq: Array, ddq: Array) -> tuple[float, float]:
-    """Force of the ground on the chain, forward and upward, N: the rate of its momentum, and its weight.
-
-    Args:
-        moments: b, shape (n,), N m.
-        mass: Of the whole chain, kg.
-        gravity: m/s^2.
-        q: Angles from the vertical, shape (n,), rad.
-        dq: Rates, rad/s.
-        ddq: Accelerations, rad/s^2.
-    """
-    forward, upward = 0.0, mass * gravity
-    for i in range(len(q)):
-        sine, cosine = sine_cosine(q[i])
-        ahead, above = segment_force(moments[i] / gravity, sine, cosine, dq[i], ddq[i])
-        forward, upward = forward + ahead, upward + above
-    return forward, upward
 
 
 class Chain(NamedTuple):

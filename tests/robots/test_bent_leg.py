@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from simulations import UNEQUAL
 
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.chain import ground_force
 from mjbiped.robots.kneed import KneedBiped
 
 Array = NDArray[np.float64]
@@ -98,7 +97,9 @@ def test_the_ground_force_is_that_on_the_chain_of_four(
     forces = np.array([0.0, ankle - hip, hip - knee, knee])  # on the four segments
     pull = forces - robot.coriolis_matrix(four, turning) @ turning - robot.gravity_vector(four, slope)
     ddq = E @ np.linalg.solve(E.T @ robot.mass_matrix(four) @ E, E.T @ pull)
-    expected = ground_force(robot.chains[4].moments, robot.total_mass, robot.gravity, four + slope, turning, ddq)
+    moments, angle = robot.chains[4].moments / robot.gravity, four + slope  # of mass, kg m
+    forward = moments @ (np.cos(angle) * ddq - np.sin(angle) * turning**2)
+    expected = forward, robot.weight - moments @ (np.sin(angle) * ddq + np.cos(angle) * turning**2)
     found = robot.ground_force(angles, rates, torque, slope, locked=locked, stance_flexion=flexion)
     scale = robot.weight * (1 + rates @ rates)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * scale)  # condition numbers up to 1e2

@@ -16,7 +16,7 @@ from simulations import UNEQUAL
 
 from mjbiped.dynamics.linkage import PIVOT, Motion, load_impact, room, solve_impact
 from mjbiped.dynamics.modes import hold_end, hold_joint
-from mjbiped.robots.chain import Array, Chain, accelerate
+from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
@@ -95,13 +95,6 @@ def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
     ]
 
 
-def accelerations(chain: Chain, q: Array, dq: Array, slope: float) -> Array:
-    """Those that compiled laws have."""
-    ddq, (even, odd) = np.zeros(len(q)), np.empty((2, len(q), len(q)))
-    accelerate(chain.weights, chain.moments, slope, q, dq, even, odd, ddq)
-    return ddq
-
-
 def end_strikes(robot: KneedBiped, q: Array, dq: Array) -> Array:
     """Rates after the swing foot's impact, by which the other foot leaves the ground, of as many angles as there are.
 
@@ -131,20 +124,19 @@ def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None
         close(robot.potential_energy(q, slope), value("V", robot, q, dq, slope), scale=greatest)
         # the condition number of M is up to 1e3
         expected = np.linalg.solve(M, -h)
-        close(accelerations(chain, q, dq, slope), expected, relative=1e-10)
+        close(chain.free_motion(q, dq, slope), expected, relative=1e-10)
         foot = value("swing_foot", robot, q, dq, slope)  # x and z; along the ground and normal to it:
         turn = np.array([[math.cos(slope), -math.sin(slope)], [math.sin(slope), math.cos(slope)]])
         close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
 
 
 @pytest.mark.parametrize("n", LENGTHS)
-def test_laws_chains_and_the_linkage_as_machine_code_move_alike(n: int) -> None:
+def test_chains_and_the_linkage_as_machine_code_move_alike(n: int) -> None:
     for robot in ROBOTS:
         chain = robot.chains[n]
         for q, dq, slope in states(n, 5):
             expected = chain.accelerations(np.zeros(n), q, dq, slope)
             # the condition number of M is up to 1e3
-            close(accelerations(chain, q, dq, slope), expected, relative=1e-10)
             close(chain.free_motion(q, dq, slope), expected, relative=1e-10)
 
 
