@@ -121,17 +121,8 @@ def compiled(native: Any) -> Iterator[None]:
 
 @contextmanager
 def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
-    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait.
-
-    Raises:
-        MjbipedError: Another thread has been walking for too long, as one that waits for this thread does.
-    """
-    if not stepping.acquire(timeout=_LONGEST_WAIT):
-        raise MjbipedError(
-            "another thread of this process is walking in plain Python, and MuJoCo's callbacks are shared by all "
-            "threads; let walks run one after another, or all of them by mjbiped.walk_many"
-        )
-    try:
+    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait."""
+    with _alone():
         with _lock:
             before = _interpreted.get(number)
             _interpreted[number] = walk
@@ -145,6 +136,22 @@ def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
                 if before is None:
                     del _interpreted[number]
                 _refresh()
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Hold `stepping`.
+
+    Raises:
+        MjbipedError: Another thread has held it for too long, as one that waits for this thread does.
+    """
+    if not stepping.acquire(timeout=_LONGEST_WAIT):
+        raise MjbipedError(
+            "another thread of this process is walking in plain Python, and MuJoCo's callbacks are shared by all "
+            "threads; let walks run one after another, or all of them by mjbiped.walk_many"
+        )
+    try:
+        yield
     finally:
         stepping.release()
 
@@ -157,7 +164,7 @@ def walking() -> bool:
 @contextmanager
 def python_removed() -> Iterator[None]:
     """Take callbacks in Python away meanwhile, so that MuJoCo can compile a model."""
-    with stepping, _lock, ExitStack() as stack:
+    with _alone(), _lock, ExitStack() as stack:
         for name in dir(mujoco):
             if name.startswith("get_mjcb_"):
                 standing, put = getattr(mujoco, name)(), getattr(mujoco, name.replace("get", "set", 1))
