@@ -39,8 +39,8 @@ _SHOWN = SENSORS + 7
 _BEFORE = _SHOWN + 2 * MOST
 _AFTER = _BEFORE + MOST
 _KEPT = _AFTER + 2 * MOST
-"""Where it is written what is felt: angles (rad) and their rates (rad/s) now, and `MOST` numbers each: angles at the last
-touchdown in the old roles, in the new ones, and rates after it."""
+"""Where it is written what is felt: angles (rad) and their rates (rad/s) now, and `MOST` numbers each: angles at the
+last touchdown in the old roles, in the new ones, and rates after it."""
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25

@@ -1,9 +1,9 @@
 """Named numbers for one source that runs as plain Python and as machine code.
 
-A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the object
-itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a block takes
-one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and `legs[i]` is
-`leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
+A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the
+object itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a
+block takes one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and
+`legs[i]` is `leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ Floats: TypeAlias = Any
 def dtype_of(kind: Any) -> np.dtype[Any]:
     """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats."""
     if issubclass(kind, ctypes.Structure):
-        return np.dtype[Any](kind)
+        layout: np.dtype[Any] = np.dtype(kind)
+        return layout
     hints = get_type_hints(kind)
     return np.dtype([(name, np.float64 if hints[name] is float else np.int64) for name in _names(kind)])
 
@@ -42,7 +43,7 @@ def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
         block: Its fields are floats, integers, truth values, arrays, sequences of floats, and sequences of blocks. An
             array is not copied: machine code reads and writes the array itself.
     """
-    made, kept = np.zeros(1, dtype_of(type(block))), []
+    made, kept = np.zeros(1, dtype_of(block.__class__)), []
     for name in made.dtype.names or ():
         value = getattr(block, name)
         if not isinstance(value, bool | int | float | np.number):

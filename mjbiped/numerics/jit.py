@@ -114,11 +114,7 @@ def prepared(
     parts = {part: None for root in roots for part in _called(root, set())}
     hot = {part for root in inlined for part in _called(root, set(apart))}
     for part in parts:
-        if hasattr(part, "meant"):
-            from mjbiped.numerics import machine
-
-            machine.meant(part)
-        elif part not in _registered:
+        if part not in _registered:
             given = {"forceinline": part in hot, "no_cfunc_wrapper": True, "pipeline_class": pipeline()}
             register_jitable(boundscheck=checked, **given)(part)
             _registered.add(part)

@@ -152,7 +152,7 @@ class Chain(NamedTuple):
         moved = _machine_code()
 
         def accelerations(q: Array, dq: Array, slope: float) -> Array:
-            motion.ddq[:] = 0.0  # type: ignore[index]  # an array
+            motion.ddq[:] = 0.0
             moved(fixed.ctypes.data, made.ctypes.data, slope, q, dq)
             return np.array(motion.ddq[:n])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -79,7 +79,7 @@ def derived(edge: int) -> dict[str, Callable[..., Any]]:
     return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
 
 
-def walker(edge: int, slope: float, y: Array | None = None, **more: Any) -> tuple[Constants, State]:
+def walker(edge: int, slope: float, y: Sequence[float] | Array | None = None, **more: Any) -> tuple[Constants, State]:
     """The robot on a slope, in a state."""
     run = hybrid_run(
         Unpowered(), mjbiped.Terrain.level(), robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, compile=False

@@ -34,7 +34,7 @@ def linkage() -> Chain:
         for mass, inertia, segment, levers in zip(MASSES, INERTIAS, (0, -1, 1), LEVERS, strict=True)
     ]
     end = np.array([0.8 + 0.1j, -0.8 - 0.1j])
-    made = linkage_with(bodies, end, end, 0.0 * end, angles=2, radius=RADIUS, gravity=GRAVITY)
+    made = linkage_with(bodies, end, end, np.zeros(2, dtype=complex), angles=2, radius=RADIUS, gravity=GRAVITY)
     return chain_by(made, (0, 1))
 
 
@@ -101,7 +101,7 @@ def ground_force_of(q: Array, dq: Array, ddq: Array, slope: float) -> Array:
         for mass, inertia, segment, levers in zip(MASSES, INERTIAS, (0, -1, 1), LEVERS, strict=True)
     ]
     end = np.array([0.8 + 0.1j, -0.8 - 0.1j])
-    made = linkage_with(bodies, end, end, 0.0 * end, angles=2, radius=RADIUS, gravity=GRAVITY)
+    made = linkage_with(bodies, end, end, np.zeros(2, dtype=complex), angles=2, radius=RADIUS, gravity=GRAVITY)
     motion = Motion(free=2, sine=math.sin(slope), cosine=math.cos(slope), **room())
     stand(made, motion)
     along, normal = ground_force(made, motion, q, dq, ddq)

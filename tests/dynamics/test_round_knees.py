@@ -120,7 +120,9 @@ APART, AS_ONE = np.repeat(np.eye(3), [2, 1, 1], axis=0), np.repeat(np.eye(2), [2
 
 def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> tuple[Constants, State]:
     """The robot on a slope, in a state, as its knee is."""
-    run = hybrid_run(Unpowered(), Terrain.level(), robot=ROBOT, q=y[:3], dq=y[3:], steps=1, compile=False)
+    run = hybrid_run(
+        Unpowered(), Terrain.level(), robot=ROBOT, q=y[:3].tolist(), dq=y[3:].tolist(), steps=1, compile=False
+    )
     c, w = run.constants, run.state
     w.locked, w.slope, w.sine, w.cosine, w.before = locked, slope, math.sin(slope), math.cos(slope), math.inf
     w.sliding, w.pushed_x, w.pushed_z = sliding, math.sin(slope), math.cos(slope)

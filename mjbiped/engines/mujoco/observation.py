@@ -60,8 +60,8 @@ SQUEEZED = 20.0  # weights: no walk presses so hard for 5 ms, but between two ge
 INTRUDES = 5e-3  # an edge that stands higher in a foot would have turned a foot with a sole, m
 
 INTRUSION_WORDS = (
-    f"an edge of the ground stood more than {1e3 * INTRUDES:g} mm inside a foot, between its pads: a foot with a sole would "
-    'stand otherwise there; see underside="box"'
+    f"an edge of the ground stood more than {1e3 * INTRUDES:g} mm inside a foot, between its pads: a foot with a sole "
+    'would stand otherwise there; see underside="box"'
 )
 SQUEEZING_WORDS = (
     f"contacts pressed on the feet with more than {SQUEEZED:g} weights for 5 ms: a foot was held between two pieces of "

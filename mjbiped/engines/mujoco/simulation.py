@@ -209,7 +209,7 @@ class Simulation:
         self.data.qpos[:], self.data.qvel[:] = qpos, qvel
         memory = [0.0] * self.controller.memory_size
         self.controller.start(memory, tuple(q), tuple(dq))
-        self.constants.memory[:] = memory  # type: ignore[index]  # an array
+        self.constants.memory[:] = memory
         observation.begin(self.constants, self.state, terrain.slope_at(0.0), terrain.height_at(0.0))
         self._look_again()
 

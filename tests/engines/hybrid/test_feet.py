@@ -114,7 +114,7 @@ def energy(c: Any, w: Any) -> float:
     M = np.array(w.matrix)[:3, :3]
     along, ahead = np.array(w.levers[MASS])[:3], np.array(w.levers[MASS + 1])[:3]
     height = along @ np.cos(q + w.slope) - ahead @ np.sin(q + w.slope)
-    return 0.5 * float(dq @ M @ dq) + linkage.gravity * float(height)
+    return 0.5 * float(dq @ M @ dq) + float(linkage.gravity * height)
 
 
 @pytest.mark.parametrize(("pulse", "sign"), [(TOE_PULSE, 1.0), (HEEL_PULSE, -1.0)])
