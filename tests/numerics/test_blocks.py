@@ -112,7 +112,7 @@ def test_what_is_borrowed_is_given_back() -> None:
 def test_a_list_has_to_live_as_long_as_its_copy() -> None:
     """An array is not copied: it is what machine code writes into."""
     array = np.zeros(2)
-    block, kept = packed(Part(1.0, 2, array))  # type: ignore[arg-type]
+    block, kept = packed(Part(1.0, 2, array))
     assert block["values"][0] == array.ctypes.data
     assert any(each is array for each in kept)
     with pytest.raises((TypeError, ValueError)):

@@ -26,7 +26,7 @@ was.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
 integrator. So the velocity stage alone is *shown* other rates (`step.step`). They differ from the state's rates by the
-lag of the legs, and by a velocity of the hip, of which no Coriolis force depends. A step with an impact is MuJoCo's own.
+lag of the legs, and by a velocity of the hip, of which no Coriolis force depends. An impact's step is MuJoCo's own.
 """
 
 from __future__ import annotations
