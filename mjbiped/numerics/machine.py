@@ -20,6 +20,7 @@ numba: Any = importlib.import_module("numba")
 extending: Any = importlib.import_module("numba.extending")
 imputils: Any = importlib.import_module("numba.core.imputils")
 cgutils: Any = importlib.import_module("numba.core.cgutils")
+datamodel: Any = importlib.import_module("numba.core.datamodel")
 templates: Any = importlib.import_module("numba.core.typing.templates")
 ir: Any = importlib.import_module("llvmlite.ir")
 populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
@@ -99,11 +100,23 @@ defined(blocks.call, lambda *_: types.void, _call)
 defined(blocks.call_for_float, lambda *_: types.float64, _call)
 
 
+class _Block(types.Record):  # type: ignore[misc]  # Numba has no types
+    """The type of a block; Numba asks thousands of times for its description, and makes that of a record anew."""
+
+    def __repr__(self) -> str:
+        """Return the type's name."""
+        return str(self.name)
+
+
+datamodel.register_default(_Block)(datamodel.models.RecordModel)
+
+
 @cache
 def read(entry: Callable[..., Any]) -> None:
     """Let machine code call what `blocks.reader` has made."""
     layout = blocks.dtype_of(entry.meant)  # type: ignore[attr-defined]
-    record = numba.from_dtype(layout)
+    made = numba.from_dtype(layout)
+    record = _Block([(name, field._asdict()) for name, field in made.fields.items()], made.size, made.aligned)
 
     def at(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
         offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
