@@ -29,7 +29,6 @@ from functools import lru_cache
 from importlib import import_module
 from numbers import Real
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,17 +38,15 @@ from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.numerics.jit import OPTIONS, c_function, described, prepared, raises, renamed, takes_powers
-from mjbiped.numerics.records import WORD, in_one_block
 
 (
     FAILED,  # not zero once a law has raised an exception
     COUNT,  # of the parameters
     MEMORY,  # floats of the memory
-    OFFSET,  # of the law's first float in the memory that an engine hands over
     ANGLES,  # of the robot, as many as joints
     VALUES,  # torques and rates of states
     HEADER,
-) = range(7)
+) = range(6)
 """Indices in a record, and the number of them."""
 
 _ADVICE = (
@@ -72,7 +69,6 @@ class CompiledLaw(NamedTuple):
         slope_estimate: 0 never.
         next_discontinuity: 0 never.
         record: Address of the header and the parameters.
-        values: Zeros, at least as many as `torque` writes torques and rates: a tuple's length is part of its type.
         tick: 0: the law has none.
         knee_strike: 0: the law has none.
     """
@@ -82,7 +78,6 @@ class CompiledLaw(NamedTuple):
     slope_estimate: int
     next_discontinuity: int
     record: int
-    values: tuple[float, ...]
     tick: int = 0
     knee_strike: int = 0
 
@@ -92,15 +87,11 @@ class MachineCode:
 
     Attributes:
         law: Addresses, for compiled engines.
-        block: The same as a NumPy record, which a function hands on as one address.
     """
 
     law: CompiledLaw
-    block: Any
 
-    def __init__(
-        self, law: Law, states: int, memory_size: int, *, room: int = 0, joints: int = 2, idle: int = 0
-    ) -> None:
+    def __init__(self, law: Law, states: int, memory_size: int, *, joints: int = 2) -> None:
         """Compile the law, or take it from the cache.
 
         Args:
@@ -108,20 +99,15 @@ class MachineCode:
             states: Number of its integrated states.
             memory_size: Floats of its memory.
             joints: Number of torques, and of angles.
-            room: Least number of rates that `values` has room for, so that one engine serves laws with fewer.
-            idle: Number of padding states, which stand before the law's own in the memory that an engine hands over and
-                which the law does not see; their rates are zero, and a law with them has no states of its own.
 
         Raises:
             NumbaError: The law cannot be compiled.
         """
-        head = 0.0, len(law.parameters), memory_size, idle, joints, joints + states
+        head = 0.0, len(law.parameters), memory_size, joints, joints + states
         self._record = np.array([*head, *law.parameters], dtype=np.float64)
         self._functions = {name: _function(name, each) for name, each in law.functions.items()}  # kept alive
         addresses = {name: function.address for name, function in self._functions.items()}
-        values = (0.0,) * (joints + max(idle + states, room))
-        self.law = CompiledLaw(record=self._record.ctypes.data, values=values, **addresses)
-        self.block = in_one_block(SimpleNamespace(**self.law._asdict()))
+        self.law = CompiledLaw(record=self._record.ctypes.data, **addresses)
 
     @property
     def failed(self) -> bool:
@@ -141,19 +127,18 @@ class CalledMethods:
     law: CompiledLaw
     error: BaseException | None = None
 
-    def __init__(self, controller: Controller, *, room: int) -> None:
-        """Wrap the methods.
-
-        Args:
-            controller: Whose methods they are.
-            room: See `MachineCode`.
-        """
+    def __init__(self, controller: Controller) -> None:
+        """Wrap the methods of a controller."""
         self._failed = ctypes.c_double()  # as a record begins
         methods = zip(Law._fields[1:], LAWS, strict=True)
         self._functions = {name: self._behind(name, method, controller) for name, method in methods}  # kept alive
         addresses = {name: ctypes.cast(each, ctypes.c_void_p).value or 0 for name, each in self._functions.items()}
-        values = (0.0,) * (len(controller.joints) + max(len(controller.states), room))
-        self.law = CompiledLaw(record=ctypes.addressof(self._failed), values=values, **addresses)
+        self.law = CompiledLaw(record=ctypes.addressof(self._failed), **addresses)
+
+    @property
+    def failed(self) -> bool:
+        """Whether a method has raised an exception."""
+        return self.error is not None
 
     def raised(self) -> BaseException | None:
         """Take what a method has raised: from then on methods are called again."""
@@ -207,8 +192,8 @@ _NAN = math.nan
 
 def _torque(record: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
     head = numbers(record, HEADER)
-    parameters = numbers(record + WORD * HEADER, int(head[COUNT]))
-    own = numbers(memory + WORD * int(head[OFFSET]), int(head[MEMORY]))
+    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
+    own = numbers(memory, int(head[MEMORY]))
     n, values = int(head[ANGLES]), int(head[VALUES])
     given = numbers(out, values + ROOM)
     try:
@@ -222,8 +207,8 @@ def _torque(record: int, memory: int, t: float, q: int, dq: int, out: int) -> No
 
 def _touchdown(record: int, memory: int, q_before: int, q: int, dq: int) -> None:
     head = numbers(record, HEADER)
-    parameters = numbers(record + WORD * HEADER, int(head[COUNT]))
-    own, n = numbers(memory + WORD * int(head[OFFSET]), int(head[MEMORY])), int(head[ANGLES])
+    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
+    own, n = numbers(memory, int(head[MEMORY])), int(head[ANGLES])
     try:
         law(parameters, own, numbers(q_before, n), numbers(q, n), numbers(dq, n))
     except Exception:
@@ -232,8 +217,8 @@ def _touchdown(record: int, memory: int, q_before: int, q: int, dq: int) -> None
 
 def _event(record: int, memory: int, t: float, q: int, dq: int) -> None:
     head = numbers(record, HEADER)
-    parameters = numbers(record + WORD * HEADER, int(head[COUNT]))
-    own, n = numbers(memory + WORD * int(head[OFFSET]), int(head[MEMORY])), int(head[ANGLES])
+    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
+    own, n = numbers(memory, int(head[MEMORY])), int(head[ANGLES])
     try:
         law(parameters, own, t, numbers(q, n), numbers(dq, n))
     except Exception:
@@ -242,9 +227,9 @@ def _event(record: int, memory: int, t: float, q: int, dq: int) -> None:
 
 def _slope_estimate(record: int, memory: int) -> float:
     head, found = numbers(record, HEADER), _NAN
-    parameters = numbers(record + WORD * HEADER, int(head[COUNT]))
+    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
     try:
-        found = float(law(parameters, numbers(memory + WORD * int(head[OFFSET]), int(head[MEMORY]))))
+        found = float(law(parameters, numbers(memory, int(head[MEMORY]))))
     except Exception:
         head[FAILED] = 1.0
     return found
@@ -252,9 +237,9 @@ def _slope_estimate(record: int, memory: int) -> float:
 
 def _next_discontinuity(record: int, memory: int, t: float) -> float:
     head, found = numbers(record, HEADER), _NAN
-    parameters = numbers(record + WORD * HEADER, int(head[COUNT]))
+    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
     try:
-        found = float(law(parameters, numbers(memory + WORD * int(head[OFFSET]), int(head[MEMORY])), t))
+        found = float(law(parameters, numbers(memory, int(head[MEMORY])), t))
     except Exception:
         head[FAILED] = 1.0
     return found

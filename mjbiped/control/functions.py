@@ -17,13 +17,12 @@ class Functions(NamedTuple):
 
     Attributes:
         parameters: First argument of all of them.
-        torque: See `mjbiped.control.controller.Law` for this and all that follow but the last.
+        torque: See `mjbiped.control.controller.Law` for this and all that follow.
         touchdown: See there.
         slope_estimate: See there.
         next_discontinuity: See there.
         tick: See there; 0 or None where there is none.
         knee_strike: See there.
-        failed: A float that is not zero once a function has raised an exception.
     """
 
     parameters: Any
@@ -33,22 +32,22 @@ class Functions(NamedTuple):
     next_discontinuity: Any
     tick: Any
     knee_strike: Any
-    failed: Any
 
 
 def in_python(controller: Controller) -> Functions:
     """The functions of a controller's law, or its methods behind the same signatures."""
     if isinstance(controller, LawController) and adapters.gives_its_law(controller):
         law = controller.law()
-        return Functions(*law[:5], law.tick, law.knee_strike or _strike_nothing, [0.0])
-    return Functions(controller, _torque, *adapters.LAWS[1:], [0.0])
+        return Functions(*law[:5], law.tick, law.knee_strike or _strike_nothing)
+    return Functions(controller, _torque, *adapters.LAWS[1:])
 
 
 def as_machine_code(controller: Controller) -> tuple[Functions, MachineCode | CalledMethods]:
     """Addresses of a controller's laws as machine code, or of C functions that call its methods.
 
     Returns:
-        The addresses, and what has to live as long as they are used.
+        The addresses, and what has to live as long as they are used. The first float at that of the parameters is not
+        zero once a function has raised an exception.
 
     Raises:
         LawError: The laws cannot be compiled.
@@ -57,14 +56,11 @@ def as_machine_code(controller: Controller) -> tuple[Functions, MachineCode | Ca
     code: MachineCode | CalledMethods
     with refused_in_words(controller, law):
         if law is None:
-            code = CalledMethods(controller, room=0)
+            code = CalledMethods(controller)
         else:
             code = MachineCode(law, len(controller.states), controller.memory_size, joints=joints)
     made = code.law._asdict()
-    return Functions(parameters=made["record"], failed=made["record"], **{name: made[name] for name in _NAMES}), code
-
-
-_NAMES = Functions._fields[1:-1]
+    return Functions(made.pop("record"), **made), code
 
 
 def _torque(controller: Controller, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:

@@ -17,12 +17,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.control.compiled import MachineCode
+from mjbiped.control.compiled import CalledMethods, MachineCode
+from mjbiped.control.functions import as_machine_code
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.pushes import NONE
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.hybrid.engine import Hybrid
-from mjbiped.engines.hybrid.laws import machine_functions
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.run import engine_address
 from mjbiped.engines.hybrid.setup import (
@@ -79,7 +79,7 @@ class Plane(NamedTuple):
 
     robot: Robot
     constants: Constants
-    code: MachineCode
+    code: MachineCode | CalledMethods
     step: float
 
 
@@ -253,16 +253,14 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
-    law = Unpowered().driving(robot).law()
-    assert law is not None
-    code = MachineCode(law, 0, 0, joints=len(robot.joints))
+    functions, code = as_machine_code(Unpowered().driving(robot))
     # by hand, for a terrain refuses slopes on which no foot would stand
     ground = Profile([0.0], [0.0], [-math.tan(slope)], 1)
     # without a weight the engine does not look for the least force on the ground
     own = {**robot_constants(robot), "weight": math.nan, "longest_step": step}
     constants = Constants(
         **own,
-        **law_constants(machine_functions(code), robot, 0, -1),
+        **law_constants(functions, robot, 0, -1),
         **ground_constants(ground, [slope], math.inf),
         pushes=[NONE],
         **buffer_constants(1, 1, 0, math.inf),

@@ -49,7 +49,6 @@ def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compa
         law.torque(law.parameters, plain, t, q, dq, expected)
         torque(code)(record, memory.ctypes.data, t, *state, out.ctypes.data)
         assert out[:count].tolist() == expected[:count]
-        assert count == len(code.law.values)
         found = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)(code.law.next_discontinuity)
         assert found(record, memory.ctypes.data, t) == law.next_discontinuity(law.parameters, plain, t)
     estimate = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS)(code.law.slope_estimate)(record, memory.ctypes.data)
@@ -73,19 +72,6 @@ def count_up(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> No
 
 def remembered(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
     out[0], out[1] = memory[0], parameters[0]
-
-
-def test_idle_states_stand_before_the_laws_own_memory() -> None:
-    """They stay as they are, and the law does not see them."""
-    law = PassiveController().law()._replace(parameters=[7.0], torque=remembered, touchdown=count_up)
-    code = MachineCode(law, 0, 1, idle=2)
-    memory, state, out = np.array([math.pi, math.e, 4.0]), np.zeros(2), np.zeros(2 + ROOM)
-    at, record = state.ctypes.data, code.law.record
-    touchdown(code)(record, memory.ctypes.data, at, at, at)
-    torque(code)(record, memory.ctypes.data, 0.0, at, at, out.ctypes.data)
-    assert memory.tolist() == [math.pi, math.e, 5.0]
-    assert out[:2].tolist() == [5.0, 7.0]
-    assert len(code.law.values) == 4
 
 
 def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait) -> None:

@@ -9,7 +9,6 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.control.adapters import gives_its_law
-from mjbiped.control.compiled import MachineCode
 from mjbiped.envs.driven import DrivenController
 
 MOST, PEAK = (3.0, 2.0), (10.0, 5.0)
@@ -76,10 +75,3 @@ def test_no_number_stays_none(controller: AdaptiveController) -> None:
     memory = [0.0] * (controller.memory_size + 2)
     memory[-2] = math.nan
     assert math.isnan(driven(PassiveController()).torque([math.nan, 0.0], 0.0, (0.0, 0.0), (0.0, 0.0))[0])
-
-
-def test_its_machine_code_has_the_room_that_it_needs(controller: AdaptiveController) -> None:
-    law = driven(controller).law()
-    assert law is not None
-    made = MachineCode(law, len(controller.states), controller.memory_size + 2)
-    assert len(made.law.values) == 4

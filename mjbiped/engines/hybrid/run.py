@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compiled import MachineCode, compilable_law, refused_in_words
+from mjbiped.control.compiled import compilable_law
+from mjbiped.control.controller import Controller
+from mjbiped.control.functions import as_machine_code
 from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import announced_for, can_compile, compiles
 from mjbiped.engines.hybrid.gait_step import advance, advance_at
-from mjbiped.engines.hybrid.laws import machine_functions
 from mjbiped.engines.hybrid.motion import take_angles
 from mjbiped.engines.hybrid.records import columns_of, write_sample
 from mjbiped.engines.hybrid.setup import walk_of
@@ -186,11 +187,7 @@ class HybridRun(Run):
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        assert self._law is not None
-        with refused_in_words(self.controller, self._law):
-            states, size, joints = len(self.controller.states), self.controller.memory_size, len(self.plan.robot.joints)
-            code = MachineCode(self._law, states, size, joints=joints)
-        return Machine(self.constants, self.state, code)
+        return Machine(self.constants, self.state, self.controller)
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
@@ -235,11 +232,11 @@ class Machine:
         code: Machine code of the laws.
     """
 
-    def __init__(self, constants: Any, state: Any, code: MachineCode) -> None:
+    def __init__(self, constants: Any, state: Any, controller: Controller) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
-        self.code = code
-        self.constants, *below = packed(dataclasses.replace(constants, **machine_functions(code)))
+        functions, self.code = as_machine_code(controller)
+        self.constants, *below = packed(dataclasses.replace(constants, **functions._asdict()))
         self.state, *further = packed(state)
         self._kept = below, further
         self._advance = engine_code()

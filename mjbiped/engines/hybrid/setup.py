@@ -10,12 +10,12 @@ import numpy as np
 
 from mjbiped.control.controller import ROOM as SPARE
 from mjbiped.control.controller import Controller
+from mjbiped.control.functions import Functions, in_python
 from mjbiped.disturbances.pushes import following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
-from mjbiped.engines.hybrid.laws import plain_functions
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.records import POSTURE, SAMPLE, TOUCHDOWN
 from mjbiped.engines.hybrid.resets import begin_gait_step
@@ -71,7 +71,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
     }
 
 
-def law_constants(functions: dict[str, Any], robot: Robot, states: int, support: int) -> dict[str, Any]:
+def law_constants(functions: Functions, robot: Robot, states: int, support: int) -> dict[str, Any]:
     """The fields that say what the engine calls, and how large a state of motion is.
 
     Args:
@@ -84,7 +84,7 @@ def law_constants(functions: dict[str, Any], robot: Robot, states: int, support:
     judged = 2 * angles + states
     told = -1 if robot.bodies.foot is None else support
     sizes = {"states": states, "size": judged + joints, "judged": judged, "given": joints + states + SPARE}
-    return {**functions, **sizes, "support": told}
+    return {**functions._asdict(), **sizes, "support": told}
 
 
 def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> dict[str, Any]:
@@ -184,7 +184,7 @@ def walk_of(
     longest = 0 if math.isinf(period) else int(own["stall_time"] / period) + 3
     constants = Constants(
         **own,
-        **law_constants(plain_functions(controller), robot, states, controller.support),
+        **law_constants(in_python(controller), robot, states, controller.support),
         **ground_constants(ground, terrain.angle, terrain.end),
         pushes=[plan.disturbances.schedule],
         **buffer_constants(ROWS if compiled else 1, 1 + (_STALLS if compiled else 2) * longest, states, period),

@@ -130,6 +130,7 @@ class Simulation:
             **places_in(scene, self.plan.terrain, self.plan.robot),
             **memory_in(self.model, self.data, self._touched, self.controller.memory_size),
             **in_python(self.controller)._asdict(),
+            "failed": [0.0],
             "start": scene.start,
             "end": scene.end,
             "room": [0.0] * (len(self.controller.joints) + len(self.controller.states) + SPARE),
@@ -166,7 +167,8 @@ class Simulation:
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
         assert self._functions is not None
-        return packed(replace(constants, state=constants.whole, **self._functions._asdict()))
+        called = self._functions._asdict()
+        return packed(replace(constants, state=constants.whole, failed=called["parameters"], **called))
 
     def ahead(self) -> Constants:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
