@@ -35,7 +35,8 @@ def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
         block: A dataclass of floats, integers, truth values, arrays, sequences of floats, and sequences of blocks. An
             array is not copied: machine code reads and writes the array itself, which must be contiguous.
     """
-    made, kept = np.zeros(1, dtype_of(type(block))), []
+    kind: Any = type(block)
+    made, kept = np.zeros(1, dtype_of(kind)), []
     for name in made.dtype.names or ():
         value = getattr(block, name)
         if not isinstance(value, bool | int | float | np.number):
