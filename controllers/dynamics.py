@@ -23,10 +23,17 @@ from mjbiped.numerics.trigonometry import sine_cosine
 
 def observe(n: int, q: Numbers, dq: Numbers, room: Room) -> None:
     """Write angles (rad) and rates (rad/s) of n segments into the room, with the angles' sines and cosines."""
-    for i in range(n):
-        angle = q[i]
-        room[Q + i], room[DQ + i] = angle, dq[i]
-        room[SINE + i], room[COSINE + i] = sine_cosine(angle)
+    _observe(0, q, dq, room)
+    _observe(1, q, dq, room)
+    if n > 2:
+        _observe(2, q, dq, room)
+
+
+def _observe(i: int, q: Numbers, dq: Numbers, room: Room) -> None:
+    """Write the state of one segment into the room."""
+    angle = q[i]
+    room[Q + i], room[DQ + i] = angle, dq[i]
+    room[SINE + i], room[COSINE + i] = sine_cosine(angle)
 
 
 def move_end(i: int, ddq: float, room: Room) -> None:
@@ -47,21 +54,24 @@ def inverse_dynamics(chain: Numbers, first: int, n: int, slope: tuple[float, flo
         slope: Sine and cosine of the ground's slope, or their estimates.
         room: Has the state, and accelerations as `move_end` writes them; receives the forces.
     """
-    sine, cosine = slope
-    x0, x1, z0, z1 = room[FORWARD], room[FORWARD + 1], room[UPWARD], room[UPWARD + 1]
-    row, moments = first, first + n * n
-    for i in range(n):
-        moment = chain[moments + i]
-        forward = chain[row] * x0 + chain[row + 1] * x1 - moment * sine
-        upward = chain[row] * z0 + chain[row + 1] * z1 + moment * cosine
-        if n > 2:
-            forward += chain[row + 2] * room[FORWARD + 2]
-            upward += chain[row + 2] * room[UPWARD + 2]
-        room[FORCE + i] = room[COSINE + i] * forward - room[SINE + i] * upward
-        row += n
+    moments = first + n * n
+    _force(chain, first, chain[moments], n, slope, 0, room)
+    _force(chain, first + n, chain[moments + 1], n, slope, 1, room)
+    if n > 2:
+        _force(chain, first + 2 * n, chain[moments + 2], n, slope, 2, room)
     beside = chain[moments + n]
     if beside != 0.0:
-        room[FORCE] += beside * (room[SINE] * sine - room[COSINE] * cosine)
+        room[FORCE] += beside * (room[SINE] * slope[0] - room[COSINE] * slope[1])
+
+
+def _force(chain: Numbers, row: int, moment: float, n: int, slope: tuple[float, float], i: int, room: Room) -> None:
+    """Write the generalised force on segment i, N m, whose row of A begins at an index."""
+    forward = chain[row] * room[FORWARD] + chain[row + 1] * room[FORWARD + 1] - moment * slope[0]
+    upward = chain[row] * room[UPWARD] + chain[row + 1] * room[UPWARD + 1] + moment * slope[1]
+    if n > 2:
+        forward += chain[row + 2] * room[FORWARD + 2]
+        upward += chain[row + 2] * room[UPWARD + 2]
+    room[FORCE + i] = room[COSINE + i] * forward - room[SINE + i] * upward
 
 
 def masses(chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float, float, float, float, float]:

@@ -67,7 +67,7 @@ class GaitLibrary(PaperSettings):
             )
             object.__setattr__(self, "climbing_gait", found)
         if self.climbing_gait is not self.gait:
-            replace(self, gait=self.climbing_gait).check_imitated()
+            replace(self, gait=self.climbing_gait or self.gait).check_imitated()
 
     def scalars(self) -> dict[int, float]:
         """Return the scalars among the parameters, by their indices."""

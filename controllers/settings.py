@@ -110,7 +110,7 @@ class PaperSettings(LawController):
 
     def chains(self) -> dict[int, Numbers]:
         """Return the robot model's chains, and other blocks of parameters, by the indices of their starts."""
-        chain = self.robot.chains[2]  # type: ignore[attr-defined]  # of robots with legs
+        chain = self.robot.chains[2]
         return {layout.FREE: layout.chain_block(*chain[:3])}
 
     def gaits(self) -> dict[int, Periodic]:

@@ -24,14 +24,22 @@ def aim(parameters: Numbers, n: int, room: Room) -> None:
         n: Number of angles.
         room: Has state and reference; receives errors (rad/s), accelerations (rad/s²), and those of the segments' ends.
     """
-    position, on_angle, on_rate = parameters[POSITION_GAIN], parameters[ON_ANGLE], parameters[ON_RATE]
-    for i in range(n):
-        at, rate = REFERENCE + i, room[DQ + i]
-        z1, dz1 = room[at] - room[Q + i], room[at + ANGLES] - rate
-        ddq = room[at + 2 * ANGLES] + on_angle * z1 + on_rate * dz1
-        room[ERROR + i], room[MOTION + i] = dz1 + position * z1, ddq
-        s, c, square = room[SINE + i], room[COSINE + i], rate * rate  # as `move_end`
-        room[FORWARD + i], room[UPWARD + i] = c * ddq - s * square, -s * ddq - c * square
+    gains = parameters[POSITION_GAIN], parameters[ON_ANGLE], parameters[ON_RATE]
+    _aim(gains, 0, room)
+    _aim(gains, 1, room)
+    if n > 2:
+        _aim(gains, 2, room)
+
+
+def _aim(gains: tuple[float, float, float], i: int, room: Room) -> None:
+    """Write error and acceleration of one angle, and the acceleration of the segment's end, as `move_end` does."""
+    position, on_angle, on_rate = gains
+    at, rate = REFERENCE + i, room[DQ + i]
+    z1, dz1 = room[at] - room[Q + i], room[at + ANGLES] - rate
+    ddq = room[at + 2 * ANGLES] + on_angle * z1 + on_rate * dz1
+    room[ERROR + i], room[MOTION + i] = dz1 + position * z1, ddq
+    s, c, square = room[SINE + i], room[COSINE + i], rate * rate
+    room[FORWARD + i], room[UPWARD + i] = c * ddq - s * square, -s * ddq - c * square
 
 
 def track(

@@ -32,7 +32,7 @@ def chain_at(parameters: Sequence[float]) -> tuple[Sequence[float], int, int]:
     return parameters, int(parameters[layout.FREE]), 2
 
 
-def room_at(q: Sequence[float], dq: Sequence[float]) -> list[float]:
+def room_at(q: Sequence[float] | Array, dq: Sequence[float] | Array) -> list[float]:
     """A room with a state."""
     room = [0.0] * (ROOM + 48)
     observe(len(q), [float(each) for each in q], [float(each) for each in dq], room)

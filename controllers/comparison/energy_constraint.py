@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.controllers.comparison.known_slope import (
@@ -82,7 +82,8 @@ def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbe
     imitated = parameters[IMITATED_SLOPE]
     gain, ratio, band = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
     slope, q1, q2 = against_slope(memory, q)
-    gc1, gc2, gs1, gs2 = compass.gravity_terms(parameters, compass.legs_of(q1, q2))
+    constants: Any = parameters  # which begin with them
+    gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, compass.legs_of(q1, q2))
     moment, moment_rate = -(gs1 + gs2), -(gc1 * dq[0] + gc2 * dq[1])  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
     wanted = parameters[ENERGY] * math.cos(slope) / math.cos(imitated) + pull * moment

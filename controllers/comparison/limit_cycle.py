@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.controllers.comparison.known_slope import GAINS, KnownSlopeController, against_slope
@@ -56,17 +56,9 @@ def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbe
     reference_at(parameters, _TABLE, t, out, _REFERENCE)
     a1 = _commanded(out, 0, position_gain, q1, rate_gain, dq[0])
     a2 = _commanded(out, 1, position_gain, q2, rate_gain, dq[1])
-    sine, cosine = math.sin(slope), math.cos(slope)
-    force1, force2 = compass.inverse_dynamics(
-        parameters,
-        compass.legs_of(q1, q2),
-        dq[0],
-        dq[1],
-        sine,
-        cosine,
-        a1,
-        a2,  # type: ignore[arg-type]
-    )
+    constants: Any = parameters  # which begin with them
+    legs, sine, cosine = compass.legs_of(q1, q2), math.sin(slope), math.cos(slope)
+    force1, force2 = compass.inverse_dynamics(constants, legs, dq[0], dq[1], sine, cosine, a1, a2)
     out[0], out[1] = compass.joint_torques(force1, force2)
 
 

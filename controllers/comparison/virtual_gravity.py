@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from mjbiped.control.controller import Numbers
 from mjbiped.robots import compass
 
 
-def energy_error(constants: Numbers, slope: float, energy: float, q1: float, q2: float, dq: Numbers) -> float:
+def energy_error(constants: Any, slope: float, energy: float, q1: float, q2: float, dq: Numbers) -> float:
     r"""Error of the energy that the robot would have on a slope.
 
     .. math:: E - E_{ref} = T(q, \dot q) + V(q, \varphi) - E_{ref}
@@ -29,7 +30,7 @@ def energy_error(constants: Numbers, slope: float, energy: float, q1: float, q2:
 
 
 def shaped_torque(
-    constants: Numbers, slope: float, imitated_slope: float, q1: float, q2: float, force1: float, force2: float
+    constants: Any, slope: float, imitated_slope: float, q1: float, q2: float, force1: float, force2: float
 ) -> tuple[float, float]:
     r"""Potential energy shaping (Spong's controlled symmetry) with further forces u.
 

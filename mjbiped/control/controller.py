@@ -43,8 +43,8 @@ class Law(NamedTuple):
 
     The functions say what the controller's methods of like names say, and those call them: one law, one place. They
     stand at the top level of a module and call only others that do. All sequences are lists of floats in plain Python
-    and contiguous arrays of float64 in machine code: they are indexed, never resized. The functions allocate nothing (no
-    list, array or string) and raise nothing; a function that they call may return several numbers as a tuple.
+    and contiguous arrays of float64 in machine code: they are indexed, never resized. The functions allocate nothing
+    (no list, array or string) and raise nothing; a function that they call may return several numbers as a tuple.
 
     A state is the robot's n angles q (rad) and their rates dq (rad/s): 2 with straight legs, 3 with knees.
 

@@ -61,8 +61,8 @@ def takes_scalars(torque: Callable[..., Any]) -> bool:
 def _warn(torque: Callable[..., Any]) -> None:
     """Warn, once for a law."""
     warnings.warn(
-        f"{torque.__module__}.{torque.__name__} is a law of scalars: it is interpreted from now on, and is not accepted "
-        "by the next release. Write it on arrays, with all parameters as floats in one flat list: "
+        f"{torque.__module__}.{torque.__name__} is a law of scalars: it is interpreted, and the next release does "
+        "not accept it. Write it on arrays, with all parameters as floats in one flat list: "
         "def torque(parameters, memory, t, q, dq, out): out[0], out[1] = ankle, hip; "
         "def touchdown(parameters, memory, q_before, q, dq)",
         DeprecationWarning,

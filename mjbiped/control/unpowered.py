@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, never
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room, never
 from mjbiped.robots.robot import Robot
 
 
@@ -34,21 +33,14 @@ class Unpowered(LawController):
         return Law([], _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
 
 
-def _no_torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _no_torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     for joint in range(len(q)):
         out[joint] = 0.0
 
 
-def _no_notice(parameters: Sequence[float], memory: Memory, first: object, q: object, dq: object) -> None:
+def _no_notice(parameters: Numbers, memory: Memory, first: object, q: object, dq: object) -> None:
     pass
 
 
-def _no_estimate(parameters: Sequence[float], memory: Memory) -> float:
+def _no_estimate(parameters: Numbers, memory: Memory) -> float:
     return math.nan

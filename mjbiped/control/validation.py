@@ -97,7 +97,7 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
     names = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     out: list[Any] = [None] * len(names) + [0.0] * ROOM
     try:
-        found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)  # type: ignore[func-returns-value]
+        found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)
     except Exception:  # the walk tells of it, or its compilation
         return
     place = f"{type(controller).__name__}.law().torque"

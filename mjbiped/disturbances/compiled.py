@@ -5,11 +5,10 @@ This module imports Numba: import it where something is compiled, not before.
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
 from typing import Any
 
 from mjbiped.control.compiled import CompiledLaw
-from mjbiped.control.controller import Law, Memory, never
+from mjbiped.control.controller import Law, Memory, Numbers, Room, never
 from mjbiped.disturbances import loop as laws
 from mjbiped.disturbances.loop import Loop
 from mjbiped.disturbances.sensors import Sensors
@@ -29,37 +28,26 @@ def law_of(inner: CompiledLaw, loop: Loop) -> Law:
     return Law(parameters, _torque, _touchdown, _slope_estimate, never, _tick, _knee_strike)
 
 
-def _torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _torque(parameters: Numbers, memory: Memory, _t: float, _q: Numbers, _dq: Numbers, out: Room) -> None:
     loop = _loop(parameters)
     first = loop.size + loop.held
     for index in range(loop.joints + loop.states):
         out[index] = memory[first + index]
 
 
-def _tick(parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+def _tick(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     laws.tick(_ask, parameters, _loop(parameters), memory, t, q, dq)
 
 
-def _touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def _touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     laws.touchdown(_tell_touchdown, parameters, _loop(parameters), memory, q_before, q, dq)
 
 
-def _knee_strike(
-    parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
-) -> None:
+def _knee_strike(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     laws.knee_strike(_tell_strike, parameters, _loop(parameters), memory, t, q, dq)
 
 
-def _slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+def _slope_estimate(parameters: Numbers, memory: Memory) -> float:
     return float(call_for_number(int(parameters[SLOPE_ESTIMATE]), (int(parameters[RECORD]), memory)))
 
 
@@ -76,7 +64,7 @@ def _tell_strike(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> Non
     call(int(parameters[KNEE_STRIKE]), (int(parameters[RECORD]), memory, t, q, dq))
 
 
-def _loop(p: Sequence[float]) -> Loop:
+def _loop(p: Numbers) -> Loop:
     """Return the loop's parameters, from among those of the law."""
     k = _SENSORS
     seed = int(p[k + 5]), int(p[k + 6])

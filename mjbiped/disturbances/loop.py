@@ -1,15 +1,16 @@
 """A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of arrays.
 
 `mjbiped.disturbances.sampled` calls them with a controller's methods, `mjbiped.disturbances.compiled` with its machine
-code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the index
-`Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
+code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the
+index `Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from mjbiped.control.controller import Numbers, Room
 from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 
 (
@@ -35,8 +36,8 @@ class Loop(NamedTuple):
         ring: Index in the loop's memory of the delayed torques, those of all joints in turn.
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
-        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at a
-            touchdown the angles in the old roles. Behind these the law writes.
+        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at
+            a touchdown the angles in the old roles. Behind these the law writes.
         senses: Whether the sensors differ from the truth.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
@@ -60,15 +61,7 @@ class Loop(NamedTuple):
     sensors: Sensors
 
 
-def tick(
-    ask: Callable[..., None],
-    law: Any,
-    loop: Loop,
-    memory: MutableSequence[float],
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-) -> None:
+def tick(ask: Callable[..., None], law: Any, loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     """Read the sensors, ask the law, and set the torques that are held until the next tick.
 
     Args:
@@ -95,7 +88,7 @@ def tick(
     memory[at + TICKS] += 1.0
 
 
-def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float) -> None:
+def _drive(loop: Loop, memory: Room, joint: int, torque: float) -> None:
     """Pass a commanded torque through the motor's limit, delay and lag."""
     at = loop.size
     number = int(memory[at + TICKS])
@@ -112,13 +105,7 @@ def _drive(loop: Loop, memory: MutableSequence[float], joint: int, torque: float
 
 
 def touchdown(
-    tell: Callable[..., None],
-    law: Any,
-    loop: Loop,
-    memory: MutableSequence[float],
-    q_before: Sequence[float],
-    q: Sequence[float],
-    dq: Sequence[float],
+    tell: Callable[..., None], law: Any, loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers
 ) -> None:
     """Exchange the motors' roles at a support transfer, read the sensors, and tell the controller.
 
@@ -143,13 +130,7 @@ def touchdown(
 
 
 def knee_strike(
-    tell: Callable[..., None],
-    law: Any,
-    loop: Loop,
-    memory: MutableSequence[float],
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
+    tell: Callable[..., None], law: Any, loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers
 ) -> None:
     """Read the sensors when the swing knee strikes its stop, and tell the controller; motors hold their torques.
 
@@ -170,7 +151,7 @@ def knee_strike(
     tell(law, memory, t, memory[place : place + n], memory[place + MOST : place + MOST + n])
 
 
-def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
+def _exchanged(loop: Loop, memory: Room) -> int:
     """Give the legs their new roles, and return the number of the touchdown.
 
     The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
@@ -188,7 +169,7 @@ def _exchanged(loop: Loop, memory: MutableSequence[float]) -> int:
     return number
 
 
-def _reassign(loop: Loop, memory: MutableSequence[float], first: int) -> None:
+def _reassign(loop: Loop, memory: Room, first: int) -> None:
     """Exchange the roles of the torques of ankle, hip and swing knee, as many as there are, from an index on."""
     memory[first] = 0.0
     if loop.joints > 1:

@@ -6,9 +6,9 @@ Angles are those of stance leg, swing leg or thigh and, with knees, swing shank:
 from __future__ import annotations
 
 import math
-from collections.abc import MutableSequence, Sequence
 from typing import NamedTuple, TypeAlias
 
+from mjbiped.control.controller import Numbers, Room
 from mjbiped.disturbances.chance import Seed, normal
 
 Channels: TypeAlias = tuple[tuple[int, int, int], tuple[int, int, int]]
@@ -44,13 +44,7 @@ class Sensors(NamedTuple):
 
 
 def sensed(
-    sensors: Sensors,
-    side: float,
-    reading: tuple[int, Channels],
-    q: Sequence[float],
-    dq: Sequence[float],
-    shown: MutableSequence[float],
-    place: int,
+    sensors: Sensors, side: float, reading: tuple[int, Channels], q: Numbers, dq: Numbers, shown: Room, place: int
 ) -> None:
     """Write angles and rates as the sensors of ankle, hip and swing knee show them.
 
@@ -78,13 +72,7 @@ def sensed(
 
 
 def posture_before(
-    sensors: Sensors,
-    side: float,
-    number: int,
-    q_before: Sequence[float],
-    q: Sequence[float],
-    shown: MutableSequence[float],
-    place: int,
+    sensors: Sensors, side: float, number: int, q_before: Numbers, q: Numbers, shown: Room, place: int
 ) -> None:
     """Write the posture of a touchdown in the old roles, as the encoders show it.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from mjbiped.control.compiled import MachineCode, compilable_law
-from mjbiped.control.controller import Controller, Law, Memory
+from mjbiped.control.controller import Controller, Law, Memory, Numbers, Room
 from mjbiped.numerics.addresses import call, call_for_number
 
 Torques = tuple[float, ...]
@@ -53,19 +52,19 @@ class DrivenController(Controller):
         """Index in the memory of the torque added at the ankle."""
         return self.base.memory_size
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Start the other controller, with no torque added."""
         self.base.start(memory, q, dq)
 
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+    def on_touchdown(self, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
         """Inform the other controller."""
         self.base.on_touchdown(memory, q_before, q, dq)
 
-    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+    def on_knee_strike(self, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
         """Inform the other controller."""
         self.base.on_knee_strike(memory, t, q, dq)
 
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+    def torque(self, memory: Memory, t: float, q: Numbers, dq: Numbers) -> Numbers:
         """Add to the other controller's torques, and clip the sum to the motors' limits; see `Controller.torque`."""
         values = list(self.base.torque(memory, t, q, dq))
         _drive((*self.most, *self.peak), 0, memory, self.place, len(self.joints), values)
@@ -107,9 +106,7 @@ class DrivenController(Controller):
         return {name: value for name, value in self.__dict__.items() if name != "_machine_code"}
 
 
-def _drive(
-    limits: Sequence[float], first: int, memory: Memory, place: int, joints: int, values: MutableSequence[float]
-) -> None:
+def _drive(limits: Numbers, first: int, memory: Memory, place: int, joints: int, values: Room) -> None:
     """Add the torques in the memory to the first of some values, and clip them, N m; the other values stay.
 
     Args:
@@ -132,33 +129,22 @@ def _within(value: float, limit: float) -> float:
     return -limit if value < -limit else value
 
 
-def _torque(
-    parameters: Sequence[float],
-    memory: Memory,
-    t: float,
-    q: Sequence[float],
-    dq: Sequence[float],
-    out: MutableSequence[float],
-) -> None:
+def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     call(int(parameters[_TORQUE]), (int(parameters[_RECORD]), memory, t, q, dq, out))
     _drive(parameters, _LIMITS, memory, int(parameters[_PLACE]), len(q), out)
 
 
-def _touchdown(
-    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
-) -> None:
+def _touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     call(int(parameters[_TOUCHDOWN]), (int(parameters[_RECORD]), memory, q_before, q, dq))
 
 
-def _knee_strike(
-    parameters: Sequence[float], memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
-) -> None:
+def _knee_strike(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     call(int(parameters[_KNEE_STRIKE]), (int(parameters[_RECORD]), memory, t, q, dq))
 
 
-def _slope_estimate(parameters: Sequence[float], memory: Memory) -> float:
+def _slope_estimate(parameters: Numbers, memory: Memory) -> float:
     return float(call_for_number(int(parameters[_SLOPE_ESTIMATE]), (int(parameters[_RECORD]), memory)))
 
 
-def _next_discontinuity(parameters: Sequence[float], memory: Memory, t: float) -> float:
+def _next_discontinuity(parameters: Numbers, memory: Memory, t: float) -> float:
     return float(call_for_number(int(parameters[_NEXT_DISCONTINUITY]), (int(parameters[_RECORD]), memory, t)))

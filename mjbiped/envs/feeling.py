@@ -6,12 +6,13 @@ The same source runs in Python and compiled (`mjbiped.engines.mujoco.compiled.ad
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.control.controller import Numbers, Room
 from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.compiled.advance import After, Sizes
 from mjbiped.rules.termination import Outcome
@@ -38,8 +39,8 @@ _SHOWN = SENSORS + 7
 _BEFORE = _SHOWN + 2 * MOST
 _AFTER = _BEFORE + MOST
 _KEPT = _AFTER + 2 * MOST
-"""Where it is written what is felt: angles (rad) and their rates (rad/s) now, and `MOST` numbers each: angles at the last
-touchdown in the old roles, in the new ones, and rates after it."""
+"""Indices of what is felt, `MOST` numbers each: angles (rad) and their rates (rad/s) now; at the last touchdown angles
+in the old roles, in the new ones, and rates after it. `_KEPT` is the number of all."""
 
 PROGRESS_WEIGHT = 0.75
 ECONOMY_WEIGHT = 0.25
@@ -89,14 +90,14 @@ def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
     kept[SENSORS:_SHOWN] = *sensors[:-1], *sensors.seed
 
 
-def feel_straight(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+def feel_straight(now: Any, kept: Room, out: Room) -> None:
     """`feel` for straight legs."""
     q, dq = (now.angles[0], now.angles[1]), (now.turning[0], now.turning[1])
     before, after = (now.told_before[0], now.told_before[1]), (now.told_q[0], now.told_q[1])
     _feel(now, kept, out, q, dq, before, after, (now.told_dq[0], now.told_dq[1]))
 
 
-def feel_kneed(now: Any, kept: MutableSequence[float], out: MutableSequence[float]) -> None:
+def feel_kneed(now: Any, kept: Room, out: Room) -> None:
     """`feel` for legs with knees."""
     q = now.angles[0], now.angles[1], now.angles[2]
     dq = now.turning[0], now.turning[1], now.turning[2]
@@ -116,13 +117,13 @@ some of which are updated; and the numbers to fill.
 
 def _feel(
     now: Any,
-    kept: MutableSequence[float],
-    out: MutableSequence[float],
-    q: Sequence[float],
-    dq: Sequence[float],
-    before: Sequence[float],
-    after: Sequence[float],
-    rates_after: Sequence[float],
+    kept: Room,
+    out: Room,
+    q: Numbers,
+    dq: Numbers,
+    before: Numbers,
+    after: Numbers,
+    rates_after: Numbers,
 ) -> None:
     """Fill observation and reward, from angles and rates now and at the last touchdown."""
     joints = len(q)
@@ -175,7 +176,7 @@ def _feel(
         out[OUTCOME] = _DIVERGED
 
 
-def _put(out: MutableSequence[float], index: int, value: float, bound: float) -> bool:
+def _put(out: Room, index: int, value: float, bound: float) -> bool:
     """Fill in a number, clipped to a bound in both directions; whether it is finite."""
     out[index] = min(max(value, -bound), bound)
     return math.isfinite(value)

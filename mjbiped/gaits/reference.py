@@ -48,13 +48,29 @@ def reference_at(table: Sequence[float], first: int, t: float, out: MutableSeque
     s2 = s * s
     s4 = s2 * s2
     s8 = s4 * s4
-    for at in range(place, place + width):
-        out[at] = _degree_7(table, c, s, s2, s4) + (table[c + 8] + table[c + 9] * s) * s8
-        out[at + MOST] = _degree_7(table, c + _RATES, s, s2, s4) + table[c + _RATES + 8] * s8
-        out[at + 2 * MOST] = _degree_7(table, c + _ACCELERATIONS, s, s2, s4)
-        if late:
-            out[at + MOST] = out[at + 2 * MOST] = 0.0
-        c += _COEFFICIENTS
+    _angle_at(table, c, (s, s2, s4, s8), late, out, place)
+    if width > 1:  # written out: a loop is slower, interpreted and compiled
+        _angle_at(table, c + _COEFFICIENTS, (s, s2, s4, s8), late, out, place + 1)
+    if width > 2:
+        _angle_at(table, c + 2 * _COEFFICIENTS, (s, s2, s4, s8), late, out, place + 2)
+
+
+def _angle_at(
+    table: Sequence[float],
+    c: int,
+    powers: tuple[float, float, float, float],
+    late: bool,
+    out: MutableSequence[float],
+    at: int,
+) -> None:
+    """Write angle, rate and acceleration of one angle, whose coefficients begin at the index c."""
+    s, s2, s4, s8 = powers
+    out[at] = _degree_7(table, c, s, s2, s4) + (table[c + 8] + table[c + 9] * s) * s8
+    if late:
+        out[at + MOST] = out[at + 2 * MOST] = 0.0
+        return
+    out[at + MOST] = _degree_7(table, c + _RATES, s, s2, s4) + table[c + _RATES + 8] * s8
+    out[at + 2 * MOST] = _degree_7(table, c + _ACCELERATIONS, s, s2, s4)
 
 
 def motion_at(table: Sequence[float], t: float) -> tuple[float, ...]:

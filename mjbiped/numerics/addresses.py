@@ -85,7 +85,7 @@ def call_for_values(_typing: Any, _function: Any, given: Any, values: Any, room:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         whole = ir.ArrayType(ir.DoubleType(), count + more)
-        made = cgutils.alloca_once(builder, whole)
+        made = _place_for(builder, whole)
         found = builder.bitcast(made, context.get_value_type(made_of).as_pointer())
         builder.store(context.get_value_type(made_of)(None), found)
         passed = _passed(context, builder, signature.args[1], arguments[1])
@@ -151,6 +151,12 @@ def _call(builder: Any, function: Any, result: Any, arguments: Sequence[Any]) ->
     return builder.call(builder.inttoptr(function, kind.as_pointer()), arguments)
 
 
+def _place_for(builder: Any, kind: Any) -> Any:
+    """Make room on the stack; Numba's own way fills it with zeros at each call."""
+    with builder.goto_entry_block():
+        return builder.alloca(kind)
+
+
 def _passed(context: Any, builder: Any, kinds: Any, given: Any) -> list[Any]:
     """The arguments in a tuple as a C function takes them; see `call`."""
     passed = []
@@ -159,7 +165,9 @@ def _passed(context: Any, builder: Any, kinds: Any, given: Any) -> list[Any]:
             data = context.make_array(kind)(context, builder, value).data
             passed.append(builder.ptrtoint(data, cgutils.intp_t))
         elif isinstance(kind, types.BaseTuple):
-            passed.append(builder.ptrtoint(cgutils.alloca_once_value(builder, value), cgutils.intp_t))
+            place = _place_for(builder, value.type)
+            builder.store(value, place)
+            passed.append(builder.ptrtoint(place, cgutils.intp_t))
         else:
             passed.append(value)
     return passed

@@ -93,11 +93,7 @@ def c_function(function: Function, signature: Any, **given: Any) -> Any:
 
 
 def prepared(
-    roots: Sequence[Function],
-    inlined: Sequence[Function],
-    apart: Sequence[Function] = (),
-    *,
-    checked: bool = False,
+    roots: Sequence[Function], inlined: Sequence[Function], apart: Sequence[Function] = (), *, checked: bool = False
 ) -> str:
     """Register functions, and all that they call, for use in compiled code.
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from mjbiped.numerics.jit import CALLED_WITHIN, from_source, jitted
 
 WORD = 8
 """Size of an address and of a float, bytes."""
@@ -123,17 +120,3 @@ class Packer:
             numbers[first] = float(len(numbers))
             numbers += array.ravel().tolist()
         return np.array(numbers, dtype=np.float64)
-
-
-@lru_cache(maxsize=256)
-def unpacking(made: str, classes: tuple[tuple[str, type], ...]) -> Any:
-    """Compile the function that reads packed values from the address of their record; see `Packer`."""
-    from mjbiped.numerics import addresses
-
-    source = f"""def parameters(record):
-    p = numbers(record, {made.count("p[") + 1})
-    return {made}
-"""
-    space = {"numbers": addresses.numbers, "array": addresses.array, **dict(classes)}
-    kinds = [(kind.__module__, kind.__qualname__, getattr(kind, "_fields", ())) for _, kind in classes]
-    return from_source(partial(jitted, **CALLED_WITHIN), "parameters", source, space, kinds)

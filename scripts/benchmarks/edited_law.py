@@ -8,42 +8,40 @@ is put together here as its author would do it, so that a law of usual length ha
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.control.controller import Law, Memory
-from mjbiped.controllers.adaptive import Parameters
+from mjbiped.controllers.dynamics import inverse_dynamics, observe, write_torques
+from mjbiped.controllers.layout import ADAPTATION_GAIN, gait_of, moving_chain, table_of_step
+from mjbiped.controllers.memory import COS, SIN
+from mjbiped.controllers.room import REFERENCE
 from mjbiped.controllers.slope_estimator import estimate_rates
-from mjbiped.controllers.tracking import tracking_errors, tracking_torque
+from mjbiped.controllers.tracking import aim
 from mjbiped.gaits.reference import reference_at
-from mjbiped.robots import compass
 
 FACTOR = 1.0
 
 
 def law_torque(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> Sequence[float]:
+    parameters: Sequence[float],
+    memory: Memory,
+    t: float,
+    q: Sequence[float],
+    dq: Sequence[float],
+    out: MutableSequence[float],
+) -> None:
     """Torques (14), the hip's times `FACTOR`, and the rates of the estimates (17)."""
-    reference = reference_at(parameters.table, t)
-    legs = compass.legs_of(q1, q2)
-    errors = tracking_errors(parameters.gains.position, reference, q1, q2, dq1, dq2)
-    ankle, hip = tracking_torque(
-        parameters.constants,
-        parameters.gains.position,
-        parameters.gains.velocity,
-        reference,
-        errors,
-        legs,
-        dq1,
-        dq2,
-        memory[0],
-        memory[1],
-    )
-    rates = estimate_rates(parameters.constants, parameters.gains.adaptation, legs, errors[4], errors[5])
-    return ankle, FACTOR * hip, rates[0], rates[1]
+    n, chain, first = moving_chain(parameters, memory)
+    observe(n, q, dq, out)
+    reference_at(parameters, table_of_step(parameters, memory, gait_of(parameters, memory)), t, out, REFERENCE)
+    aim(parameters, n, out)
+    inverse_dynamics(chain, first, n, (memory[SIN], memory[COS]), out)
+    write_torques(n, out, out, 0)
+    out[1] = FACTOR * out[1]
+    out[2], out[3] = estimate_rates(parameters[ADAPTATION_GAIN], chain, first, n, out)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from controllers import Controller
+from mjbiped.control.controller import ROOM
 from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.rules.scuffing import ScuffingRule
@@ -30,6 +31,7 @@ class Known(NamedTuple):
         parameters: Of the control law.
         constants: Of the robot.
         memory: Of the controller.
+        made: Room for what its law writes.
         now: Time (s), sine and cosine of the slope, the slope (rad), stance foot x and z (m).
         rule: Leg length, reach (m) and delay (s) of the scuffing rule.
         x: Starts of the terrain's segments, m.
@@ -40,6 +42,7 @@ class Known(NamedTuple):
     parameters: Any
     constants: Any
     memory: Any
+    made: Any
     now: Any
     rule: tuple[float, float, float]
     x: Any
@@ -71,9 +74,10 @@ class ScipyWalk:
         self._rates = compiled(rates, Torque, (law.torque,), inlined=())
         self._clearance = compiled(clearance, Torque, (law.torque,), inlined=())
         self._known = Known(
-            law.parameters,
+            np.array(law.parameters, dtype=np.float64),
             robot.constants,
             np.zeros(controller.memory_size),
+            np.zeros(2 + len(controller.states) + ROOM),
             np.zeros(6),
             (robot.leg_length, rule.reach * robot.leg_length, rule.delay),
             *(np.array(values, dtype=np.float64) for values in (terrain.x, terrain.z, terrain.gradients)),
@@ -145,7 +149,8 @@ def rates(laws: Torque, known: Known, y: Any, out: Any) -> None:
     own = len(y) - 6
     for index in range(own):
         known.memory[index] = y[4 + index]
-    result = laws.torque(known.parameters, known.memory, known.now[0], q1, q2, dq1, dq2)
+    result = known.made
+    laws.torque(known.parameters, known.memory, known.now[0], y[:2], y[2:4], result)
     ankle, hip = result[0], result[1]
     ddq1, ddq2 = acceleration(known.constants, q1, q2, dq1, dq2, known.now[1], known.now[2], ankle - hip, hip)
     out[0], out[1], out[2], out[3] = dq1, dq2, ddq1, ddq2

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import click
 import numpy as np
-from mjbiped.control.compilation import MachineCode
 
 import mjbiped
 from controllers import BoundedKneedController, KneedController, Memory, SupervisedController
 from mjbiped import Terrain
 from mjbiped.analysis.replay import replayed
-from mjbiped.controllers.bounded.recovery import RECOVERING
+from mjbiped.control.compiled import MachineCode
+from mjbiped.controllers.memory import RECOVERING
 from scripts.pages import show_table, write_block
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, grounds, through, told
 from scripts.studies.supervised_study import CLEARANCE
@@ -125,14 +125,14 @@ class Timed(SupervisedController):
 
     @cached_property
     def _decide(self) -> Callable[..., None]:
-        arguments = [ctypes.c_int64] * 2 + [ctypes.c_double] * 6
-        return ctypes.CFUNCTYPE(None, *arguments)(self._code.law.touchdown)
+        return ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 5)(self._code.law.touchdown)
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Decide on the next step."""
         decide, held = self._decide, np.array(memory)
+        told = [np.array(each, dtype=np.float64) for each in (q_before, q, dq)]
         begun = time.thread_time()
-        decide(self._code.law.record, held.ctypes.data, *q_before, *q, *dq)
+        decide(self._code.law.record, held.ctypes.data, *(each.ctypes.data for each in told))
         self.times.append(time.thread_time() - begun)
         memory[:] = held.tolist()
 

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import click
 import numpy as np
@@ -26,28 +25,17 @@ from controllers import SupervisedController
 from mjbiped import Terrain
 from mjbiped.control.controller import Law, Memory
 from mjbiped.controllers.bounded import recovery, supervisor
-from mjbiped.controllers.bounded.bounded_ankle import slope_law
-from mjbiped.controllers.bounded.prediction import State, plan_nominal, step_ahead
+from mjbiped.controllers.bounded.bounded_ankle import feel_step, next_discontinuity, torque
+from mjbiped.controllers.bounded.identifier import slope_estimate
+from mjbiped.controllers.bounded.prediction import FAILURE, State, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
-from mjbiped.controllers.bounded.supervisor import Foresight
+from mjbiped.controllers.layout import CYCLE, SUPERVISION, gait_of
 from scripts.pages import show_table
 from scripts.studies.recovery_search import training
 from scripts.studies.soles_study import STEPS, grounds, through
 from scripts.studies.supervised_study import CLEARANCE, SEEDS, SOLES, counted, share
 
 THRESHOLDS = (0.0, 0.1, 0.2, 0.3, 0.5)
-
-
-class Parameters(NamedTuple):
-    """Parameters of the rivals' laws.
-
-    Attributes:
-        supervised: Those of the supervised law.
-        threshold: Deviation from the gait over which a step is a recovery step, rad and rad/s; zero where all are.
-    """
-
-    supervised: supervisor.Parameters
-    threshold: float
 
 
 @dataclass(frozen=True)
@@ -62,60 +50,47 @@ class ThresholdController(SupervisedController):
 
     @cached_property
     def plain_law(self) -> Law:
-        """The laws of this module; see `LawController.plain_law`."""
-        return Law(self.rival, torque_law, touchdown_law, slope_law, next_discontinuity_law)
-
-    @cached_property
-    def rival(self) -> Parameters:
-        """The attributes in plain numbers, as the laws take them."""
-        return Parameters(self.library, self.threshold)
+        """The laws of this module, with the threshold behind all other parameters; see `LawController.plain_law`."""
+        parameters = [*self.parameters, self.threshold]
+        return Law(parameters, torque, touchdown, slope_estimate, next_discontinuity)
 
     def plan_first_step(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
         """Choose the first step."""
-        choose(self.foresight, self.threshold, memory, State(q[0], q[1], dq[0], dq[1]))
+        choose(self.plain_law.parameters, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
-def torque_law(
-    parameters: Parameters, memory: Memory, t: float, q1: float, q2: float, dq1: float, dq2: float
-) -> tuple[float, float, float, float]:
-    """Torques of the supervised law."""
-    return supervisor.torque_law(parameters.supervised, memory, t, q1, q2, dq1, dq2)
-
-
-def touchdown_law(
-    parameters: Parameters, memory: Memory, before1: float, before2: float, q1: float, q2: float, dq1: float, dq2: float
+def touchdown(
+    parameters: Sequence[float], memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
 ) -> None:
     """What the supervised law feels, and the choice by the threshold."""
-    given = supervisor.begin_step(parameters.supervised, memory, before1, before2, q1, q2, dq1, dq2)
-    choose(given, parameters.threshold, memory, State(q1, q2, dq1, dq2))
+    feel_step(parameters, memory, q_before, q, dq)
+    choose(parameters, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
-def next_discontinuity_law(parameters: Parameters, memory: Memory, t: float) -> float:
-    """Kinks of the supervised law."""
-    return supervisor.next_discontinuity_law(parameters.supervised, memory, t)
-
-
-def choose(foresight: Foresight, threshold: float, memory: Memory, state: State) -> None:
-    """Plan the step that begins in a state."""
+def choose(parameters: Sequence[float], memory: Memory, state: State) -> None:
+    """Plan the step that begins in a state; where the threshold is zero, all are recovery steps."""
+    threshold, cycle = parameters[len(parameters) - 1], gait_of(parameters, memory) + CYCLE
     if threshold == 0.0:
-        recovery.begin(memory, lasting(foresight, memory, state), state.q1, state.q2, state.dq1, state.dq2)
+        recovery.begin(memory, lasting(parameters, memory, state), (state.q1, state.q2), (state.dq1, state.dq2))
         return
-    cycle = foresight.prediction.bounded.tracking.cycle
-    off = max(abs(state.q1 - cycle[0]), abs(state.q2 - cycle[1]), abs(state.dq1 - cycle[2]), abs(state.dq2 - cycle[3]))
-    if off < threshold or not supervisor.recovers(foresight, memory, state):
-        plan_nominal(foresight.prediction, memory, state)
+    off = 0.0
+    for index in range(4):
+        off = max(off, abs(state[index] - parameters[cycle + index]))
+    if off < threshold or not supervisor.recovers(parameters, memory, state):
+        plan_nominal(parameters, memory, state)
 
 
-def lasting(foresight: Foresight, memory: Memory, state: State) -> Step:
+def lasting(parameters: Sequence[float], memory: Memory, state: State) -> Step:
     """The recovery step that can be made most often in a row, `AHEAD` times at most, and of those the cheapest."""
     least, chosen = math.inf, Step(0.0, 0.0, 0.0)
-    for index in range(supervisor.number_of_steps(foresight.recovery)):
-        step, after, found = supervisor.step_of(foresight.recovery, index), state, 0.0
+    failure = parameters[int(parameters[SUPERVISION]) + FAILURE]
+    for index in range(supervisor.number_of_steps(parameters)):
+        step, after, found = supervisor.step_of(parameters, index), state, 0.0
         for made in range(supervisor.AHEAD):
-            recovery.begin(memory, step, after.q1, after.q2, after.dq1, after.dq2)
-            work, after = step_ahead(foresight.prediction, memory, after, 0.0)
+            recovery.begin(memory, step, (after.q1, after.q2), (after.dq1, after.dq2))
+            work, after = step_ahead(parameters, memory, after, 0.0)
             if work == math.inf:
-                found += foresight.weight * (supervisor.AHEAD - made)
+                found += failure * (supervisor.AHEAD - made)
                 break
             found += work
         if found < least:

@@ -23,7 +23,7 @@ def spring(parameters: Any, memory: Memory, t: float, q1: float, q2: float, dq1:
 
 
 def any_state(parameters: Any, memory: Memory, t: float, *state: float) -> Any:
-    return spring(parameters, memory, t, *state)  # type: ignore[arg-type]
+    return spring(parameters, memory, t, *state)
 
 
 def nothing(parameters: Any, memory: Memory, b1: float, b2: float, q1: float, q2: float, dq1: float, dq2: float) -> Any:
@@ -42,7 +42,7 @@ def quiet(parameters: Any, memory: Memory, q_before: Any, q: Any, dq: Any) -> No
     pass
 
 
-OLD: Any = Law((0.5, 0.4), spring, nothing, unknown, never)  # type: ignore[arg-type]  # as users have it
+OLD: Any = Law((0.5, 0.4), spring, nothing, unknown, never)
 NEW = Law((0.5, 0.4), on_arrays, quiet, unknown, never)
 
 

@@ -233,7 +233,7 @@ def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: C
     assert f"{type(controller).__name__}.torque gives inf for the ankle torque at t = 0.3" in said[0]
 
 
-def returning(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+def law_that_returns(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
     return 0.0, 0.0
 
 
@@ -244,7 +244,7 @@ def writing_one(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: An
 @pytest.mark.parametrize(
     ("torque", "words"),
     [
-        (returning, r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
+        (law_that_returns, r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
         (writing_one, r"law\(\).torque leaves out\[1\], the hip torque, unwritten"),
     ],
 )

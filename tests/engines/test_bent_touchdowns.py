@@ -8,7 +8,7 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import KneedController
-from mjbiped.controllers.kneed import BENT
+from mjbiped.controllers.memory import BENT
 from mjbiped.records import measures
 
 ROBOT = mjbiped.KneedBiped()
