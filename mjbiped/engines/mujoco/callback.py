@@ -49,9 +49,13 @@ def _refresh() -> None:
     if _interpreted or _compiled:
         if _theirs is None:
             _theirs = {name: getattr(mujoco, f"get_{name}")() for name in _NAMES}
+            if mujoco.get_mjcb_time() is not None:
+                _theirs["mjcb_time"] = mujoco.get_mjcb_time()
         alone = not _interpreted and _theirs["mjcb_control"] is None
         # each mjData counts its own warnings; without a function MuJoCo would write them to a file
         wanted = {"mjcb_control": _native if alone else _control, "mju_user_warning": _hush}
+        if "mjcb_time" in _theirs:  # a clock in Python, as dm_control's profiling leaves one behind: it takes no lock
+            wanted["mjcb_time"] = None
     elif _theirs is not None:
         wanted, _theirs = _theirs, None
         _standing.clear()
