@@ -42,6 +42,7 @@ _native: Any = None  # the C function and its address, once a walk has needed th
 _NAMES = ("mjcb_control", "mju_user_warning")
 """The second hears warnings, which each mjData counts; without a function MuJoCo would write them to a file."""
 _theirs: list[Any] = [None, None]  # what somebody else has installed under these names
+_clock: Any = None  # somebody's clock in Python, as dm_control's profiling leaves one behind: it takes no lock, so it rests
 _NOTHING, _PYTHON, _C = range(3)
 _there = _NOTHING  # what of ours stands there
 _bound = False  # whether MuJoCo's bindings hold functions of ours in Python
@@ -50,14 +51,16 @@ _here = threading.local()  # `walks`: number of this thread's that are being ste
 
 def _refresh() -> None:
     """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty."""
-    global _theirs, _there, _bound
+    global _theirs, _clock, _there, _bound
     if _there == _NOTHING:
-        _theirs = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()]
+        _theirs, _clock = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()], mujoco.get_mjcb_time()
     wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
     if wanted == _PYTHON and not _interpreted and _theirs == [None, None]:
         wanted = _C
     if wanted == _there:
         return
+    if _clock is not None:
+        mujoco.set_mjcb_time(_clock if wanted == _NOTHING else None)
     if wanted == _C:
         _write(_native[1], _HUSH[1])
     elif wanted == _PYTHON:
