@@ -42,7 +42,9 @@ _native: Any = None  # the C function and its address, once a walk has needed th
 _NAMES = ("mjcb_control", "mju_user_warning")
 """The second hears warnings, which each mjData counts; without a function MuJoCo would write them to a file."""
 _theirs: list[Any] = [None, None]  # what somebody else has installed under these names
-_clock: Any = None  # somebody's clock in Python, as dm_control's profiling leaves one behind: it takes no lock, so it rests
+_clock: Any = (
+    None  # somebody's clock in Python, as dm_control's profiling leaves one behind: it takes no lock, so it rests
+)
 _NOTHING, _PYTHON, _C = range(3)
 _there = _NOTHING  # what of ours stands there
 _bound = False  # whether MuJoCo's bindings hold functions of ours in Python
