@@ -38,13 +38,13 @@ _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 ROOMS = {
     "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
-    _HYBRID + "events.py": (
+    _HYBRID + "guards.py": (
         "engines/hybrid/test_events.py",
         "engines/hybrid/test_simulation.py",
         "engines/hybrid/test_feet.py",
     ),
     _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", "engines/hybrid/test_accounting.py"),
-    _HYBRID + "transfer.py": (
+    _HYBRID + "resets.py": (
         "engines/hybrid/test_sliding.py",
         "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed.py",
@@ -71,28 +71,19 @@ ROOMS = {
         "gaits/test_kneed.py",
         "control_laws/test_kneed.py",
     ),
-    "mjbiped/robots/bent_leg.py": ("robots/test_bent_leg.py",),
-    "mjbiped/robots/kneed_equations.py": (
+    "mjbiped/dynamics/integrate.py": ("dynamics/test_integrate.py",),
+    "mjbiped/dynamics/linkage.py": (
+        "dynamics/test_linkage.py",
         "engines/hybrid/test_kneed_motion.py",
         "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed_posture.py",
         "engines/hybrid/test_kneed.py",
     ),
-    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py", "robots/test_bent_leg.py"),
+    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py"),
 }
 """The modules, and the files in tests/ that stand for them, the quickest first."""
 
 EQUIVALENT = {
-    (
-        "controllers/kneed.py",
-        "lay(memory, CURVES, 2, transition(duration, q[2], dq[2], motion[2], shank[0], shank[2], shank[4]))",
-        "lay(memory, CURVES, 2, transition(duration, q[2], dq[2], motion[2], shank[0], shank[(3)], shank[4]))",
-    ): "the table of the shank holds it twice",
-    (
-        _HYBRID + "events.py",
-        "room = foot_acceleration(s) * h * h / 8.0",
-        "room = (foot_acceleration(s) * h * h * 8.0)",
-    ): "with more room than the foot needs, more intervals are looked into, for the same result: it takes longer",
     (
         _MUJOCO + "step_size.py",
         "further, _ = foot_after(c, u, t + 2.0 * c.longest)",

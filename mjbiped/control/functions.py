@@ -36,8 +36,8 @@ class Functions(NamedTuple):
 
 def in_python(controller: Controller) -> Functions:
     """The functions of a controller's law, or its methods behind the same signatures."""
-    if isinstance(controller, LawController) and adapters.gives_its_law(controller):
-        law = controller.law()
+    law = controller.law() if isinstance(controller, LawController) and adapters.gives_its_law(controller) else None
+    if law is not None:
         return Functions(*law[:5], law.tick, law.knee_strike or _strike_nothing)
     return Functions(controller, _torque, *adapters.LAWS[1:])
 

@@ -60,7 +60,8 @@ def _writer(name: str, columns: Mapping[str, Column], of_all: Sequence[Mapping[s
     numbers = [
         f"{column}[{place}]" if of.row else column for column, of in columns.items() for place in range(of.width)
     ]
-    arguments = [f"{column}=nan" if of.optional else column for column, of in columns.items()]
+    arguments = [column for column, of in columns.items() if not of.optional]
+    arguments += [f"{column}=nan" for column, of in columns.items() if of.optional]
     arguments += [
         f"{column}=nan" for column in sorted({column for others in of_all for column in others} - columns.keys())
     ]

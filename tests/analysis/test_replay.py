@@ -150,7 +150,9 @@ def test_a_transition_ends_with_the_walk(controller: AdaptiveController) -> None
     law = replace(controller, replanning_delay=1.0)
     walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial="rest")
     (curve,) = transitions(walk, law)
-    assert walk.end[0] < law.transition_end([0.0, 0.0, 1.0])  # from rest the first step is shorter than the period
+    assert walk.end[0] < law.transition_end(
+        [0.0, 0.0, 1.0] + (law.memory_size - 3) * [0.0]
+    )  # from rest the first step is shorter than the period
     np.testing.assert_allclose(curve[-1, :2], walk.touchdowns["q_before"][0], rtol=0, atol=1e-8)
 
 

@@ -8,7 +8,10 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import KneedController
+from mjbiped.controllers.footholds import stand_bent
 from mjbiped.controllers.memory import BENT
+from mjbiped.dynamics.modes import bend_stance_knee
+from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.records import measures
 
 ROBOT = mjbiped.KneedBiped()
@@ -33,11 +36,12 @@ def test_the_engines_agree(law: KneedController, hybrid: mjbiped.Walk) -> None:
     assert (hybrid.outcome, mujoco.outcome) == ("finished", "finished")
     flexions = ROBOT.flexion(here["qpos"], here["stance"])
     assert (flexions > 0.4).tolist() == [False, True, True] + [False] * 5
-    # MuJoCo's errors of 1e-4 of an impact, which the steps after it enlarge: measured 1.7e-3, 4.7e-3 and 3.5e-3
+    # What a soft impact leaves, 1e-4 of it, is enlarged tenfold by the step after it, and again: measured 2.8e-3, 7.3e-3
+    # and 6.1e-3, in steps of 0.05 ms as of 0.1 ms
     np.testing.assert_allclose(there["time"], here["time"], rtol=0, atol=4e-3)
-    np.testing.assert_allclose(there["qpos"], here["qpos"], rtol=0, atol=6e-3)
-    np.testing.assert_allclose(there["dq"], here["dq"], rtol=0, atol=6e-3)
-    assert mujoco.cost_of_transport == pytest.approx(hybrid.cost_of_transport, rel=5e-3)  # measured 4e-3
+    np.testing.assert_allclose(there["qpos"], here["qpos"], rtol=0, atol=1e-2)
+    np.testing.assert_allclose(there["dq"], here["dq"], rtol=0, atol=1e-2)
+    assert mujoco.cost_of_transport == pytest.approx(hybrid.cost_of_transport, rel=1e-2)  # measured 7e-3
 
 
 def test_the_impact_is_the_map_of_the_state_before(hybrid: mjbiped.Walk) -> None:
@@ -62,7 +66,11 @@ def test_a_leg_that_stands_bent_is_not_taken_for_a_slope(law: KneedController) -
         steps=1,
         sample_period=1e-3,
     )
-    simulation.state.stance_flexion = simulation.state.memory[BENT] = flexion
+    c, w = simulation.constants, simulation.state
+    w.stance_flexion = w.memory[BENT] = flexion
+    stand_bent(law.law().parameters, w.memory)
+    bend_stance_knee(w, c.upper, c.lower, flexion)
+    enter_mode(c, w)
     simulation.go()
     samples = simulation.recorder.samples()
     led = samples["time"] < 0.8 * law.gait.period  # by the transition

@@ -106,7 +106,7 @@ def test_what_is_borrowed_is_given_back() -> None:
     assert values[1] == 1.0
     blocks.give_back(values, copy)
     assert values.tolist() == [0.0, 9.0, 2.0]
-    assert blocks.first(values, 2).tolist() == [0.0, 9.0]
+    assert list(blocks.first(values, 2)) == [0.0, 9.0]
 
 
 def test_a_list_has_to_live_as_long_as_its_copy() -> None:
