@@ -136,8 +136,8 @@ def land(linkage: Any, w: Any, y: Any, held: bool) -> None:
     solve_impact(w)
     lumped = numbers(w.lumped, 5)
     if w.closed and linkage.segments == 2 and lumped[2] != 0.0:
-        # The leg that leaves the ground keeps its angular momentum about the hip: of a leg almost without mass the whole
-        # robot's equations have lost that digit by digit.
+        # The leg that leaves the ground keeps its angular momentum about the hip. The equations of the whole robot give
+        # its rate with few digits where the leg has almost no mass.
         sines, cosines, rates = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), numbers(w.right, SYSTEM)
         between = cosines[0] * cosines[1] + sines[0] * sines[1]
         rates[PIVOT] = ((lumped[1] + lumped[2]) * y[linkage.angles] - lumped[1] * between * rates[PIVOT + 1]) / lumped[

@@ -13,7 +13,6 @@ from simulations import assert_resumes, assert_same, make_simulation, recorded, 
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Law
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import observation
