@@ -36,8 +36,8 @@ def test_the_engines_agree(law: KneedController, hybrid: mjbiped.Walk) -> None:
     assert (hybrid.outcome, mujoco.outcome) == ("finished", "finished")
     flexions = ROBOT.flexion(here["qpos"], here["stance"])
     assert (flexions > 0.4).tolist() == [False, True, True] + [False] * 5
-    # MuJoCo's soft impacts err by 1e-4, and each step after one enlarges its error about tenfold. Measured 2.8e-3, 7.3e-3
-    # and 6.1e-3, with steps of 0.05 ms as with 0.1 ms
+    # MuJoCo's soft impacts err by 1e-4, and each step after one enlarges its error about tenfold. Measured 2.8e-3,
+    # 7.3e-3 and 6.1e-3, with steps of 0.05 ms as with 0.1 ms
     np.testing.assert_allclose(there["time"], here["time"], rtol=0, atol=4e-3)
     np.testing.assert_allclose(there["qpos"], here["qpos"], rtol=0, atol=1e-2)
     np.testing.assert_allclose(there["dq"], here["dq"], rtol=0, atol=1e-2)
