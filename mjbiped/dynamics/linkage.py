@@ -274,8 +274,7 @@ def solve(w: Any) -> None:
     n = w.size + w.held
     for j in range(n):
         _eliminate(w, j, n)
-    for j in range(n - 1, -1, -1):
-        _substitute(w, j, n)
+    _substitute(w, n)
 
 
 def _eliminate(w: Any, j: int, n: int) -> None:
@@ -304,16 +303,20 @@ def solve_impact(w: Any) -> None:
                 first[k], second[k] = second[k], first[k]
             right[j], right[greatest] = right[greatest], right[j]
         _eliminate(w, j, n)
+    _substitute(w, n)
+
+
+def _substitute(w: Any, n: int) -> None:
+    """Find n unknowns, the last one first, from equations whose earlier ones are taken out.
+
+    A row that no rate moves takes no force.
+    """
+    right = numbers(w.right, SYSTEM)
     for j in range(n - 1, -1, -1):
-        _substitute(w, j, n)
-
-
-def _substitute(w: Any, j: int, n: int) -> None:
-    """Find unknown j of n equations from those behind it; a row that no rate moves takes no force."""
-    pivot, right = row(w.matrix, j, SYSTEM), numbers(w.right, SYSTEM)
-    for k in range(j + 1, n):
-        right[j] -= pivot[k] * right[k]
-    right[j] = right[j] / pivot[j] if pivot[j] != 0.0 else 0.0
+        pivot = row(w.matrix, j, SYSTEM)
+        for k in range(j + 1, n):
+            right[j] -= pivot[k] * right[k]
+        right[j] = right[j] / pivot[j] if pivot[j] != 0.0 else 0.0
 
 
 def load_impact(linkage: Any, w: Any, y: Any) -> None:

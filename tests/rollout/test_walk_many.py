@@ -202,13 +202,7 @@ def forbid_walking(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow  # what fails to compile is not kept
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    "engine",
-    [
-        pytest.param("mujoco", marks=pytest.mark.xfail(reason="laws are called in Python so far", strict=True)),
-        "hybrid",
-    ],
-)
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_bad_law_is_refused_before_anything_runs(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     forbid_walking(monkeypatch)
     with pytest.raises(LawError, match=r"Wrong .*it allocates memory"):
