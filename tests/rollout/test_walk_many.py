@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -331,6 +332,27 @@ def test_warnings_go_to_the_walk_that_they_are_of(controller: AdaptiveController
     walks = mjbiped.walk_many([controller, wild, controller], Terrain.level(), steps=1, workers=3)
     assert [bool(walk.settings["warnings"]) for walk in walks] == [False, True, False]
     assert walks[1] == mjbiped.walk(wild, Terrain.level(), steps=1)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("install", [mujoco.set_mju_user_warning, mujoco.set_mjcb_control], ids=["warning", "control"])
+def test_walks_in_threads_are_the_same_beside_somebodys_function(install: Any, controller: AdaptiveController) -> None:
+    """A scene that is built in one thread once took the control from the walks of the others, or ended the process."""
+    before, walks = mujoco.get_mju_user_warning(), list[mjbiped.Walk]()
+    alone = mjbiped.walk(controller, Terrain.level(), steps=1)
+    install(lambda *_: None)
+    try:
+        walk = partial(mjbiped.walk, controller, Terrain.level(), steps=1)
+        threads = [threading.Thread(target=lambda: walks.extend(walk() for _ in range(4))) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        mujoco.set_mju_user_warning(before)
+        mujoco.set_mjcb_control(None)
+    assert len(walks) == 16
+    assert all(each == alone for each in walks)
 
 
 def test_walks_inside_a_controller_are_refused() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -39,59 +39,55 @@ _lock = threading.Lock()  # held while anything of the following changes
 _interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, below zero
 _compiled = 0  # number of those who need the C function
 _native: Any = None  # the C function and its address, once a walk has needed them
-_NAMES = ("mjcb_control", "mju_user_warning")
-"""The second hears warnings, which each mjData counts; without a function MuJoCo would write them to a file."""
-_theirs: list[Any] = [None, None]  # what somebody else has installed under these names
-_clock: Any = (
-    None  # somebody's clock in Python, as dm_control's profiling leaves one behind: it takes no lock, so it rests
-)
+_NAMES = ("mjcb_control", "mju_user_warning", "mjcb_time")
+"""MuJoCo's places that matter to a walk. The second hears warnings, which each mjData counts: without a function there,
+MuJoCo would write them to a file. A clock in Python, as dm_control's profiling leaves one behind, takes no lock."""
+_theirs: Any = None  # somebody else's `mjcb_control`
+_before: list[int | None] = []  # addresses that stood in all three places
 _NOTHING, _PYTHON, _C = range(3)
 _there = _NOTHING  # what of ours stands there
-_bound = False  # whether MuJoCo's bindings hold functions of ours in Python
+_bound = False  # whether MuJoCo's bindings hold `_control`
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
 def _refresh() -> None:
-    """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty."""
-    global _theirs, _clock, _there, _bound
+    """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty.
+
+    Addresses are written past MuJoCo's bindings: a thread that is on its way through these still finds its function.
+    """
+    global _theirs, _before, _there, _bound
     if _there == _NOTHING:
-        _theirs, _clock = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()], mujoco.get_mjcb_time()
+        _theirs, _before = mujoco.get_mjcb_control(), [_place(name).value for name in _NAMES]
     wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
-    if wanted == _PYTHON and not _interpreted and _theirs == [None, None]:
+    if wanted == _PYTHON and not _interpreted and _theirs is None:
         wanted = _C
     if wanted == _there:
         return
-    if _clock is not None:
-        mujoco.set_mjcb_time(_clock if wanted == _NOTHING else None)
     if wanted == _C:
-        _write(_native[1], _HUSH[1])
+        _write(_native[1], _HUSH[1], None)
     elif wanted == _PYTHON:
-        _set(_control, _hush)
+        mujoco.set_mjcb_control(_control)
         _bound = True
-    elif _bound:
-        _set(*_theirs)
-        _bound = False
+        _write(_place("mjcb_control").value, _HUSH[1], None)
     else:
-        _write(None, None)
+        if _bound:
+            mujoco.set_mjcb_control(_theirs)
+            _bound = False
+        _write(*_before)
     _there = wanted
 
 
-def _set(*functions: Any) -> None:
-    for name, function in zip(_NAMES, functions, strict=True):
-        getattr(mujoco, f"set_{name}")(function)
-
-
-def _write(control: int | None, warning: int | None) -> None:
-    """Put C functions into MuJoCo's places, which costs a tenth of `_set`."""
-    slots = _slots()
-    slots[0].value, slots[1].value = control, warning
+def _write(*addresses: int | None) -> None:
+    """Put C functions into MuJoCo's places."""
+    for name, address in zip(_NAMES, addresses, strict=True):
+        _place(name).value = address
 
 
 @cache
-def _slots() -> list[ctypes.c_void_p]:
+def _place(name: str) -> ctypes.c_void_p:
+    """Where MuJoCo keeps the address of one of its callbacks."""
     (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
-    library = ctypes.CDLL(str(path))
-    return [ctypes.c_void_p.in_dll(library, name) for name in _NAMES]
+    return ctypes.c_void_p.in_dll(ctypes.CDLL(str(path)), name)
 
 
 def enter(native: Any) -> None:
@@ -168,15 +164,25 @@ def walking() -> bool:
 
 @contextmanager
 def python_removed() -> Iterator[None]:
-    """Take callbacks in Python away meanwhile, so that MuJoCo can compile a model."""
-    with _alone(), _lock, ExitStack() as stack:
-        for name in dir(mujoco):
-            if name.startswith("get_mjcb_"):
-                standing, put = getattr(mujoco, name)(), getattr(mujoco, name.replace("get", "set", 1))
-                if standing is not None and not hasattr(standing, "argtypes"):
-                    put(None)
-                    stack.callback(put, standing)
-        yield
+    """Take callbacks in Python away meanwhile, so that MuJoCo can compile a model; walks as machine code go on."""
+    with _alone(), _lock:
+        names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
+        in_python = [_place(name) for name in names if _is_python(getattr(mujoco, f"get_{name}")())]
+        standing = [place.value for place in in_python]
+        for place in in_python:
+            place.value = None
+        if _there == _PYTHON and _compiled:
+            _place("mjcb_control").value = _native[1]
+        try:
+            yield
+        finally:
+            for place, address in zip(in_python, standing, strict=True):
+                place.value = address
+
+
+def _is_python(function: Any) -> bool:
+    """Whether a callback is a function in Python, and not one of C's."""
+    return function is not None and not hasattr(function, "argtypes")
 
 
 def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -189,9 +195,8 @@ def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         elif data.userdata[1] > 0.0 and _native is not None:
             _native[0](model._address, data._address)
         return
-    theirs = _theirs[0]
-    if theirs is not None:
-        theirs(*((model._address, data._address) if hasattr(theirs, "argtypes") else (model, data)))
+    if _theirs is not None:
+        _theirs(*((model, data) if _is_python(_theirs) else (model._address, data._address)))
 
 
 def _hush(message: str) -> None:
@@ -212,6 +217,6 @@ def require_none() -> None:
     Raises:
         MjbipedError: It is.
     """
-    standing = mujoco.get_mjcb_control() if _there == _NOTHING else _theirs[0]
+    standing = mujoco.get_mjcb_control() if _there == _NOTHING else _theirs
     if standing is not None:
         raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")
