@@ -14,19 +14,19 @@ from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Controller
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.records import measures
-from mjbiped.records.columns import Column
+from mjbiped.records.columns import Column, Columns
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 from mjbiped.terrain.segments import GROUND_FRICTION
 
-COLUMNS: Mapping[str, Column] = {
-    "x": Column(1, "m", "foothold"),
-    "period": Column(1, "s", "period of the step"),
-    "angle": Column(1, "rad", "leg angle after the impact"),
-    "rate": Column(1, "rad/s", "leg rate after the impact"),
-    "slope": Column(1, "rad", "slope under the new stance foot"),
-    "slope_estimate": Column(1, "rad", "slope estimate after its update"),
-    "work": Column(1, "J", "absolute work of the step"),
+COLUMNS: Columns = {
+    "x": Column("m", "foothold"),
+    "period": Column("s", "period of the step"),
+    "angle": Column("rad", "leg angle after the impact"),
+    "rate": Column("rad/s", "leg rate after the impact"),
+    "slope": Column("rad", "slope under the new stance foot"),
+    "slope_estimate": Column("rad", "slope estimate after its update"),
+    "work": Column("J", "absolute work of the step"),
 }
 """Differences MuJoCo - hybrid at each touchdown and in the step that ends with it; the greater one of both legs."""
 

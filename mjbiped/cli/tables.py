@@ -18,7 +18,7 @@ from mjbiped.gaits.kneed import KneedGait
 from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.gaits.rolling import Rolling
-from mjbiped.records.measures import MEASURES, in_words
+from mjbiped.records.measure_table import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     sides = bare_table("", "MuJoCo", "hybrid", "difference", "%", "unit")
     outcome = measures["outcome"]
     sides.add_row("outcome", outcome["mujoco"], outcome["hybrid"])
-    for label, key, factor, form, unit in MEASURES:
+    for label, key, factor, form, unit, *_ in MEASURES:
         row = measures[key]
         difference = in_words(row["difference"], factor, "+.3g")
         percent = in_words(row["difference_percent"], 1, "+.2f")
@@ -265,7 +265,7 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
     quantiles = bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
-    for label, key, factor, form, unit in MEASURES:
+    for label, key, factor, form, unit, *_ in MEASURES:
         values = summary["finished"].get(key)
         if values is not None:
             quantiles.add_row(label, *(in_words(value, factor, form) for value in values), unit)

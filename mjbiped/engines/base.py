@@ -195,13 +195,7 @@ class Run(ABC):
 
     def summary(self) -> dict[str, Any]:
         """The measures so far, for a walk that was started with `summarised`."""
-        return self.recorder.summary().to_dict(
-            outcome=self.outcome.words,
-            end=self.recorder.end,
-            peak_torque=self.peak_torque(),
-            pressure_times=self.pressure_times(),
-            warnings=self.settings().get("warnings", {}),
-        )
+        return self.recorder.summary().to_dict(self.record())
 
     def message(self, error: BaseException) -> str:
         """Describe an error in the controller, with the time of the walk and the line of its source."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
 from pathlib import Path
 
 from mjbiped.exchange.formats import PARQUET
-from mjbiped.records.columns import Column, tables_of
+from mjbiped.records.columns import Columns, tables_of
 from mjbiped.records.frames import Flat, attributes, flat_samples, flat_touchdowns, units_of
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
@@ -29,7 +28,7 @@ def write_touchdowns(walk: Walk, path: Path) -> None:
     _write(path, flat_touchdowns(walk), tables_of(type(walk.robot)).touchdowns)
 
 
-def _write(path: Path, table: Flat, columns: Mapping[str, Column]) -> None:
+def _write(path: Path, table: Flat, columns: Columns) -> None:
     """Write a table: all digits, and in Parquet units that pandas finds in `frame.attrs`."""
     if path.suffix == PARQUET:
         parquet, arrow = (needed(module, "data", "a Parquet file") for module in ("pyarrow.parquet", "pyarrow"))

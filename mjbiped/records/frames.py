@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import Column, tables_of
+from mjbiped.records.columns import Columns, tables_of
 from mjbiped.utils.packages import needed
 
 if TYPE_CHECKING:
@@ -43,26 +43,22 @@ def flat_samples(walk: Walk) -> Flat:
 
     `step` counts from 1; a sample at the instant of a touchdown belongs to the step whose stance leg it has.
     """
-    states = walk.samples["controller_states"].T
-    return {
-        "step": _steps(walk),
-        **_flat(tables_of(type(walk.robot)).samples, walk.samples),
-        **{f"{STATE}_{number}": state for number, state in enumerate(states)},
-    }
+    states = {f"{STATE}_{number}": state for number, state in enumerate(walk.samples["controller_states"].T)}
+    return _flat(tables_of(type(walk.robot)).samples, walk.samples, _steps(walk)) | states
 
 
 def flat_touchdowns(walk: Walk) -> Flat:
     """Return the touchdowns, one number per column; `step` is the step that the touchdown ends, from 1 on."""
-    columns = tables_of(type(walk.robot)).touchdowns
-    return {"step": np.arange(1, walk.steps + 1, dtype=np.int64), **_flat(columns, walk.touchdowns)}
+    steps = np.arange(1, walk.steps + 1, dtype=np.int64)
+    return _flat(tables_of(type(walk.robot)).touchdowns, walk.touchdowns, steps)
 
 
-def units_of(columns: Mapping[str, Column]) -> dict[str, str]:
+def units_of(columns: Columns) -> dict[str, str]:
     """Return the unit of each flat column; empty for a pure number."""
     units = {"step": ""}
     for name, column in columns.items():
         of_parts = column.unit.split(", ") if ", " in column.unit else [column.unit] * column.width
-        units |= dict(zip(_names(name, column), of_parts, strict=True))
+        units |= zip([f"{name}_{part}" for part in column.parts] or [name], of_parts, strict=True)
     return units
 
 
@@ -95,13 +91,6 @@ def _steps(walk: Walk) -> NDArray[np.int64]:
     return np.asarray(1 + ended + begun, dtype=np.int64)
 
 
-def _names(name: str, column: Column) -> list[str]:
-    return [f"{name}_{part}" for part in column.parts] or [name]
-
-
-def _flat(columns: Mapping[str, Column], table: Mapping[str, NDArray[Any]]) -> Flat:
-    found: Flat = {}
-    for name, column in columns.items():
-        numbers = table[name].reshape(-1, column.width).T
-        found |= dict(zip(_names(name, column), numbers, strict=True))
-    return found
+def _flat(columns: Columns, table: Mapping[str, NDArray[Any]], steps: NDArray[np.int64]) -> Flat:
+    numbers = (row for name in columns for row in np.atleast_2d(table[name].T))
+    return dict(zip(units_of(columns), (steps, *numbers), strict=True))

@@ -18,9 +18,9 @@ from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.frames import Frames, frames
+from mjbiped.records.older import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.pressure import unknown
 from mjbiped.records.schema import FORMAT as FORMAT
-from mjbiped.records.schema import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.schema import checked_fields
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
@@ -40,26 +40,12 @@ class Walk:
     """Walk of a biped, from its start to its outcome.
 
     Attributes:
-        samples: Arrays over time, empty where no samples were asked for, by name:
-
-            | name | shape | unit | meaning |
-            |---|---|---|---|
-            | `time` | (n,) | s | since the walk's start |
-            | `q`, `dq` | (n, 2) | rad, rad/s | stance and swing leg from the ground's normal under the stance foot |
-            | `torque` | (n, 2) | N m | ankle and hip |
-            | `slope` | (n,) | rad | of the ground under the stance foot |
-            | `slope_estimate` | (n,) | rad | the controller's; NaN where it has none |
-            | `stance` | (n,) | | number of the stance leg; of a biped 0 left, 1 right |
-            | `qpos` | (n, 4) | m, rad | hip x, hip z, left and right leg from the vertical |
-            | `controller_states` | (n, k) | | the controller's integrated states |
-
-            A robot with knees has three angles (stance leg, swing thigh, swing shank) and torques (ankle, hip, swing
-            knee), `qpos` with the flexion of both knees behind it, `locked`, 1 where the swing knee is, and
-            `stance_knee_torque`, N m, where a motor holds the stance knee.
-
-        touchdowns: Arrays with a row per support transfer; `mjbiped.records.columns.TOUCHDOWNS` lists all with units.
-            The posture (`q_before`, `q`) is that of the touchdown, in the old and the new roles; the rates `dq_before`
-            and `dq` are those before and after the impact.
+        samples: Arrays over time by name, empty where no samples were asked for, with a row per sample:
+            `samples["torque"]` has the shape (n, 2) for ankle and hip. `controller_states`, shape (n, k), are the
+            controller's integrated states.
+        touchdowns: Arrays by name with a row per support transfer. The posture (`q_before`, `q`) is that of the
+            touchdown, in the old and the new roles; the rates `dq_before` and `dq` are those before and after the
+            impact. `mjbiped.records.columns` lists the columns of both tables with shapes and units.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
             engine could not follow the torques), "time limit" (of an environment's episode) or "interrupted".
         end: Time (s) and hip x (m) when it ended.
@@ -87,6 +73,11 @@ class Walk:
     def terrain(self) -> Terrain:
         """Ground that the robot walked on."""
         return Terrain.from_dict(self.settings["terrain"])
+
+    @property
+    def start(self) -> Mapping[str, float]:
+        """Place x and z (m) of the stance foot at the start, slope under it (rad), and time (s)."""
+        return measures.start_of(self.terrain)
 
     @property
     def steps(self) -> int:
@@ -219,14 +210,26 @@ class Walk:
 
     __hash__ = None  # type: ignore[assignment]  # arrays are mutable
 
-    def _identity(self) -> list[object]:
-        tables: list[object] = [
-            (kind, name, array.dtype.str, array.shape, array.tobytes())
-            for kind, table in (("samples", self.samples), ("touchdowns", self.touchdowns))
-            for name, array in sorted(table.items())
-        ]
-        plain = json.dumps(dict(self.settings), sort_keys=True)
-        return [*tables, self.outcome, self.end, self.peak_torque.tobytes(), self.pressure_times.tobytes(), plain]
+    def _identity(self) -> object:
+        arrays = self._arrays(sort_keys=True)
+        return [(name, array.dtype.str, array.shape, array.tobytes()) for name, array in sorted(arrays.items())]
+
+    def _arrays(self, *, sort_keys: bool = False) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the record's file by name; `sort_keys` puts the settings into alphabetical order."""
+        header = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "outcome": self.outcome,
+            "end": self.end,
+            "settings": dict(self.settings),
+        }
+        return {
+            "header": np.array(json.dumps(header, sort_keys=sort_keys)),
+            "peak_torque": self.peak_torque,
+            "pressure_times": self.pressure_times,
+            **{f"samples/{name}": array for name, array in self.samples.items()},
+            **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
+        }
 
     def save(self, path: str | Path) -> None:
         """Write the record as `.npz`, which appears whole or not at all.
@@ -243,21 +246,7 @@ class Walk:
                 f"a walk's record is an .npz file; cannot save as {shown(path.name)}. For other programs: "
                 "mjbiped.exchange.records.export_walk"
             )
-        header = {
-            "format": FORMAT,
-            "version": FORMAT_VERSION,
-            "outcome": self.outcome,
-            "end": self.end,
-            "settings": dict(self.settings),
-        }
-        arrays = {
-            "header": np.array(json.dumps(header)),
-            "peak_torque": self.peak_torque,
-            "pressure_times": self.pressure_times,
-            **{f"samples/{name}": array for name, array in self.samples.items()},
-            **{f"touchdowns/{name}": array for name, array in self.touchdowns.items()},
-        }
-        write_arrays(path, arrays)
+        write_arrays(path, self._arrays())
 
     @classmethod
     def load(cls, path: str | Path) -> Walk:

@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.records.columns import WHOLE_NUMBERS, Column, tables_of
-from mjbiped.records.pressure import BINS, unknown
+from mjbiped.records.columns import Columns, row_type, tables_of
+from mjbiped.records.older import FORMAT_VERSION, converted
+from mjbiped.records.pressure import BINS
 from mjbiped.records.settings import checked_settings, damaged, is_numbers, parsed
-from mjbiped.robots.robot import Robot
-from mjbiped.rules.termination import STALL_TIME, Outcome
+from mjbiped.rules.termination import Outcome
 
 FORMAT = "mjbiped walk"
-FORMAT_VERSION = 7
-"""Version 2 added `normal_force` to touchdowns; 3, the stance knee's motor; 4, the centre of pressure in touchdowns and
-its histogram; 5, the outcome "time limit"; 6, soles; 7, contact forces. What an older record lacks is NaN."""
 
 FARTHEST = 1e10
 """Greatest place (m) or angle (rad); MuJoCo treats a state beyond it as diverged."""
 
 OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
 """All outcomes of a walk, in words."""
-
-_BETWEEN, _LATER = 2.0, 1.0  # a step takes at most this multiple of the stall time, plus this time, s
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -48,24 +42,19 @@ def checked_fields(arrays: Arrays) -> dict[str, Any]:
         raise damaged(f"its end is {shown(end)}; expected a time and a place")
     robot = checked_settings(settings)
     columns, legs = tables_of(type(robot)), len(robot.bodies.limbs)
-    samples = _table("samples", columns.samples, arrays, header["version"], legs)
-    touchdowns = _table("touchdowns", columns.touchdowns, arrays, header["version"], legs)
-    states = samples.get("controller_states")
+    arrays = converted(arrays, header["version"], columns)
+    tables = {kind: _table(kind, own, arrays, legs) for kind, own in columns._asdict().items()}
+    states = tables["samples"].get("controller_states")
     if states is None or states.dtype != np.float64 or states.ndim != 2:
         raise damaged("samples/controller_states must be a column of numbers for each state of the controller")
-    peak = arrays.get("peak_torque")
-    if peak is None or peak.dtype != np.float64 or peak.shape != (len(robot.joints),):
-        raise RecordError(f"is an incomplete record: it lacks peak_torque, numbers for {', '.join(robot.joints)}")
-    times = arrays.get("pressure_times", unknown()) if header["version"] >= 4 else unknown()
-    if times.dtype != np.float64 or times.shape != (BINS,) or (times < 0.0).any() or np.isinf(times).any():
-        raise damaged(f"pressure_times is {_described(times)}; expected {BINS} times")
-    _check_times(robot, [samples["time"], touchdowns["time"], np.array(end[:1])], len(touchdowns["time"]))
+    times = _checked("pressure_times", np.dtype((np.float64, (BINS,))), arrays, rows=False)
+    if (times < 0.0).any() or np.isinf(times).any():
+        raise damaged("pressure_times holds what is no time")
     return {
-        "samples": samples,
-        "touchdowns": touchdowns,
+        **tables,
         "outcome": header["outcome"],
         "end": (float(end[0]), float(end[1])),
-        "peak_torque": peak,
+        "peak_torque": _checked("peak_torque", np.dtype((np.float64, (len(robot.joints),))), arrays, rows=False),
         "pressure_times": times,
         "settings": settings,
     }
@@ -98,63 +87,51 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     return dict(header)
 
 
-def _table(
-    kind: str, columns: Mapping[str, Column], arrays: Arrays, version: int, legs: int
-) -> dict[str, NDArray[Any]]:
+def _table(kind: str, columns: Columns, arrays: Arrays, legs: int) -> dict[str, NDArray[Any]]:
     """Return one of the two tables with the columns of `mjbiped.records.columns`, and any others.
 
     Raises:
         RecordError: A column is missing, or is not as specified.
     """
-    beginning = f"{kind}/"
-    table = {name.removeprefix(beginning): array for name, array in arrays.items() if name.startswith(beginning)}
-    missing = [name for name, column in columns.items() if name not in table and column.since <= version]
-    if missing:
-        raise RecordError(f"is an incomplete record: it lacks {', '.join(beginning + name for name in missing)}")
-    rows = len(np.atleast_1d(table["time"]))
-    for name, array in table.items():
-        if array.shape[:1] != (rows,) or array.dtype.kind == "U":
-            raise damaged(f"{beginning}{shown(name)} is {_described(array)}; expected {rows} rows of numbers")
+    types = row_type(columns)
     for name, column in columns.items():
-        if name in table:
-            choices = legs if name == "stance" else 2
-            _check_column(f"{beginning}{name}", name in WHOLE_NUMBERS, choices, column, table[name])
-        else:
-            table[name] = np.full((rows, *column.row), np.nan)
+        array = _checked(f"{kind}/{name}", types[name], arrays)
+        choices = legs if name == "stance" else 2
+        if column.whole and not ((array >= 0) & (array < choices)).all():
+            raise damaged(f"{kind}/{name} holds other numbers than {' and '.join(map(str, range(choices)))}")
+        if column.finite and not np.isfinite(array).all():
+            raise damaged(f"{kind}/{name} holds what is no finite number")
+    table = {name.removeprefix(f"{kind}/"): array for name, array in arrays.items() if name.startswith(f"{kind}/")}
+    for name, array in table.items():
+        if array.shape[:1] != table["time"].shape or array.dtype.kind == "U":
+            raise damaged(f"{kind}/{shown(name)} is {_described(array)}; expected {len(table['time'])} rows of numbers")
+    if not (np.abs(table["qpos"]) <= FARTHEST).all():
+        raise damaged(f"{kind}/qpos holds numbers beyond {FARTHEST:g}, where no walk gets to")
+    if not (np.diff(table["time"], prepend=0.0) >= 0.0).all():
+        raise damaged("its times do not ascend from 0")
     return table
 
 
-def _check_column(where: str, whole: bool, choices: int, column: Column, array: NDArray[Any]) -> None:
-    """Check a column against its specification.
+def _checked(name: str, kind: np.dtype[Any], arrays: Arrays, *, rows: bool = True) -> NDArray[Any]:
+    """Return an array after a check of its type.
+
+    Args:
+        name: Name of the array.
+        kind: Type of the array, or of each of its rows.
+        arrays: Arrays of the record by name.
+        rows: Whether the array has rows.
 
     Raises:
-        RecordError: Its shape, type or a number in it is not as specified.
+        RecordError: The array is missing, or its type or shape is another.
     """
-    expected = np.int64 if whole else np.float64
-    if array.shape[1:] != column.row or array.dtype != expected:
-        kind = "whole numbers" if whole else "floats"
-        raise damaged(f"{where} is {_described(array)}; expected {kind}, {column.width} a row")
-    if whole and not ((array >= 0) & (array < choices)).all():
-        raise damaged(f"{where} holds other numbers than {' and '.join(map(str, range(choices)))}")
-    if column.finite and not np.isfinite(array).all():
-        raise damaged(f"{where} holds what is no finite number")
-    if where.endswith("/qpos") and not (np.abs(array) <= FARTHEST).all():
-        raise damaged(f"{where} holds numbers beyond {FARTHEST:g}, where no walk gets to")
+    if name not in arrays:
+        raise RecordError(f"is an incomplete record: it lacks {name}")
+    array = arrays[name]
+    if array.dtype != kind.base or array.shape[rows:] != kind.shape or array.ndim != len(kind.shape) + rows:
+        words = "whole numbers" if kind.base.kind == "i" else "floats"
+        raise damaged(f"{name} is {_described(array)}; expected {words} of shape {kind.shape}{' a row' * rows}")
+    return array
 
 
 def _described(array: NDArray[Any]) -> str:
     return f"of type {array.dtype} and shape {shown(array.shape)}"
-
-
-def _check_times(robot: Robot, columns: Sequence[NDArray[np.float64]], steps: int) -> None:
-    """Check that times ascend, and that a walk of `steps` steps would not have stalled before them.
-
-    Raises:
-        RecordError: Times descend, or are too late.
-    """
-    latest = (steps + 1) * _BETWEEN * STALL_TIME * math.sqrt(robot.leg_length / robot.gravity) + _LATER
-    for time in columns:
-        if not (len(time) == 0 or time[0] >= 0.0) or (time[1:] < time[:-1]).any():
-            raise damaged("its times do not ascend from 0")
-        if len(time) and time[-1] > latest:
-            raise damaged(f"it goes on to {time[-1]:g} s, with {steps} steps, where a walk stalls before {latest:g} s")

@@ -1,7 +1,7 @@
 """Checks of the settings of a record, made once when the record is read.
 
-Readers rely on them: a report, a figure or a repetition of the walk uses the settings as they are. Settings that are
-not named here are the engine's own, and readers use only their text.
+Reports, figures and repetitions of a walk use the settings that are checked here as they are. Of other settings readers
+use only the text: `mjbiped.walk` checks what it is given again.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, TypeGuard, TypeVar
 
 from mjbiped.disturbances.disturbances import Disturbances
@@ -19,15 +19,11 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain
 
 Part = TypeVar("Part")
 
 MOST_VALUES = 10 * domains.SEGMENTS.high
 """Greatest number of values in a record's header; the longest terrain has about seven for each segment."""
-
-LONGEST_TEXT = 32 * MOST_VALUES
-"""Greatest number of characters in a record's header: a number has up to 24 and a comma."""
 
 LONGEST_DESCRIPTION = domains.SEGMENTS.high
 """Greatest number of values in a controller's description; the other values of a header leave room for them."""
@@ -35,7 +31,8 @@ LONGEST_DESCRIPTION = domains.SEGMENTS.high
 DEEPEST = 40  # levels of nested settings; the engines' own have five
 _LONGEST_REASON = 300  # characters
 _LONGEST_NUMBER = 40  # digits of a whole number; a seed has up to twenty
-_DIGEST = 64  # letters of a source's digest
+_ALL = {"engine", "robot", "controller", "terrain", "initial", "steps", "distance", "sample_period", "scuffing"}
+_TEXTS = {"class", "sha256"}
 
 
 def parsed(text: str, most: int = MOST_VALUES) -> Any:
@@ -43,16 +40,17 @@ def parsed(text: str, most: int = MOST_VALUES) -> Any:
 
     Args:
         text: JSON text as it stands in a file.
-        most: Greatest number of values that it may have.
+        most: Greatest number of values that it may have; each may have 32 characters on average.
 
     Raises:
         ValueError: The text is not JSON, too long or nested too deeply, or holds a number or text that cannot be
             written.
     """
-    if len(text) > LONGEST_TEXT or sum(map(text.count, ",[{")) > most:
+    if len(text) > 32 * MOST_VALUES or sum(map(text.count, ",[{")) > most:
         raise ValueError(f"it is too long: {len(text)} characters; expected at most {most} values")
     try:
         value = json.loads(text, parse_int=_whole_number)
+        json.dumps(value, ensure_ascii=False).encode()
         depth = _depth(value)
     except RecursionError:
         depth = DEEPEST + 1
@@ -70,9 +68,8 @@ def described(controller: Any) -> dict[str, Any]:
     Raises:
         ValueError: A record with this description could not be read.
     """
-    holds, expected = _CHECKS["controller"]
-    if not holds(controller):
-        raise ValueError(f"it gives {shown(controller)}; expected {expected}")
+    if not _is_named(controller):
+        raise ValueError(f"it gives {shown(controller)}; expected a table with a name")
     whole = {"settings": {"controller": controller}}  # as deep as it stands there
     try:
         read: dict[str, Any] = parsed(json.dumps(whole), LONGEST_DESCRIPTION)["settings"]["controller"]
@@ -89,15 +86,9 @@ def _whole_number(text: str) -> int:
 
 
 def _depth(value: Any) -> int:
-    """Count the levels of nesting of a JSON value.
-
-    Raises:
-        ValueError: It holds a text that cannot be written anywhere.
-    """
-    if isinstance(value, str):
-        value.encode()
-    parts = [*value, *value.values()] if isinstance(value, dict) else value if isinstance(value, list) else []
-    return 1 + max(map(_depth, parts)) if parts else 0
+    """Count the levels of nesting of a JSON value."""
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, parts), default=-1)
 
 
 def damaged(what: str) -> RecordError:
@@ -119,26 +110,35 @@ def checked_settings(settings: Any) -> Robot:
     """
     if not isinstance(settings, dict):
         raise damaged(f"its settings are {shown(settings)}; expected a table")
-    missing = [name for name in _ALL if name not in settings]
-    if missing:
-        raise damaged(f"its settings lack {', '.join(map(shown, missing))}")
+    if missing := _ALL - settings.keys():
+        raise damaged(f"its settings lack {', '.join(map(shown, sorted(missing)))}")
     robot = _built("robot", robot_from, settings["robot"])
     _built("terrain", Terrain.from_dict, settings["terrain"])
-    count = 2 * len(robot.angles)
-    if not is_numbers(settings["initial"], count):
-        raise damaged(f"its initial state is {shown(settings['initial'])}; expected {count} numbers")
-    if settings["scuffing"] is not None:
-        _built("scuffing rule", lambda described: ScuffingRule(**described), settings["scuffing"])
-    checks = {**_CHECKS, **_OF_ENGINES.get(str(settings["engine"]), {})}
-    for name, (holds, expected) in checks.items():
-        if name in settings and not holds(settings[name]):
-            raise damaged(f"its {name.replace('_', ' ')} is {shown(settings[name])}; expected {expected}")
-    if "disturbances" in settings:
-        made = _built("disturbances", Disturbances.from_dict, settings["disturbances"])
-        if made.to_dict() != settings["disturbances"]:  # readers use the values as they stand there
-            described = shown(settings["disturbances"])
-            raise damaged(f"its disturbances cannot be built: {described} is not as it would have been written")
+    _built("scuffing rule", lambda rule: rule is None or ScuffingRule(**rule), settings["scuffing"])
+    _built("disturbances", _disturbances, settings.get("disturbances", {}))
+    count, source, warnings = 2 * len(robot.angles), settings.get("controller_source"), settings.get("warnings", {})
+    for name, holds, expected in (
+        ("engine", isinstance(settings["engine"], str), "a name"),
+        ("controller", _is_named(settings["controller"]), "a table with a name"),
+        ("controller_source", source is None or _is_source(source), "a class and the digest of its source"),
+        ("initial", is_numbers(settings["initial"], count), f"{count} numbers"),
+        ("warnings", isinstance(warnings, dict) and all(map(_is_count, warnings.values())), "numbers of times"),
+    ):
+        if not holds:
+            raise damaged(f"its {name.replace('_', ' ')} is {shown(settings.get(name))}; expected {expected}")
     return robot
+
+
+def _is_named(controller: Any) -> bool:
+    return isinstance(controller, dict) and isinstance(controller.get("name"), str)
+
+
+def _is_source(source: Any) -> bool:
+    return isinstance(source, dict) and source.keys() == _TEXTS and all(isinstance(v, str) for v in source.values())
+
+
+def _is_count(value: Any) -> bool:
+    return type(value) is int and value > 0
 
 
 def is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
@@ -146,9 +146,20 @@ def is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
     return (
         isinstance(values, list)
         and len(values) == count
-        and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-        and all(map(math.isfinite, values))
+        and all(type(value) in (int, float) and math.isfinite(value) for value in values)
     )
+
+
+def _disturbances(written: Any) -> Disturbances:
+    """Build disturbances; readers use their values as they stand in the record.
+
+    Raises:
+        InputError: `Disturbances.to_dict` would not have written them so.
+    """
+    made = Disturbances.from_dict(written)
+    if made.to_dict() != written:
+        raise InputError(f"{shown(written)} is not as it would have been written")
+    return made
 
 
 def _built(what: str, build: Callable[[Any], Part], described: Any) -> Part:
@@ -162,69 +173,3 @@ def _built(what: str, build: Callable[[Any], Part], described: Any) -> Part:
     except (MjbipedError, TypeError, ValueError, ArithmeticError) as error:
         why = textwrap.shorten(str(error), _LONGEST_REASON, placeholder=" ...")
         raise damaged(f"its {what} cannot be built: {why}") from error
-
-
-_Check = tuple[Callable[[Any], bool], str]
-"""Function that tells whether a value is valid, and what is expected in words."""
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
-_NAME: _Check = (_is_text, "a name")
-_TRUTH: _Check = (lambda value: isinstance(value, bool), "true or false")
-
-
-def _in(domain: Domain | Count, *, needed: bool = True) -> _Check:
-    def holds(value: Any) -> bool:
-        try:
-            return (value is None and not needed) or domain.check("", value) == value
-        except InputError:
-            return False
-
-    return holds, domain.words if needed else f"{domain.words}, or none"
-
-
-def _table_of(holds: Callable[[Any], bool], expected: str) -> _Check:
-    return lambda table: isinstance(table, dict) and all(map(holds, table.values())), f"a table of {expected}"
-
-
-_CHECKS: Mapping[str, _Check] = {
-    "engine": _NAME,
-    "controller": (lambda told: isinstance(told, dict) and _is_text(told.get("name")), "a table with a name"),
-    "controller_source": (
-        lambda told: (
-            isinstance(told, dict)
-            and told.keys() == {"class", "sha256"}
-            and all(map(_is_text, told.values()))
-            and len(told["sha256"]) == _DIGEST
-        ),
-        "a class and the digest of its source",
-    ),
-    "steps": _in(domains.STEPS, needed=False),
-    "distance": _in(domains.DISTANCE, needed=False),
-    "sample_period": _in(domains.SAMPLE_PERIOD, needed=False),
-    "versions": _table_of(_is_text, "texts"),
-    "warnings": _table_of(lambda count: type(count) is int and count > 0, "numbers of times"),
-}
-"""Checks of the settings of all engines; parts of a walk such as its terrain are checked by building them."""
-
-_ALL = (
-    *("engine", "robot", "controller", "terrain", "initial"),
-    *("steps", "distance", "sample_period", "scuffing", "versions"),
-)
-"""Settings in every record since the first format."""
-
-_OF_ENGINES: Mapping[str, Mapping[str, _Check]] = {
-    "mujoco": {
-        "timestep": _in(domains.TIMESTEP),
-        "contact_timestep": _in(domains.CONTACT_TIMESTEP),
-        "control_period": _in(domains.CONTROL_PERIOD, needed=False),
-        "ground": _NAME,
-        "lands": _TRUTH,
-        "stance_knee": _NAME,
-    },
-    "hybrid": {"tolerance": _in(domains.TOLERANCE)},
-}
-"""Checks of the settings of this package's engines; other engines have their own settings."""

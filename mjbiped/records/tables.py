@@ -15,6 +15,7 @@ from rich.text import Text
 
 from mjbiped.control.registry import SLOPE_FIELD
 from mjbiped.records import measures
+from mjbiped.records.measure_table import in_words, measures_of
 from mjbiped.rules.termination import Outcome
 
 if TYPE_CHECKING:
@@ -82,8 +83,8 @@ class WalkSummary(dict[str, Any]):
             told = (f"{text} ({n} times)" if n > 1 else text for text, n in warnings.items())
             rows.append(("warning", "; ".join(told), ""))
         rows += [
-            (label, measures.in_words(self[key], factor, form), "" if self[key] is None else unit)
-            for label, key, factor, form, unit in measures.measures_of(type(walk.robot))
+            (label, in_words(self[key], factor, form), "" if self[key] is None else unit)
+            for label, key, factor, form, unit, *_ in measures_of(type(walk.robot))
         ]
         self.rows = tuple(rows)
 

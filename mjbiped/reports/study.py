@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.errors import InputError, RecordError, shown
-from mjbiped.records.measures import MEASURES as SHOWN
-from mjbiped.records.measures import in_words
+from mjbiped.records.measure_table import MEASURES as SHOWN
+from mjbiped.records.measure_table import in_words
 from mjbiped.records.schema import OUTCOMES
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
@@ -46,9 +46,9 @@ def report_study(folder: Path, path: Path) -> None:
     varied = _checked(table, rows)
     summary = summarised(rows)
     declared = identity.get("study", {})
-    names = [*(name for name in rows[0] if name not in MEASURES), *(key for _, key, *_ in SHOWN)]
-    forms = {key: (factor, form) for _, key, factor, form, _ in SHOWN}
-    listed = {key: f"{label} ({unit})" if unit else label for label, key, _, _, unit in SHOWN}
+    names = [*(name for name in rows[0] if name not in MEASURES), *(each.key for each in SHOWN)]
+    forms = {key: (factor, form) for _, key, factor, form, *_ in SHOWN}
+    listed = {key: f"{label} ({unit})" if unit else label for label, key, _, _, unit, *_ in SHOWN}
     told = f"The first {MOST_ROWS} of {len(rows)}; all are in study.csv." if len(rows) > MOST_ROWS else ""
     write_page(
         path,
@@ -63,7 +63,7 @@ def report_study(folder: Path, path: Path) -> None:
         quantile_headings=["measure", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit"],
         quantiles=[
             [label, *(in_words(value, factor, form) for value in summary["finished"][key]), unit]
-            for label, key, factor, form, unit in SHOWN
+            for label, key, factor, form, unit, *_ in SHOWN
             if summary["finished"].get(key) is not None
         ],
         table_note=f"Click a heading to sort by it. {told}".strip(),

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.measures import measures_of, verdict
+from mjbiped.records.measure_table import measures_of
+from mjbiped.records.measures import verdict
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
@@ -82,7 +83,7 @@ _UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names} | 
     for kind in KINDS.values()
     for name, (domain, _) in annotated(kind).items()
 }
-_MEASURES = {key: (label, factor, unit) for label, key, factor, _, unit in measures_of(KneedBiped)}
+_MEASURES = {each.key: (each.label, each.factor, each.unit) for each in measures_of(KneedBiped)}
 
 
 def parameter_label(name: str) -> str:

@@ -21,7 +21,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Periodic
-from mjbiped.records import measures
+from mjbiped.records import measure_table, measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
@@ -41,11 +41,11 @@ Row = dict[str, Any]
 
 _ENDS = ("ended_at_time_s", "ended_at_x_m")
 
-MEASURES = (*(key for _, key, *_ in measures.MEASURES), *_ENDS)
+MEASURES = (*(each.key for each in measure_table.MEASURES), *_ENDS)
 """Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
 
 KNEES_MEASURES = (
-    *(key for _, key, *_ in measures.measures_of(KneedBiped) if key not in measures.OF_STANCE_KNEE),
+    *(each.key for each in measure_table.measures_of(KneedBiped) if each.key not in measure_table.OF_STANCE_KNEE),
     *_ENDS,
 )
 """Columns of measures in studies with kneed robots; other robots leave the additional columns empty. A study's walks

@@ -12,7 +12,7 @@ from PIL import Image
 from mjbiped.errors import RenderError
 from mjbiped.plotting import walk as plots
 from mjbiped.plotting import width as plot_width
-from mjbiped.records import measures
+from mjbiped.records.measure_table import MEASURES
 from mjbiped.records.record import Walk
 from mjbiped.rendering import gl, video
 
@@ -107,5 +107,5 @@ def test_no_line_of_a_piped_table_is_broken(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.delenv("COLUMNS", raising=False)
     lines = run("walk", "random:seed=3", "--engine", "hybrid", "--steps", 1).output.splitlines()
     shown = {line.strip().split("  ")[0] for line in lines if line.strip()}
-    assert {label for label, *_ in measures.MEASURES if "estimate error" in label} <= shown
+    assert {label for label, *_ in MEASURES if "estimate error" in label} <= shown
     assert "foot that holds it 99 % of the time, length" in shown

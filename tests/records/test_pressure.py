@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.records import measures
+from mjbiped.records.older import FORMAT_VERSION
 from mjbiped.records.pressure import BINS, HALF, WIDTH, Sole, bin_of, centre_of_pressure, note_pressure, unknown
-from mjbiped.records.schema import FORMAT_VERSION
 
 Terrain = mjbiped.Terrain
 LEVEL, STAIRS = Terrain.level(), Terrain.stairs(rise=-0.06, first=0.5)

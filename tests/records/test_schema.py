@@ -16,8 +16,8 @@ from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.analysis.stability import stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Column
-from mjbiped.records.record import FORMAT_VERSION, Walk
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
+from mjbiped.records.record import Walk
 from mjbiped.records.settings import LONGEST_DESCRIPTION, MOST_VALUES, parsed
 from mjbiped.utils.domains import SEGMENTS
 
@@ -83,23 +83,16 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.settings.update(disturbances={"control_period": None}), "not as it would have been written"),
         (lambda r: r.settings.update(controller_source=5), "a class and the digest"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B"}), "a class and the digest"),
-        (lambda r: r.settings.update(steps=2.0), "its steps is 2.0; expected a whole number"),
-        (lambda r: r.settings.update(distance="far"), "its distance is 'far'; expected a number"),
-        (lambda r: r.settings.update(sample_period=[]), "its sample period"),
-        (lambda r: r.settings.update(versions={"mjbiped": 1}), "versions"),
-        (lambda r: r.settings.update(tolerance=-1.0), "its tolerance is -1.0"),
-        (lambda r: r.settings.update(engine="mujoco", lands=1), "its lands is 1; expected true or false"),
         (lambda r: r.settings.update(more=[0] * MOST_VALUES), "too long"),
         (lambda r: r.settings.update(more=10**50), "51 digits"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),
         (lambda r: r.put("samples/q", lambda column: column[:-1]), "samples/'q'.* rows of numbers"),
-        (lambda r: r.put("samples/q", lambda column: column[:, :1]), "samples/q .*expected floats, 2 a row"),
+        (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*expected floats of shape \(2,\) a row"),
         (lambda r: r.put("samples/stance", lambda column: column * 1.0), "expected whole numbers"),
         (lambda r: r.put("samples/stance", lambda column: column + 1), "other numbers than 0 and 1"),
         (lambda r: r.put("touchdowns/q", lambda column: column * math.nan), "touchdowns/q .*no finite number"),
         (lambda r: r.put("samples/qpos", lambda column: column * 1e12), "where no walk gets to"),
         (lambda r: r.put("samples/time", lambda column: column[::-1]), "do not ascend"),
-        (lambda r: r.put("samples/time", lambda column: column * 1e6), "a walk stalls before"),
         (lambda r: r.put("touchdowns/time", lambda column: column - 9.0), "do not ascend"),
         (lambda r: r.arrays.pop("samples/controller_states"), "controller_states"),
         (lambda r: r.arrays.update(peak_torque=np.zeros(3)), "peak_torque"),
@@ -122,8 +115,8 @@ def test_headers_nested_without_end_are_refused(walk: Walk, tmp_path: Path) -> N
             Walk.load(path)
 
 
-def test_what_other_engines_set_is_theirs(walk: Walk, tmp_path: Path) -> None:
-    own = dataclasses.replace(walk, settings={**walk.settings, "engine": "mine", "tolerance": "tight", "lands": None})
+def test_settings_that_readers_only_show_may_be_anything(walk: Walk, tmp_path: Path) -> None:
+    own = dataclasses.replace(walk, settings={**walk.settings, "engine": "mine", "tolerance": "tight", "steps": None})
     own.save(tmp_path / "walk.npz")
     assert Walk.load(tmp_path / "walk.npz") == own
 
@@ -143,17 +136,6 @@ def test_further_columns_stay(walk: Walk, tmp_path: Path) -> None:
     own = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "clearance": more})
     own.save(tmp_path / "walk.npz")
     assert Walk.load(tmp_path / "walk.npz") == own
-
-
-def test_columns_that_came_later_are_nan(walk: Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    walk.save(tmp_path / "walk.npz")
-    later = Column(2, "m", "finite, and not in this record", since=FORMAT_VERSION + 1)
-    for columns in (SAMPLES, TOUCHDOWNS):
-        monkeypatch.setitem(columns, "later", later)
-    loaded = Walk.load(tmp_path / "walk.npz")
-    for table, rows in ((loaded.samples, len(walk.samples["time"])), (loaded.touchdowns, walk.steps)):
-        assert table["later"].shape == (rows, 2)
-        assert np.isnan(table["later"]).all()
 
 
 class Given(Controller):
