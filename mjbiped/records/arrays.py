@@ -107,20 +107,12 @@ def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     """List the arrays in an archive of `size` bytes by name.
 
     Raises:
-        RecordError: A name appears twice, a member is packed in a way that no record is, or the sizes are too large.
+        RecordError: The members are too many or too large.
     """
-    members: dict[str, zipfile.ZipInfo] = {}
     if len(archive.infolist()) > MOST_MEMBERS:
         raise RecordError(f"it holds {len(archive.infolist())} arrays; a record has at most {MOST_MEMBERS}")
-    for member in archive.infolist():
-        if not member.filename.endswith(_SUFFIX):
-            continue
-        name = member.filename.removesuffix(_SUFFIX)
-        if name in members:
-            raise RecordError(f"it holds {shown(name)} twice")
-        if member.flag_bits & 1 or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise RecordError(f"{shown(name)} is encrypted, or compressed by another method than deflate")
-        members[name] = member
+    arrays = (member for member in archive.infolist() if member.filename.endswith(_SUFFIX))
+    members = {member.filename.removesuffix(_SUFFIX): member for member in arrays}
     claimed = sum(member.file_size for member in members.values())
     if claimed > MOST_UNPACKED * size + ROOM:
         raise RecordError(f"it claims to hold {claimed} bytes in a file of {size}")

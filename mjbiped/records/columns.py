@@ -1,7 +1,7 @@
 """Columns of a walk's record: names, shapes, units and meanings.
 
-Engines, files, exports and pages take the columns from here. A row is a structured type of NumPy, `row_type`, with 8
-bytes for each number; engines write the numbers of a row in the same order as floats.
+Engines, files, exports and docs/tables/columns.md take the columns from here. A row is a structured type of NumPy,
+`row_type`, with 8 bytes for each number; engines write the numbers of a row in the same order as floats.
 """
 
 from __future__ import annotations

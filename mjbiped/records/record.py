@@ -45,7 +45,7 @@ class Walk:
             controller's integrated states.
         touchdowns: Arrays by name with a row per support transfer. The posture (`q_before`, `q`) is that of the
             touchdown, in the old and the new roles; the rates `dq_before` and `dq` are those before and after the
-            impact. `mjbiped.records.columns` lists the columns of both tables with shapes and units.
+            impact. docs/tables/columns.md lists the columns of both tables with shapes and units.
         outcome: "finished", "fell", "stalled", "slipped", "left the terrain", "diverged", "unresolved" (the hybrid
             engine could not follow the torques), "time limit" (of an environment's episode) or "interrupted".
         end: Time (s) and hip x (m) when it ended.

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import index_of, split, tables_of, whole_rows, width
+from mjbiped.records.columns import Columns, index_of, split, tables_of, whole_rows, width
 from mjbiped.records.measures import Summary
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -16,15 +16,15 @@ from mjbiped.robots.robot import Robot
 Cancellation: TypeAlias = Callable[[], None]
 """Function that is called at times during a walk, and may raise an exception to stop it."""
 
-_TIME = 0  # index of the time in a row of either
+Rows: TypeAlias = NDArray[np.float64]
+
+_TIME = 0  # index of the time in a row of either table
 
 
-def _later(table: NDArray[np.float64], taken: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the rows later than the last row that was taken."""
-    if not len(table) or not taken or not len(taken[-1]) or table[0, _TIME] > taken[-1][-1, _TIME]:
-        return table
-    later: NDArray[np.float64] = table[table[:, _TIME] > taken[-1][-1, _TIME]]
-    return later
+def _new(columns: Columns, rows: Rows, taken: Sequence[Rows]) -> Rows:
+    """Return a copy of the rows that are later than the last row that was taken, and hold a motion of numbers."""
+    rows = whole_rows(columns, rows)
+    return rows[rows[:, _TIME] > taken[-1][-1, _TIME]] if taken and len(taken[-1]) else rows
 
 
 def never_cancelled() -> None:
@@ -59,8 +59,8 @@ class Recorder:
         self._summary = summary
         self._columns = tables_of(robot)
         self._sampled = width(self._columns.samples)
-        self._rows: list[NDArray[np.float64]] = [np.empty((0, width(self._columns.touchdowns)))]
-        self._samples: list[NDArray[np.float64]] = []
+        self._rows: list[Rows] = [np.empty((0, width(self._columns.touchdowns)))]
+        self._samples: list[Rows] = []
 
     def add(self, rows: NDArray[np.float64], samples: NDArray[np.float64]) -> None:
         """Add copies of rows to both tables.
@@ -72,18 +72,16 @@ class Recorder:
             rows: Rows of touchdowns, shape (any, columns of `columns.TOUCHDOWNS`).
             samples: Rows of samples, shape (any, columns of `columns.SAMPLES` and the controller's states).
         """
-        rows = _later(whole_rows(self._columns.touchdowns, rows), self._rows)
-        samples = _later(whole_rows(self._columns.samples, samples), self._samples)
-        if len(rows):
-            if self._summary is not None:
-                self._summary.take(split(self._columns.touchdowns, rows))
-            else:
-                self._rows.append(rows.copy())
-        if len(samples):
-            if self._keep_samples:
-                self._samples.append(samples.copy())
-            else:
-                self._samples = [samples[-1:].copy()]
+        rows = _new(self._columns.touchdowns, rows, self._rows)
+        samples = _new(self._columns.samples, samples, self._samples)
+        if len(rows) and self._summary is not None:
+            self._summary.take(split(self._columns.touchdowns, rows))
+        elif len(rows):
+            self._rows.append(rows)
+        if len(samples) and self._keep_samples:
+            self._samples.append(samples)
+        elif len(samples):
+            self._samples = [samples[-1:]]
 
     def add_touchdown(self, row: NDArray[np.float64]) -> None:
         """Add a copy of one touchdown's row."""
@@ -94,8 +92,8 @@ class Recorder:
         """Time (s) and hip x (m) of the last sample; zeros without one."""
         if not self._samples:
             return 0.0, 0.0
-        last, columns = self._samples[-1][-1], self._columns.samples
-        return float(last[index_of(columns, "time")]), float(last[index_of(columns, "qpos")])
+        last = self._samples[-1][-1]
+        return float(last[_TIME]), float(last[index_of(self._columns.samples, "qpos")])
 
     @property
     def steps(self) -> int:

@@ -66,18 +66,13 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     Raises:
         RecordError: There is no header, or it is of another format or a newer version.
     """
-    written = arrays.get("header")
     try:
-        if written is None or written.dtype.kind != "U":
-            raise ValueError("there is no text named header")
-        header = parsed(str(written))
+        header = parsed(str(arrays["header"]))
         named, version = header["format"], header["version"]
     except (KeyError, TypeError, ValueError) as error:
         raise RecordError(f"is no walk's record: it has no header of one ({shown(error)})") from error
-    if named != FORMAT:
-        raise RecordError(f"is no walk's record but a {shown(named)}")
-    if type(version) is not int or version < 1:
-        raise RecordError(f"is no walk's record: its version is {shown(version)}")
+    if named != FORMAT or type(version) is not int or version < 1:
+        raise RecordError(f"is no walk's record but a {shown(named)} of version {shown(version)}")
     if version > FORMAT_VERSION:
         raise RecordError(
             f"is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
