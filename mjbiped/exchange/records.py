@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from mjbiped.exchange.formats import MCAP, check_format
+from mjbiped.exchange.formats import MCAP, PARQUET, check_format
 from mjbiped.exchange.mcap import write_recording
-from mjbiped.exchange.tables import write_samples, write_touchdowns
+from mjbiped.records.columns import Columns, tables_of
+from mjbiped.records.frames import Flat, attributes, flat_samples, flat_touchdowns, units_of
 from mjbiped.records.record import Walk
+from mjbiped.utils.files import saved
+from mjbiped.utils.packages import needed
 
 
 def export_walk(walk: Walk, path: str | Path) -> None:
@@ -32,8 +36,24 @@ def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], N
     """Return what a record becomes, by kind: files, and the functions that write them."""
     if path.suffix == MCAP:
         return {"record": (path, partial(write_recording, walk))}
-    beside = path.with_stem(f"{path.stem}_touchdowns")
+    samples, touchdowns = tables_of(type(walk.robot))
     return {
-        "record": (path, partial(write_samples, walk)),
-        "touchdowns": (beside, partial(write_touchdowns, walk)),
+        "record": (path, partial(_write, flat_samples(walk), samples)),
+        "touchdowns": (
+            path.with_stem(f"{path.stem}_touchdowns"),
+            partial(_write, flat_touchdowns(walk), touchdowns),
+        ),
     }
+
+
+def _write(table: Flat, columns: Columns, path: Path) -> None:
+    """Write a flat table: all digits, and in Parquet units that pandas finds in `frame.attrs`."""
+    if path.suffix == PARQUET:
+        parquet, arrow = (needed(module, "data", "a Parquet file") for module in ("pyarrow.parquet", "pyarrow"))
+        with saved(path) as unfinished:
+            parquet.write_table(arrow.table(table).replace_schema_metadata(attributes(units_of(columns))), unfinished)
+        return
+    with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
