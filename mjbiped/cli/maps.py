@@ -89,7 +89,7 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped bifurcation --slope-deg 4..5.2 --hip-mass 10 --leg-inertia 0 --json
       mjbiped bifurcation --robot kneed --plot knees.png
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.engines.plan import check_rule
+    from mjbiped.engines.checks import check_rule
     from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
     from mjbiped.limit_cycles.periodic import follow
     from mjbiped.limit_cycles.section import check_biped, check_scuffing

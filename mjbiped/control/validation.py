@@ -38,7 +38,7 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     """Try a controller's methods in the state in which its walk begins.
 
     Args:
-        controller: As `mjbiped.engines.plan.check_controller` has passed it.
+        controller: As `mjbiped.engines.checks.check_controller` has passed it.
         q: The robot's angles, rad.
         dq: Their rates, rad/s.
 

@@ -22,17 +22,16 @@ from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.ahead import AHEAD
-from mjbiped.errors import GaitError, InputError, MjbipedError, explained, place_of, shown
+from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule
+from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Branched, Gait, Periodic
-from mjbiped.records.settings import described
+from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import MEMORY_SIZE, check_fields, check_kind, check_states
+from mjbiped.utils.domains import check_fields, check_kind, check_states
 from mjbiped.version import __version__
 
 if TYPE_CHECKING:
@@ -45,9 +44,9 @@ Initial: TypeAlias = str | Sequence[float] | NDArray[np.float64]
 DEFAULT_STEPS = 60
 DEFAULT_SAMPLE_PERIOD = 0.005  # s
 SCUFF = (
-    0.01  # greatest initial depth of a straight swing leg in the ground, leg lengths; passive gaits on 5° reach half
+    0.01  # leg lengths: greatest initial depth of a straight swing leg in the ground; passive gaits on 5° reach half
 )
-_ON_GROUND = 1e-6  # depth up to which a foot counts as on the ground, leg lengths
+_ON_GROUND = 1e-6  # leg lengths: depth up to which a foot counts as on the ground
 
 
 @dataclass(frozen=True)
@@ -168,14 +167,14 @@ def make_plan(
             would start in the ground, the engine cannot make this walk, or the controller breaks its contract.
         GaitError: No passive gait exists on the slope under x = 0.
     """
-    told = check_controller(controller) if description is None else description
+    described = check_controller(controller) if description is None else description
     check_kind("terrain", terrain, Terrain)
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
-    _check_ground(robot, terrain)
+    check_ground(robot, terrain)
     driver = driver_of(controller, robot)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
-    plan = Plan(terms, controller, driver, terrain, robot, q, dq, told, disturbed)
+    plan = Plan(terms, controller, driver, terrain, robot, q, dq, described, disturbed)
     _check_engine(plan)
     if description is None:
         try_out(driver, q, dq)
@@ -199,94 +198,6 @@ def _check_engine(plan: Plan) -> None:
     engine.check_disturbances(plan.disturbances)
 
 
-def _check_ground(robot: Robot, terrain: Terrain) -> None:
-    """Refuse ground on which a round foot would touch in two places at once.
-
-    Raises:
-        InputError: The robot has round feet, and the ground is no plane.
-    """
-    if robot.radius and (any(terrain.rises) or len(set(terrain.angle)) > 1):
-        raise InputError(
-            f"a {type(robot).__name__} walks on planes, for on uneven ground a round foot would touch in two places at "
-            "once: choose level ground or an incline"
-        )
-
-
-def check_rule(robot: Robot, rule: ScuffingRule) -> None:
-    """Refuse a scuffing rule for a robot whose swing foot collides with the ground at all times.
-
-    Raises:
-        InputError: The rule is not the default one.
-    """
-    if robot.collides_from_lift_off and rule != ScuffingRule():
-        raise InputError(
-            f"scuffing is for straight legs: a {type(robot).__name__} needs none, its swing foot's contact is on "
-            "from lift-off; leave the rule out"
-        )
-
-
-def check_robot(name: str, robot: object) -> None:
-    """Refuse an object that is no robot.
-
-    Raises:
-        InputError: The object is no robot.
-    """
-    if not isinstance(robot, Robot):
-        raise InputError(
-            f"{name} must be a mjbiped.{' or a mjbiped.'.join(kind.__name__ for kind in KINDS.values())}, got "
-            f"{shown(robot) if isinstance(robot, str) else type(robot).__name__}"
-        )
-
-
-def check_controller(controller: object) -> dict[str, Any]:
-    """Refuse an object that is no controller, and return a controller's description.
-
-    Raises:
-        InputError: The object is no controller, or one of its attributes fails or has the wrong type.
-    """
-    if not isinstance(controller, Controller):
-        what = "is a class, not an object of it" if isinstance(controller, type) else "is none"
-        raise InputError(f"the controller {shown(controller)} {what}; derive your class from controllers.Controller")
-    try:
-        return _checked_parts(controller)
-    except MjbipedError:
-        raise
-    except (Exception, SystemExit) as error:  # properties and `describe` are the user's code, which may raise anything
-        kind = type(controller)
-        raise InputError(
-            f"{kind.__name__} does not tell what it is: {explained(error)}{place_of(error, kind)}"
-        ) from error
-
-
-def _checked_parts(controller: Controller) -> dict[str, Any]:
-    name = type(controller).__name__
-    states: object = controller.states
-    if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):
-        raise InputError(f"{name}.states = {shown(states)}: must be a tuple of names")
-    if MEMORY_SIZE.check(f"{name}.memory_size", controller.memory_size) < len(states):
-        raise InputError(f"{name}.memory_size = {controller.memory_size}: must be at least its {len(states)} states")
-    places, last = controller.support, controller.memory_size - 2
-    if places != -1 and not (isinstance(places, int) and len(states) <= places <= last):
-        raise InputError(
-            f"{name}.support = {shown(places)}: must be -1, or the index of the first of two numbers in the memory "
-            f"behind its {len(states)} states, {last} at most; memory_size is {controller.memory_size}"
-        )
-    if controller.robot is not None:
-        check_robot(f"{name}.robot", controller.robot)
-    if not isinstance(controller.gait, Gait | Branched | None):
-        raise InputError(
-            f"{name}.gait is of type {type(controller.gait).__name__}; must be a gait that find_passive_gait, "
-            "find_kneed_gait or find_reference gives"
-        )
-    try:
-        return described(controller.describe())
-    except ValueError as error:
-        raise InputError(
-            f"{name}.describe() must give what a record can hold and tell again, a table of plain JSON types with a "
-            f"name: {error}"
-        ) from error
-
-
 def _numbers_of(robot: Robot) -> str:
     """Describe the numbers of an initial state in words, for messages."""
     names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
@@ -307,10 +218,8 @@ def _first_state(
     gait = controller.gait
     if isinstance(initial, str):
         if initial not in INITIAL_STATES:
-            raise InputError(
-                f"unknown initial state {shown(initial)}; valid are {', '.join(INITIAL_STATES)}, or "
-                f"{_numbers_of(robot)}"
-            )
+            valid = f"{', '.join(INITIAL_STATES)}, or {_numbers_of(robot)}"
+            raise InputError(f"unknown initial state {shown(initial)}; valid are {valid}")
         if initial == "gait" and gait is None:
             gait = _passive_gait(controller, robot, slope)
         start = [0.0] * 2 * count if initial == "rest" or gait is None else gait.start.tolist()
@@ -359,10 +268,8 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
     posture = ", ".join(f"q{k + 1} = {angle:.4g}" for k, angle in enumerate(q))
     if robot.flexion(robot.posture((0.0, 0.0), 0, q), 1) < 0.0:
         raise InputError(f"initial state {posture}: the swing knee is bent forwards, beyond its stop; q3 >= q2")
-    for part, x, z, deep in (
-        ("hip", hip_x, hip_z, 0.0),
-        ("swing foot", foot_x, foot_z, SCUFF if scuffs else _ON_GROUND),
-    ):
+    deepest = SCUFF if scuffs else _ON_GROUND
+    for part, x, z, deep in (("hip", hip_x, hip_z, 0.0), ("swing foot", foot_x, foot_z, deepest)):
         depth = terrain.height_at(x) - z
         if depth > deep * length:
             raise InputError(

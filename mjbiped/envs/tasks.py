@@ -13,9 +13,10 @@ import numpy as np
 
 from mjbiped.control.registry import driver_of, make_controller
 from mjbiped.disturbances.disturbances import Disturbances
+from mjbiped.engines.checks import check_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import LONGEST_TIMESTEP
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, check_controller, make_plan
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.envs.driven import DrivenController
 from mjbiped.envs.recipes import TASKS, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
 from mjbiped.errors import InputError, shown

@@ -19,10 +19,11 @@ from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
+from mjbiped.engines.checks import check_controller, check_robot
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.records import columns_of
 from mjbiped.engines.hybrid.run import HybridRun
-from mjbiped.engines.plan import Plan, Terms, check_controller, check_robot
+from mjbiped.engines.plan import Plan, Terms
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Branched, Gait

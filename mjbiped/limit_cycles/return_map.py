@@ -22,6 +22,7 @@ from mjbiped.control.functions import as_machine_code
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.disturbances.pushes import NONE
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
+from mjbiped.engines.checks import check_robot, check_rule
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.run import engine_address
@@ -34,7 +35,6 @@ from mjbiped.engines.hybrid.setup import (
     state_of,
 )
 from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
-from mjbiped.engines.plan import check_robot, check_rule
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import call, numbers, packed, reader, row, share_arrays
 from mjbiped.numerics.jit import announced

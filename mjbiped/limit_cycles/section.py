@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mjbiped.engines.plan import check_robot, check_rule
+from mjbiped.engines.checks import check_robot, check_rule
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait, Periodic
 from mjbiped.robots.robot import Array, Robot

@@ -17,8 +17,9 @@ import numpy as np
 from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
+from mjbiped.engines.checks import check_controller
 from mjbiped.engines.names import ENGINES
-from mjbiped.engines.plan import INITIAL_STATES, Terms, check_controller, make_plan
+from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Periodic
