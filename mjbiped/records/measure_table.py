@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from mjbiped.records import stance_knee
-from mjbiped.records.pressure import Sole
+from mjbiped.records.pressure import shortest_foot
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -72,7 +72,7 @@ def _held(s: Summary, walk: Walk) -> float:
 
 def _foot(s: Summary, walk: Walk) -> float:
     ahead, behind = s.largest("ahead"), s.largest("behind")
-    return Sole(walk.pressure_times, walk.end[0], ahead, behind, s.robot.leg_length).length()
+    return shortest_foot(walk.pressure_times, walk.end[0], ahead, behind, s.robot.leg_length)
 
 
 def _bound(s: Summary, _: Walk) -> float:

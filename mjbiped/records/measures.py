@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import InputError, shown
 from mjbiped.records.columns import tables_of
 from mjbiped.records.measure_table import measures_of, ratio
-from mjbiped.records.pressure import USUAL, Sole
+from mjbiped.records.pressure import USUAL, shortest_foot
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.segments import GROUND_FRICTION
@@ -141,7 +141,7 @@ def foot_length(walk: Walk, share: float = USUAL) -> float:
     It is infinite where no foot does, and NaN for records without the times; see `mjbiped.records.pressure`.
     """
     ahead, behind = (np.max(walk.touchdowns[f"pressure_{side}"], initial=-math.inf) for side in ("ahead", "behind"))
-    return Sole(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length).length(share)
+    return shortest_foot(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length, share)
 
 
 def violations(touchdowns: Touchdowns) -> NDArray[np.bool_]:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,40 +114,31 @@ def centre_of_pressure(walk: Walk) -> Floats:
     return places
 
 
-class Sole(NamedTuple):
-    """Centre of pressure of a whole walk, which determines the flat foot that it needs.
+def shortest_foot(
+    times: Floats, total: float, ahead: float, behind: float, leg_length: float, share: float = USUAL
+) -> float:
+    """Length of the shortest flat foot that contains the centre of pressure for a share of the time, m.
 
-    Attributes:
+    Time is taken to be spread evenly within a bin. The length is infinite if the torque acts without a normal force for
+    longer than may be left out, and NaN if the times are unknown.
+
+    Args:
         times: Time in each bin of the centre of pressure, s.
         total: Duration of the walk, s.
         ahead: Greatest distance of the centre of pressure ahead of the ankle, m.
         behind: Greatest distance of the centre of pressure behind the ankle, m.
         leg_length: Length of a leg, m.
+        share: Share of the duration.
     """
-
-    times: Floats
-    total: float
-    ahead: float
-    behind: float
-    leg_length: float
-
-    def length(self, share: float = USUAL) -> float:
-        """Length of the shortest foot that contains the centre of pressure for a share of the time, m.
-
-        Time is taken to be spread evenly within a bin. The length is infinite if the torque acts without a normal force
-        for longer than may be left out, and NaN if the times are unknown.
-        """
-        if np.isnan(self.times).any() or not self.total > 0.0:
-            return math.nan
-        left_out = (1.0 - share) * self.total
-        edges = [
-            np.minimum(np.arange(HALF) * WIDTH, max(most, 0.0) / self.leg_length) for most in (self.behind, self.ahead)
-        ]
-        beyond = [np.cumsum(side[::-1])[::-1] for side in (self.times[HALF - 1 :: -1], self.times[HALF:])]
-        if beyond[0][-1] + beyond[1][-1] > left_out:
-            return math.inf
-        lengths = [_shortest(edges[k], beyond[k], edges[1 - k], beyond[1 - k], left_out) for k in (0, 1)]
-        return float(min(lengths) * self.leg_length)
+    if np.isnan(times).any() or not total > 0.0:
+        return math.nan
+    left_out = (1.0 - share) * total
+    edges = [np.minimum(np.arange(HALF) * WIDTH, max(most, 0.0) / leg_length) for most in (behind, ahead)]
+    beyond = [np.cumsum(side[::-1])[::-1] for side in (times[HALF - 1 :: -1], times[HALF:])]
+    if beyond[0][-1] + beyond[1][-1] > left_out:
+        return math.inf
+    lengths = [_shortest(edges[k], beyond[k], edges[1 - k], beyond[1 - k], left_out) for k in (0, 1)]
+    return float(min(lengths) * leg_length)
 
 
 def _shortest(edges: Floats, beyond: Floats, other_edges: Floats, other_beyond: Floats, left_out: float) -> float:

@@ -80,8 +80,8 @@ class WalkSummary(dict[str, Any]):
         if settings.get("disturbances"):
             rows.append(("disturbances", _in_words(settings["disturbances"]), ""))
         if warnings:
-            told = (f"{text} ({n} times)" if n > 1 else text for text, n in warnings.items())
-            rows.append(("warning", "; ".join(told), ""))
+            texts = (f"{text} ({n} times)" if n > 1 else text for text, n in warnings.items())
+            rows.append(("warning", "; ".join(texts), ""))
         rows += [
             (label, in_words(self[key], factor, form), "" if self[key] is None else unit)
             for label, key, factor, form, unit, *_ in measures_of(type(walk.robot))

@@ -45,6 +45,7 @@ def test_a_record_of_a_version_is_read(version: int, walker: str, walks: Walks, 
             else:
                 assert found[name].tobytes() == column.tobytes()
     assert np.isnan(old.pressure_times).all() == (version < 4)
+    assert (old.summary()["foot_length_99_percent_m"] is None) == (version < 4)
     assert old.summary()["cost_of_transport"] == walk.summary()["cost_of_transport"]
 
 
