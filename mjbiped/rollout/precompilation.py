@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import as_completed
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
@@ -58,34 +58,33 @@ def precompile(
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     # an engine's machine code serves many controllers: one of them makes it, then the others come
-    waiting: dict[tuple[str, str, int], list[Unit]] = {}
+    groups: dict[tuple[str, str, int], list[Unit]] = {}
     for robot in _ROBOTS:
-        for engine in chosen:
+        for engine in map(engine_of, chosen):
             for name in names:
                 made = controller_class(name, robot)
                 if made.drives(robot):
-                    room = engine_of(engine).room(len(made.states), robot)
-                    waiting.setdefault((robot.kind, engine, room), []).append((engine, name, robot))
-    driven = {name for group in waiting.values() for _, name, _ in group}
+                    shared = (
+                        "" if engine.serves_all else robot.kind,
+                        engine.name,
+                        engine.room(len(made.states), robot),
+                    )
+                    groups.setdefault(shared, []).append((engine.name, name, robot))
+    driven = {name for group in groups.values() for _, name, _ in group}
     for name in names:
         if name not in driven:
             joints = ", or ".join(" and ".join(robot.joints) for robot in _ROBOTS)
             raise InputError(f"{name} drives {' and '.join(controller_class(name).joints)}: robots have {joints}")
     failures: list[InputError] = []
-    total = sum(map(len, waiting.values()))
+    total = sum(map(len, groups.values()))
     with (
         processes(min(workers or cores(), total)) as pool,
         progress_bar(total=total, desc="compiling", unit="law", progress=progress) as bar,
     ):
-        running: dict[Future[None], tuple[str, str, int] | None] = {
-            pool.submit(_walk_a_step, group.pop(0)): kind for kind, group in waiting.items()
-        }
-        while running:
-            for done in wait(running, return_when=FIRST_COMPLETED).done:
-                kind = running.pop(done)
+        first = [group[0] for group in groups.values()]
+        for units in (first, [unit for group in groups.values() for unit in group[1:]]):
+            for done in as_completed([pool.submit(_walk_a_step, unit) for unit in units]):
                 bar.update()
-                for unit in waiting.pop(kind, ()) if kind else ():
-                    running[pool.submit(_walk_a_step, unit)] = None
                 try:
                     done.result()
                 except InputError as error:
