@@ -21,8 +21,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -31,7 +29,7 @@ from mjbiped.engines.mujoco import constants, ground, options, scene
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
 RADII = (3e-2, 1e-2, 1e-3, 1e-4, ground.FOOT_RADIUS, 1e-5)
@@ -129,8 +127,8 @@ def draw(path: Path, studies: Sequence["Study"]) -> None:
     """All studies, log-log, with the orders of the errors that have one."""
     shown = 100.0 * np.concatenate([np.abs(study.found).ravel() for study in studies])
     shown = shown[np.isfinite(shown) & (shown > 0.0)]
-    with plot_style.styled():
-        figure = plot_style.new_figure(4.9)
+    with plot_style.drawn(path) as figure:
+        figure.set_figheight(4.9)
         panels = figure.subplots(1, len(studies), sharey=True)
         for letter, axes, study in zip("abc", panels, studies, strict=True):
             draw_study(axes, study)
@@ -139,7 +137,6 @@ def draw(path: Path, studies: Sequence["Study"]) -> None:
         handles, names = panels[0].get_legend_handles_labels()
         handles.append(Line2D([], [], color=plot_style.GUIDE, linewidth=0.6))
         legend_below(figure, handles, [*names, "in proportion to what is varied"])
-    plot_style.save_figure(figure, path)
 
 
 def draw_study(axes: Axes, study: "Study") -> None:
@@ -240,16 +237,8 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
     )
     for study in studies:
         headings, rows = [study.heading, *(f"{name} %" for name in ERRORS)], study.rows()
-        table = Table(
-            title=f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
-        )
-        for heading in headings:
-            table.add_column(heading, justify="right")
-        for cells in rows:
-            table.add_row(*cells)
-        Console(width=120).print(table)
-        if page is not None:
-            write_table(page, study.name, headings, rows)
+        title = f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
+        show_table(title, headings, rows, page, study.name)
     if plot is not None:
         draw(plot, studies)
 

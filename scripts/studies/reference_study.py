@@ -17,8 +17,6 @@ from typing import Any
 import click
 import numpy as np
 from matplotlib.axes import Axes
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -29,7 +27,7 @@ from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.records.measures import THROUGH, THROUGH_VIOLATING, foot_length
 from mjbiped.utils import palette
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 ROBOT = mjbiped.Compass()
 PHASES = 100
@@ -313,12 +311,7 @@ def main(page: Path | None, plot: Path | None) -> None:
             checks,
         ),
     ):
-        table = Table(*heads)
-        for cells in rows:
-            table.add_row(*cells)
-        Console().print(table)
-        if page is not None:
-            write_table(page, name, heads, [[*cells, *[""] * (len(heads) - len(cells))] for cells in rows])
+        show_table(name, heads, [[*cells, *[""] * (len(heads) - len(cells))] for cells in rows], page, name)
     if plot is not None:
         draw((optimised, free, passive), speeds, plot)
 

@@ -25,12 +25,10 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Controller, PassiveController
 from mjbiped.engines.mujoco import run, step_size
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
@@ -38,17 +36,14 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.benchmarks.timing import Case, Timing, interleaved, machine
-from scripts.pages import write_table
-from scripts.studies.gallery import TERRAINS
+from scripts.pages import show_table, write_table
+from scripts.studies.gallery import ADAPTIVE, GAIT, ROBOT, TERRAINS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES, LENGTH = 100, 40  # from which bare steps are made, and how many from each
 WANTED_SPEED, WANTED_ERROR = 300.0, 0.005
 NO_SAMPLES = 1e4  # s: only the last one
 PASSIVE = "passive, 2° down"
-ROBOT = mjbiped.Compass()
-GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
-ADAPTIVE = AdaptiveController(ROBOT, GAIT)
 
 
 @dataclass(frozen=True)
@@ -301,8 +296,8 @@ ERROR_HEADINGS = (
 
 def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mapping[Setting, Speed]) -> None:
     """Speed on level ground against the worst errors of all grounds."""
-    with plot_style.styled():
-        figure = plot_style.new_figure(5.0)
+    with plot_style.drawn(path) as figure:
+        figure.set_figheight(5.0)
         left, right = figure.subplots(1, 2, sharey=True)
         left.axvline(100.0 * WANTED_ERROR, color=plot_style.GUIDE, linewidth=0.9)
         text = f"wanted: {100.0 * WANTED_ERROR:g} %"
@@ -318,7 +313,6 @@ def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mappi
         left.set_title("(a) Impacts against the impact map")
         right.set_title("(b) Cost of transport against the hybrid engine")
         legend_below(figure, *left.get_legend_handles_labels())
-    plot_style.save_figure(figure, path)
 
 
 def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Setting, Speed]) -> None:
@@ -391,18 +385,6 @@ def along(line: Line2D) -> NDArray[np.float64]:
     return np.reshape(ends[:-1] * (1.0 - steps) + ends[1:] * steps, (-1, 2))
 
 
-def tabulate(page: Path | None, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, and write it into the page."""
-    table = Table(title=name)
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    for cells in rows:
-        table.add_row(*cells)
-    Console(width=200).print(table)
-    if page is not None:
-        write_table(page, name, headings, rows)
-
-
 @click.command(help=__doc__)
 @click.option("--steps", default=12, show_default=True, type=click.IntRange(min=2), help="Of the walks for accuracy.")
 @click.option("--random", "count", default=4, show_default=True, type=click.IntRange(min=0), help="Random grounds.")
@@ -418,7 +400,7 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
     level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
     speed = {setting: level[setting, "level"] for setting in SETTINGS}
     rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].cells] for s in SETTINGS]
-    tabulate(page, "settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows)
+    show_table("settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows, page, "settings")
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
     rows = []
@@ -434,7 +416,13 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
                 *everywhere[setting, name].cells,
             ]
         )
-    tabulate(page, "grounds", ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS), rows)
+    show_table(
+        "grounds",
+        ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS),
+        rows,
+        page,
+        "grounds",
+    )
     if page is not None:
         write_table(page, "machine", ("", ""), machine())
     if plot is not None:
