@@ -49,6 +49,26 @@ STYLES: Sequence[dict[str, Any]] = (
     {"color": plot_style.GUIDE, "linestyle": (0, (1, 1)), "marker": "x"},
 )
 
+_H, _CONTACT = options.DEFAULT_TIMESTEP, options.DEFAULT_CONTACT_TIMESTEP
+VARIED = {
+    "timestep": (
+        ("Timestep", "timestep s", "timestep $h$ (s);\nfoot 0.01 mm, contact step 10 µs", "h"),
+        TIMESTEPS,
+        [(value, _CONTACT, SMALL_RADIUS) for value in TIMESTEPS],
+    ),
+    "contact": (
+        ("Contact step", "contact step s", "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 1 ms", "h_c"),
+        CONTACT_TIMESTEPS,
+        [(_H, value, SMALL_RADIUS) for value in CONTACT_TIMESTEPS],
+    ),
+    "radius": (
+        ("Foot radius", "foot radius m", "foot radius $r$ (m);\ntimestep 1 ms, contact step 10 µs", "r"),
+        RADII,
+        [(_H, _CONTACT, value) for value in RADII],
+    ),
+}
+"""What is varied: title, heading, label, symbol; values; and timestep (s), contact step (s), radius (m) of each."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -193,48 +213,16 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
     adaptive = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)), replanning_threshold=1e-9)
     passive, rough = Case(PassiveController(), PASSIVE_GROUND, steps), Case(adaptive, ROUGH_GROUND, rough_steps)
     exact = passive.exact(), rough.exact()
-    h, contact, small = options.DEFAULT_TIMESTEP, options.DEFAULT_CONTACT_TIMESTEP, SMALL_RADIUS
-    varied = {
-        "timestep": [(value, contact, small) for value in TIMESTEPS],
-        "contact": [(h, value, small) for value in CONTACT_TIMESTEPS],
-        "radius": [(h, contact, value) for value in RADII],
-    }
     found: dict[tuple[float, float, float], list[float]] = {}
-    work = {place: 1.0 / place[0] for places in varied.values() for place in places}
+    work = {place: 1.0 / place[0] for _, _, places in VARIED.values() for place in places}
     with tqdm(total=round(sum(work.values())), desc="walks", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         for place in work:
             found[place] = errors(passive.walk(*place), rough.walk(*place), exact)
             bar.update(round(work[place]))
-    errors_of = {name: np.array([found[place] for place in places]) for name, places in varied.items()}
-    studies = (
-        Study(
-            "timestep",
-            "Timestep",
-            "timestep s",
-            "timestep $h$ (s);\nfoot 0.01 mm, contact step 10 µs",
-            "h",
-            TIMESTEPS,
-            errors_of["timestep"],
-        ),
-        Study(
-            "contact",
-            "Contact step",
-            "contact step s",
-            "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 1 ms",
-            "h_c",
-            CONTACT_TIMESTEPS,
-            errors_of["contact"],
-        ),
-        Study(
-            "radius",
-            "Foot radius",
-            "foot radius m",
-            "foot radius $r$ (m);\ntimestep 1 ms, contact step 10 µs",
-            "r",
-            RADII,
-            errors_of["radius"],
-        ),
-    )
+    studies = [
+        Study(name, *words, values, np.array([found[place] for place in places]))
+        for name, (words, values, places) in VARIED.items()
+    ]
     for study in studies:
         headings, rows = [study.heading, *(f"{name} %" for name in ERRORS)], study.rows()
         title = f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
