@@ -34,8 +34,8 @@ COSTS = {
 """Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
 
 _KEY_DIGITS = 24  # hexadecimal
-_MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
-_LAYOUT = Layout("walks", ("key", "outcome", "error", *_MEASURES, *COSTS), None, frozenset((*_MEASURES, *COSTS)))
+MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
+_LAYOUT = Layout("walks", ("key", "outcome", "error", *MEASURES, *COSTS), None, frozenset((*MEASURES, *COSTS)))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.reproduction.cell import COSTS
+from mjbiped.reproduction.cell import COSTS, MEASURES
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.traces import TRACES
 
@@ -18,8 +18,7 @@ _TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gain
 _COUNTS = ("steps", "strikes")
 COLUMNS = (
     "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
-    "update", "start_estimate", "outcome", "steps", "place", "ankle", "hip", "friction", "least_force", "strikes",
-    "begun", "ended", "rms", "jump", "error", *COSTS, *TRACES,
+    "update", "start_estimate", "outcome", *MEASURES, "error", *COSTS, *TRACES,
 )  # fmt: skip
 _DIGITS = 6
 

@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from controllers import Controller
-from mjbiped.control.compiled import MachineCode
 from mjbiped.control.controller import ROOM
-from mjbiped.numerics import machine
-from mjbiped.numerics.blocks import call, numbers, packed, reader
+from mjbiped.numerics.jit import compiled
 from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -27,13 +25,10 @@ LONGEST = 3.0  # s, of a gait step
 
 
 class Known(NamedTuple):
-    """What stays fixed within a gait step, see `mjbiped.numerics.blocks`.
+    """What stays fixed within a gait step, all arrays of floats where it may change between two.
 
     Attributes:
-        torque: Address of the control law.
-        parameters: Address of its record.
-        states: Number of the controller's integrated states.
-        segments: Number of the terrain's segments.
+        parameters: Of the control law.
         constants: Of the robot.
         memory: Of the controller.
         made: Room for what its law writes.
@@ -44,21 +39,21 @@ class Known(NamedTuple):
         gradient: dz/dx.
     """
 
-    torque: int
-    parameters: int
-    states: int
-    segments: int
+    parameters: Any
     constants: Any
     memory: Any
     made: Any
     now: Any
-    rule: Any
+    rule: tuple[float, float, float]
     x: Any
     z: Any
     gradient: Any
 
 
-known_at = reader(Known)
+class Torque(NamedTuple):
+    """The one function that is compiled with the equations."""
+
+    torque: Any
 
 
 class ScipyWalk:
@@ -76,24 +71,17 @@ class ScipyWalk:
         law, rule = controller.law(), ScuffingRule()
         assert law is not None
         self.controller, self.terrain, self.robot, self.tolerance = controller, terrain, robot, tolerance
-        self._rates = machine.compiled(rates, "void(int64, int64, int64)")
-        self._clearance = machine.compiled(clearance, "float64(int64, int64)")
-        self._code = MachineCode(law, len(controller.states), controller.memory_size)
+        self._rates = compiled(rates, Torque, (law.torque,), inlined=())
+        self._clearance = compiled(clearance, Torque, (law.torque,), inlined=())
         self._known = Known(
-            self._code.law.torque,
-            self._code.law.record,
-            len(controller.states),
-            len(terrain.x),
+            np.array(law.parameters, dtype=np.float64),
             robot.constants,
             np.zeros(controller.memory_size),
             np.zeros(2 + len(controller.states) + ROOM),
             np.zeros(6),
             (robot.leg_length, rule.reach * robot.leg_length, rule.delay),
-            terrain.x,
-            terrain.z,
-            terrain.gradients,
+            *(np.array(values, dtype=np.float64) for values in (terrain.x, terrain.z, terrain.gradients)),
         )
-        self._copy, self._kept = packed(self._known)
 
     def states(self, start: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
         """Walk.
@@ -128,7 +116,7 @@ class ScipyWalk:
 
     def _swing(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """State at the touchdown; no integration goes across a kink of the law."""
-        known, out, at = self._known, np.empty_like(y), self._copy.ctypes.data
+        known, out, value = self._known, np.empty_like(y), np.empty(1)
         kinks = [0.0]
         while kinks[-1] < LONGEST:
             kinks.append(min(self.controller.next_discontinuity(known.memory, kinks[-1]), LONGEST))
@@ -136,12 +124,13 @@ class ScipyWalk:
 
         def rhs(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
             known.now[0] = min(max(t, first), last)
-            self._rates(at, y.ctypes.data, out.ctypes.data)
+            self._rates(known, y, out)
             return out.copy()
 
         def guard(t: float, y: NDArray[np.float64]) -> float:
             known.now[0] = t
-            return float(self._clearance(at, y.ctypes.data))
+            self._clearance(known, y, value)
+            return float(value[0])
 
         guard.terminal, guard.direction = True, -1  # type: ignore[attr-defined]
         absolute = np.full(len(y), self.tolerance)
@@ -154,36 +143,30 @@ class ScipyWalk:
         raise RuntimeError(f"no touchdown within {LONGEST} s")
 
 
-def rates(at: int, y_at: int, out_at: int) -> None:
-    """Equation (1), the controller's states, and the net work of ankle and hip, in machine code alone."""
-    known = known_at(at, 0)
-    own, now, memory = known.states, numbers(known.now, 6), numbers(known.memory, known.states)
-    y, out, made = numbers(y_at, 6 + own), numbers(out_at, 6 + own), numbers(known.made, 2 + own)
-    for index in range(own):
-        memory[index] = y[4 + index]
-    call(known.torque, known.parameters, memory, now[0], numbers(y_at, 2), numbers(y_at + 16, 2), made)
-    ankle, hip = made[0], made[1]
+def rates(laws: Torque, known: Known, y: Any, out: Any) -> None:
+    """Equation (1), the controller's states, and the net work of ankle and hip."""
     q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
-    constants = numbers(known.constants, 5)
-    ddq1, ddq2 = acceleration(constants, q1, q2, dq1, dq2, now[1], now[2], ankle - hip, hip)
+    own = len(y) - 6
+    for index in range(own):
+        known.memory[index] = y[4 + index]
+    result = known.made
+    laws.torque(known.parameters, known.memory, known.now[0], y[:2], y[2:4], result)
+    ankle, hip = result[0], result[1]
+    ddq1, ddq2 = acceleration(known.constants, q1, q2, dq1, dq2, known.now[1], known.now[2], ankle - hip, hip)
     out[0], out[1], out[2], out[3] = dq1, dq2, ddq1, ddq2
     for index in range(own):
-        out[4 + index] = made[2 + index]
+        out[4 + index] = result[2 + index]
     out[4 + own], out[5 + own] = ankle * dq1, hip * (dq2 - dq1)
 
 
-def clearance(at: int, y_at: int) -> float:
-    """Height of the swing foot over the ground, m; 1 before it collides; in machine code alone."""
-    known = known_at(at, 0)
-    y, now, rule = numbers(y_at, 2), numbers(known.now, 6), numbers(known.rule, 3)
-    length, reach, delay = rule[0], rule[1], rule[2]
-    stance, swing = y[0] + now[3], y[1] + now[3]
+def clearance(_: Torque, known: Known, y: Any, out: Any) -> None:
+    """Height of the swing foot over the ground, m; 1 before it collides."""
+    length, reach, delay = known.rule
+    stance, swing = y[0] + known.now[3], y[1] + known.now[3]
     ahead = length * (math.sin(stance) - math.sin(swing))
-    if ahead < reach or now[0] <= delay:
-        return 1.0
-    x, starts = now[4] + ahead, numbers(known.x, known.segments)
-    segment = max(np.searchsorted(starts, x, "right") - 1, 0)
-    height = numbers(known.z, known.segments)[segment]
-    ground = height + numbers(known.gradient, known.segments)[segment] * (x - starts[segment])
-    above: float = now[5] + length * (math.cos(stance) - math.cos(swing)) - ground
-    return above
+    out[0] = 1.0
+    if ahead >= reach and known.now[0] > delay:
+        x = known.now[4] + ahead
+        segment = max(np.searchsorted(known.x, x, "right") - 1, 0)
+        ground = known.z[segment] + known.gradient[segment] * (x - known.x[segment])
+        out[0] = known.now[5] + length * (math.cos(stance) - math.cos(swing)) - ground

@@ -123,21 +123,11 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 }
 
 SIDES = (
-    ((7, 0), "left", "center"),
-    ((0, -7), "center", "top"),
-    ((0, 7), "center", "bottom"),
-    ((-7, 0), "right", "center"),
-    ((6, -6), "left", "top"),
-    ((6, 6), "left", "bottom"),
-    ((-6, -6), "right", "top"),
-    ((0, -17), "center", "top"),
-    ((8, 9), "left", "bottom"),
-    ((8, -9), "left", "top"),
-    ((-8, -9), "right", "top"),
-    ((-8, 9), "right", "bottom"),
-    ((0, 17), "center", "bottom"),
-    ((18, 0), "left", "center"),
-)
+    ((7, 0), "left", "center"), ((0, -7), "center", "top"), ((0, 7), "center", "bottom"), ((-7, 0), "right", "center"),
+    ((6, -6), "left", "top"), ((6, 6), "left", "bottom"), ((-6, -6), "right", "top"), ((0, -17), "center", "top"),
+    ((8, 9), "left", "bottom"), ((8, -9), "left", "top"), ((-8, -9), "right", "top"), ((-8, 9), "right", "bottom"),
+    ((0, 17), "center", "bottom"), ((18, 0), "left", "center"),
+)  # fmt: skip
 """Where a name may stand beside its mark, points, the first that is free."""
 
 
@@ -154,16 +144,13 @@ class Errors:
     @classmethod
     def of(cls, walk: mjbiped.Walk, exact: mjbiped.Walk) -> "Errors":
         """Of a walk against the hybrid engine's; NaN where it did not come to its end."""
+        impact = float(np.abs(measures.impact_errors(walk)).max()) if walk.steps else math.nan
         if walk.outcome != exact.outcome or walk.steps != exact.steps:
-            worst = float(np.abs(measures.impact_errors(walk)).max()) if walk.steps else math.nan
-            return cls(worst, math.nan, math.nan, math.nan, f"{walk.outcome} after {walk.steps}")
-        return cls(
-            float(np.abs(measures.impact_errors(walk)).max()),
-            abs(walk.cost_of_transport / exact.cost_of_transport - 1.0) if exact.cost_of_transport else math.nan,
-            float(np.abs(walk.peak_torque - exact.peak_torque).max()),
-            abs(walk.touchdowns["time"][-1] - exact.touchdowns["time"][-1]) / walk.steps,
-            walk.outcome,
-        )
+            return cls(impact, math.nan, math.nan, math.nan, f"{walk.outcome} after {walk.steps}")
+        cost = walk.cost_of_transport / exact.cost_of_transport - 1.0 if exact.cost_of_transport else math.nan
+        torque = float(np.abs(walk.peak_torque - exact.peak_torque).max())
+        late = abs(walk.touchdowns["time"][-1] - exact.touchdowns["time"][-1])
+        return cls(impact, abs(cost), torque, late / walk.steps, walk.outcome)
 
 
 def grounds(count: int) -> dict[str, tuple[Controller, mjbiped.Terrain]]:
@@ -282,6 +269,11 @@ def error_cells(found: Mapping[str, Errors]) -> list[str]:
         f"{1e3 * drift:.2g}",
         "; ".join(lost) or "all",
     ]
+
+
+def cells_of(errors: Errors) -> list[str]:
+    """Worst impact and c_mt (%), and peak torque (N m) of one walk."""
+    return [f"{100 * errors.impact:.2g}", f"{100 * errors.cost:.2g}", f"{errors.torque:.2g}"]
 
 
 ERROR_HEADINGS = (
@@ -403,26 +395,9 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
     show_table("settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows, page, "settings")
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
-    rows = []
-    for setting, name in pairs:
-        errors = found[setting][name]
-        rows.append(
-            [
-                setting.name,
-                name,
-                f"{100 * errors.impact:.2g}",
-                f"{100 * errors.cost:.2g}",
-                f"{errors.torque:.2g}",
-                *everywhere[setting, name].cells,
-            ]
-        )
-    show_table(
-        "grounds",
-        ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS),
-        rows,
-        page,
-        "grounds",
-    )
+    rows = [[s.name, name, *cells_of(found[s][name]), *everywhere[s, name].cells] for s, name in pairs]
+    headings = ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS)
+    show_table("grounds", headings, rows, page, "grounds")
     if page is not None:
         write_table(page, "machine", ("", ""), machine())
     if plot is not None:

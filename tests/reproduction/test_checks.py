@@ -13,7 +13,7 @@ from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
 from mjbiped.reproduction.grounds import TABLE_2 as PAPER
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, START_ESTIMATES
 from mjbiped.reproduction.report.answers import Answer
-from mjbiped.reproduction.report.checks import BLIND, FITTED, FOUND, GROUPS, UNFITTED, Check, checks, sections
+from mjbiped.reproduction.report.checks import BLIND, FITTED, FOUND, GROUPS, UNFITTED, checks, sections
 from mjbiped.reproduction.report.markdown import printed
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
@@ -85,7 +85,7 @@ def lost(row: Row) -> Row:
 
 def asked(rows: Sequence[Row], words: str, group: str, engine: str = "hybrid") -> Answer:
     """The one answer of an engine to the claim that has these words in it."""
-    found = [c.answer for c in checks(rows, BEST) if (c.group, c.engine) == (group, engine) and words in c.answer.claim]
+    found = [a for a in checks(rows, BEST) if (a.group, a.engine) == (group, engine) and words in a.claim]
     assert len(found) == 1, [answer.claim for answer in found]
     return found[0]
 
@@ -93,9 +93,9 @@ def asked(rows: Sequence[Row], words: str, group: str, engine: str = "hybrid") -
 def test_the_paper_s_own_numbers_fulfil_every_claim() -> None:
     """A claim that they miss would not be the paper's."""
     asked_here = [check for check in checks(paper_s(), BEST) if check.engine == "hybrid"]
-    assert [check.answer for check in asked_here if check.answer.holds is not True] == []
+    assert [answer for answer in asked_here if answer.holds is not True] == []
     assert [sum(check.group == group for check in asked_here) for group in GROUPS] == [19, 20, 20, 13]
-    assert all(check.answer.source for check in asked_here)
+    assert all(check.source for check in asked_here)
 
 
 LEVEL = {"ground": "level"}
@@ -187,7 +187,7 @@ def test_each_claim_fails_on_numbers_that_contradict_it(
 
 
 def test_every_claim_has_its_contradiction() -> None:
-    claims = {(check.group, check.answer.claim) for check in checks(paper_s(), BEST) if check.engine == "hybrid"}
+    claims = {(check.group, check.claim) for check in checks(paper_s(), BEST) if check.engine == "hybrid"}
     contradicted = {
         (group, claim) for group, claim in claims for words, of, *_ in CONTRADICTIONS if group == of and words in claim
     }
@@ -207,8 +207,8 @@ def test_a_claim_judged_on_survivors_says_so() -> None:
 def test_what_was_not_walked_is_not_asked() -> None:
     """In MuJoCo there are no rows, and of walks that ended early no numbers."""
     there = [check for check in checks(paper_s(), BEST) if check.engine == "mujoco"]
-    assert {check.answer.holds for check in there} == {None}
-    assert {check.answer.verdict[:9] for check in there} <= {"–", "not asked"}
+    assert {check.holds for check in there} == {None}
+    assert {check.verdict[:9] for check in there} <= {"–", "not asked"}
     for zeta, words in ((0.8, "no ζ has a lower"), (0.7, "each ζ from 0.6"), (0.4, "torque without re-planning"),
                         (0.4, "smoother"), (None, "lower than with any")):  # fmt: skip
         assert asked(changed({**MIXED, "delay": zeta}, lost), words, UNFITTED).holds is None
@@ -226,12 +226,12 @@ def test_c_mt_is_compared_as_printed() -> None:
 
 def test_a_claim_counts_once_in_however_many_engines() -> None:
     asked_here = [
-        Check(UNFITTED, "hybrid", Answer("a", "I", True, "1")),
-        Check(UNFITTED, "mujoco", Answer("a", "I", False, "2", "some")),
-        Check(BLIND, "hybrid", Answer("b", "I", True)),
-        Check(BLIND, "mujoco", Answer("b", "I", True)),
-        Check(FITTED, "hybrid", Answer("b", "I", False)),
-        Check(FOUND, "hybrid", Answer("c", "II", None)),
+        Answer("a", "I", True, "1", engine="hybrid", group=UNFITTED),
+        Answer("a", "I", False, "2", "some", engine="mujoco", group=UNFITTED),
+        Answer("b", "I", True, engine="hybrid", group=BLIND),
+        Answer("b", "I", True, engine="mujoco", group=BLIND),
+        Answer("b", "I", False, engine="hybrid", group=FITTED),
+        Answer("c", "II", None, engine="hybrid", group=FOUND),
     ]
     message = sections(asked_here)
     missed = [message[f"missed_{name}"] for name in (*GROUPS, "without_the_table")]
@@ -259,6 +259,6 @@ def test_each_group_is_asked_of_its_own_walks() -> None:
 
 
 def test_every_ground_of_table_2_is_asked_about() -> None:
-    text = " ".join(check.answer.claim for check in checks(paper_s(), BEST) if check.group == BLIND)
+    text = " ".join(check.claim for check in checks(paper_s(), BEST) if check.group == BLIND)
     assert all(ground in text.lower() for ground in GROUNDS)
     assert "|" not in text  # it would end a table's cell

@@ -22,6 +22,8 @@ class Answer(NamedTuple):
         holds: Whether the claim holds; None where its walks do not exist.
         found: Our numbers.
         of: The part of the walks that was tested, where others did not come to their end; else empty.
+        engine: Engine of the walks.
+        group: One of `mjbiped.reproduction.report.checks.GROUPS`.
     """
 
     claim: str
@@ -29,6 +31,8 @@ class Answer(NamedTuple):
     holds: bool | None
     found: str = ""
     of: str = ""
+    engine: str = ""
+    group: str = ""
 
     @property
     def verdict(self) -> str:

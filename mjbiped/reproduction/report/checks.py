@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
 
 from mjbiped.reproduction.report import checks_figures, checks_table_2
 from mjbiped.reproduction.report.answers import Answer
@@ -16,37 +15,23 @@ GROUPS = UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
 methods' settings as well; the ground."""
 
 
-class Check(NamedTuple):
-    """An answer, and the walks that gave it.
-
-    Attributes:
-        group: One of `GROUPS`.
-        engine: "hybrid" or "mujoco".
-        answer: The answer to a claim.
-    """
-
-    group: str
-    engine: str
-    answer: Answer
-
-
-def checks(rows: Sequence[Row], best: Choice) -> list[Check]:
+def checks(rows: Sequence[Row], best: Choice) -> list[Answer]:
     """Answer all claims, engine by engine and group by group."""
-    return [Check(group, engine, answer) for engine in ENGINES for group, answer in _answers(rows, best, engine)]
+    return [
+        answer._replace(engine=engine, group=group)
+        for engine in ENGINES
+        for group, answers in (
+            (UNFITTED, checks_table_2.of_adaptive(rows, best, engine)),
+            (BLIND, checks_table_2.of_all_methods(rows, best, engine, "blind")),
+            (FITTED, checks_table_2.of_all_methods(rows, best, engine, "fitted")),
+            (UNFITTED, checks_figures.answers(rows, "mixed", "On our mixed ground", engine)),
+            (FOUND, checks_figures.answers(rows, "found", "On the ground that was found", engine)),
+        )
+        for answer in answers
+    ]
 
 
-def _answers(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[tuple[str, Answer]]:
-    asked = (
-        (UNFITTED, checks_table_2.of_adaptive(rows, best, engine)),
-        (BLIND, checks_table_2.of_all_methods(rows, best, engine, "blind")),
-        (FITTED, checks_table_2.of_all_methods(rows, best, engine, "fitted")),
-        (UNFITTED, checks_figures.answers(rows, "mixed", "On our mixed ground", engine)),
-        (FOUND, checks_figures.answers(rows, "found", "On the ground that was found", engine)),
-    )
-    return ((group, answer) for group, answers in asked for answer in answers)
-
-
-def sections(asked: Sequence[Check]) -> dict[str, str]:
+def sections(asked: Sequence[Answer]) -> dict[str, str]:
     """Fill the template's places about the claims, by name."""
     by_claim, parts = _by_claim(asked, GROUPS), {}
     for group in GROUPS:
@@ -77,15 +62,15 @@ Asked = Mapping[tuple[str, str, str], Mapping[str, Answer]]
 """Each engine's answer by group, claim and source. A claim counts once, in however many engines it is tested."""
 
 
-def _by_claim(asked: Iterable[Check], groups: Sequence[str]) -> Asked:
+def _by_claim(asked: Iterable[Answer], groups: Sequence[str]) -> Asked:
     found: dict[tuple[str, str, str], dict[str, Answer]] = {}
-    for group, engine, answer in asked:
-        if group in groups:
-            found.setdefault((group, answer.claim, answer.source), {})[engine] = answer
+    for answer in asked:
+        if answer.group in groups:
+            found.setdefault((answer.group, answer.claim, answer.source), {})[answer.engine] = answer
     return found
 
 
-def what_counts(asked: Iterable[Check]) -> str:
+def what_counts(asked: Iterable[Answer]) -> str:
     """Say which rows count, and how many of their claims do not hold."""
     return (
         f'What counts are the rows "{UNFITTED}" and "{BLIND}", whose settings were not chosen by the paper\'s numbers: '
