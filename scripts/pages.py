@@ -10,7 +10,7 @@ from mjbiped.utils.markdown import markdown_table
 
 
 def show_table(
-    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], page: Path | None, name: str
+    title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], page: Path | None = None, name: str = ""
 ) -> None:
     """Print a table, and write it into a page where one is given.
 

@@ -6,25 +6,26 @@ import csv
 import io
 import math
 
-from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.cell import COSTS
 from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.rows import Row
-from mjbiped.reproduction.traces import Traces
+from mjbiped.reproduction.rows import NO_WALK, Row
 from scripts.paper.placebo import RandomGround
 
 
 def made_row(cost: float, **others: object) -> Row:
     """A walk of 100 steps to its end, whose c_mt is this one for whatever kind and length."""
-    fields: dict[str, object] = {
-        "part": "table 2", "ground": "level", "pattern": "", "first": 0.0, "engine": "hybrid", "method": "adaptive",
-        "delay": 0.8, "slope_source": "", "gains": "", "adaptation_gain": 0.3, "update": "yes", "start_estimate": 0.0,
+    fields = {
+        "part": "table 2", "ground": "level", "engine": "hybrid", "method": "adaptive", "first": 0.0,
+        "delay": 0.8, "adaptation_gain": 0.3, "update": "yes", "start_estimate": 0.0,
         "outcome": "finished", "steps": 100, "place": 38.0, "ankle": 2.0, "hip": 1.0, "friction": 0.2,
-        "least_force": 0.9, "strikes": 0, "begun": 0.0, "ended": 0.0, "rms": 0.0, "jump": 0.0,
-        "traces": Traces(), "error": "",
-        "cost": {(kind, n): cost for kind in WORK_KINDS for n in (*LENGTHS, None)},
+        "least_force": 0.9, "begun": 0.0, "ended": 0.0, "rms": 0.0, "jump": 0.0, **dict.fromkeys(COSTS, cost),
     }  # fmt: skip
-    return Row(**{**fields, **others})  # type: ignore[arg-type]
+    return changed(NO_WALK, **{**fields, **others})
+
+
+def changed(row: Row, **others: object) -> Row:
+    """A row with other values in some columns."""
+    return Row(**{**vars(row), **others})
 
 
 def fallen(**others: object) -> Row:

@@ -152,10 +152,9 @@ def reproduce(results: Results, **walks: Any) -> None:
         rows, files = walk_all(folder, progress=not results.quiet, **walks)
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
-    plain = [{**check.answer._asdict(), "engine": check.engine, "group": check.group} for check in asked]
     errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
     lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
-    summary = {"walks": len(rows), "failed": errors, "checks": plain}
+    summary = {"walks": len(rows), "failed": errors, "checks": [answer._asdict() for answer in asked]}
     results.end(summary, [tables.checks_table(asked), what_counts(asked), *lines], files)
 
 

@@ -24,7 +24,7 @@ from mjbiped.records.tables import bare_table, table_of
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
-    from mjbiped.reproduction.report.checks import Check
+    from mjbiped.reproduction.report.answers import Answer
     from mjbiped.sweeps.estimate import Estimate
 
 
@@ -237,14 +237,13 @@ def stability_told(found: Stability) -> Told:
     return summary, [_filled(_THEOREM, shown)]
 
 
-def checks_table(checks: Iterable[Check]) -> Table:
+def checks_table(answers: Iterable[Answer]) -> Table:
     """Return a table of the paper's claims, and whether they hold."""
     table = bare_table("claim", "settings", "engine", "found", "holds")
-    for check in checks:
-        answer = check.answer
+    for answer in answers:
         holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
         asked = f"{holds}, of {answer.of}" if answer.of else holds
-        table.add_row(*(Text(cell) for cell in (answer.claim, check.group, check.engine, answer.found, asked)))
+        table.add_row(*(Text(cell) for cell in (answer.claim, answer.group, answer.engine, answer.found, asked)))
     return table
 
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,10 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mjbiped.control.controller import Controller
-from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
-from mjbiped.errors import RecordError
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.rollout.walk import walk
@@ -37,8 +34,8 @@ COSTS = {
 """Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
 
 _KEY_DIGITS = 24  # hexadecimal
-_MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
-_LAYOUT = Layout("walks", ("key", "outcome", "error", *_MEASURES, *COSTS), None, frozenset((*_MEASURES, *COSTS)))
+MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
+_LAYOUT = Layout("walks", ("key", "outcome", "error", *MEASURES, *COSTS), None, frozenset((*MEASURES, *COSTS)))
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,6 @@ class Cell:
         initial: First state, "gait" or "rest".
         steps: Touchdowns after which the walk is finished, or None.
         distance: Position x at which it is finished, m, or None.
-        timestep: Time step of MuJoCo, s; the hybrid engine has none.
         record: Whether the whole record is kept, for figures, and not the measures alone.
     """
 
@@ -62,18 +58,12 @@ class Cell:
     initial: str = "gait"
     steps: int | None = 60
     distance: float | None = None
-    timestep: float = DEFAULT_TIMESTEP
     record: bool = False
 
     @cached_property
     def key(self) -> str:
         """Digest of all that the walk depends on: inputs, versions, and the sources of physics and control laws."""
-        inputs = {
-            **vars(self),
-            "controller": self.controller.describe(),
-            "terrain": self.terrain.to_dict(),
-            "timestep": self.timestep if self.engine == "mujoco" else None,
-        }
+        inputs = {**vars(self), "controller": self.controller.describe(), "terrain": self.terrain.to_dict()}
         text = json.dumps([inputs, versions(), sources()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
 
@@ -82,7 +72,7 @@ class Cell:
         return walk(
             self.controller,
             self.terrain,
-            engine=Mujoco(timestep=self.timestep) if self.engine == "mujoco" else self.engine,
+            engine=self.engine,
             steps=self.steps,
             distance=self.distance,
             initial=self.initial,
@@ -94,29 +84,31 @@ def measures_of(done: Walk) -> Row:
     """Measure a walk.
 
     Returns:
-        By column: number of steps; place of the hip at the end, m; greatest torques of ankle and hip, N m; greatest
-        friction and least normal force (weights) asked of a stance foot; risers struck; errors of the slope estimate
-        (greatest at the steps' beginnings, greatest and root mean square at their ends, greatest change at a
-        touchdown), degrees; and c_mt by kind and number of steps. NaN stands for what does not exist.
+        By column: number of steps; place of the hip at the end, m; greatest torques of ankle and hip, N m; risers
+        struck; c_mt by kind and number of steps; and where a step was made, greatest friction and least normal force
+        (weights) asked of a stance foot, and errors of the slope estimate (greatest at the steps' beginnings, greatest
+        and root mean square at their ends, greatest change at a touchdown), degrees.
     """
     rows, (ankle, hip) = done.touchdowns, done.peak_torque.tolist()
-    found = dict.fromkeys(_MEASURES, math.nan)
-    found |= {
+    found = {
         "steps": done.steps,
         "place": done.end[1],
         "ankle": ankle,
         "hip": hip,
-        "strikes": int(rows["strikes"].sum()),
+        "strikes": int(sum(rows["strikes"])),
     }
     found |= {name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()}
-    if done.steps:
-        begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
-        found["friction"] = float(rows["friction"].max())
-        found["least_force"] = float(rows["normal_force"].min()) / done.robot.weight
-        found["begun"], found["ended"] = float(begun.max()), float(ended.max())
-        found["rms"] = math.sqrt(float(np.mean(ended**2)))
-        found["jump"] = float(np.abs(begun - ended).max())
-    return found
+    if not done.steps:
+        return found
+    begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
+    return found | {
+        "friction": float(rows["friction"].max()),
+        "least_force": float(rows["normal_force"].min()) / done.robot.weight,
+        "begun": float(begun.max()),
+        "ended": float(ended.max()),
+        "rms": math.sqrt(float(np.mean(ended**2))),
+        "jump": float(np.abs(begun - ended).max()),
+    }
 
 
 def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
@@ -134,17 +126,19 @@ def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
     return float(done.touchdowns[f"work_{kind}"][last - 1]) / distance
 
 
+@dataclass(frozen=True)
 class Walks:
     """Finished cells in a folder: a table, and a file for each record that is kept, named by the cell's key.
 
     Attributes:
-        folder: The folder.
+        store: The open table.
+        workers: Number of processes that walk; one for each core unless given.
+        progress: Show a progress bar (never where the output is not a terminal).
     """
 
-    def __init__(self, store: Store, workers: int | None, progress: bool) -> None:
-        """Wrap an open table; `opened_walks` does so."""
-        self.folder = store.folder
-        self._store, self._workers, self._progress = store, workers, progress
+    store: Store
+    workers: int | None = None
+    progress: bool = False
 
     def results(self, cells: Iterable[Cell]) -> dict[str, Row]:
         """Return the measures of cells; those that are not kept yet are walked, and kept as they end.
@@ -168,14 +162,14 @@ class Walks:
         # MuJoCo's take the longest, and longer the more steps they have
         todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
         walk_cells(
-            partial(walked, self.folder),
+            partial(walked, self.store.folder),
             todo,
-            self._store,
+            self.store,
             ended=len(wanted) - len(todo),
-            workers=self._workers,
-            progress=self._progress,
+            workers=self.workers,
+            progress=self.progress,
         )
-        return {key: self._store.row(key) or {} for key in wanted}
+        return {key: self.store.row(key) or {} for key in wanted}
 
     def record(self, cell: Cell) -> Walk:
         """Load the record of a finished cell that kept it.
@@ -183,14 +177,13 @@ class Walks:
         Raises:
             RecordError: There is none.
         """
-        return Walk.load(record_path(self.folder, cell))
+        return Walk.load(record_path(self.store.folder, cell))
 
     def _is_kept(self, cell: Cell) -> bool:
-        """Whether a cell has ended without an error, and row and record can be read."""
-        with suppress(RecordError):
-            row = self._store.row(cell.key)
-            return bool(row and row["outcome"] != FAILED and (not cell.record or self.record(cell)))
-        return False
+        """Whether a cell has ended without an error, with its record where it keeps one."""
+        row = self.store.row(cell.key)
+        there = not cell.record or record_path(self.store.folder, cell).exists()
+        return row is not None and row["outcome"] != FAILED and there
 
 
 @contextmanager
@@ -202,8 +195,8 @@ def opened_walks(
     Args:
         folder: The folder; it is made if missing.
         fresh: Delete the walks that are kept.
-        workers: Number of processes that walk; one for each core unless given.
-        progress: Show a progress bar (never where the output is not a terminal).
+        workers: See `Walks`.
+        progress: See `Walks`.
 
     Raises:
         InputError: The folder cannot be made, or another process has it.

@@ -7,12 +7,16 @@ say whether each step goes the same way, nor where the first one lies: every rea
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import resources
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from mjbiped.terrain.terrain import Terrain
+
+FILES = resources.files("mjbiped.reproduction")
+SECTION_5: Mapping[str, Any] = tomllib.loads((FILES / "section_5.toml").read_text(encoding="utf-8"))
+"""The paper's tables and the methods' settings."""
 
 IMITATED_SLOPE = math.radians(2.0)
 """Slope of the imitated gait in every simulation of section V, rad."""
@@ -27,50 +31,33 @@ TREAD = 1.8
 SLOPE_LENGTH = 1.5
 """Length of the segments of slope 1 and 2, m."""
 
-CHANGES: Mapping[str, float] = {"stair 1": 0.006, "stair 2": 0.06, "slope 1": 0.3, "slope 2": -1.0}
-"""Height of a step (m) and change of slope (degrees), with the sign that the paper prints."""
+CHANGES = {"stair 1": 0.006, "stair 2": 0.06, "slope 1": 0.3, "slope 2": 1.0}
+"""Height of a step (m) and size of a change of slope (degrees)."""
 
 TABLE_2: Mapping[str, Mapping[str, float | None]] = {
-    "PBC": {"level": 0.0342, "stair 1": 0.0362, "stair 2": None, "slope 1": 0.0336, "slope 2": None},
-    "ECC": {"level": 0.0352, "stair 1": 0.0361, "stair 2": None, "slope 1": 0.0338, "slope 2": 0.0353},
-    "KETC": {"level": 0.0350, "stair 1": 0.0363, "stair 2": None, "slope 1": 0.0339, "slope 2": None},
-    "adaptive": {"level": 0.0350, "stair 1": 0.0357, "stair 2": 0.0831, "slope 1": 0.0336, "slope 2": 0.0335},
+    method: {ground: None if cost == "X" else cost for ground, cost in zip(GROUNDS, costs, strict=True)}
+    for method, costs in SECTION_5["table_2"].items()
 }
 """c_mt by method and ground; None where the paper has an X (instability)."""
 
 ENERGY_BASED = tuple(method for method in TABLE_2 if method != "adaptive")
 """The methods that Table II compares the adaptive controller with."""
 
-DIGITS = 4
-"""Decimals of c_mt in the paper's tables."""
-
-
-def meets(ours: float, paper: float) -> bool:
-    """Whether a c_mt agrees with a printed one within half a unit of the last digit."""
-    return abs(ours - paper) <= 0.5 * 10.0**-DIGITS
-
-
 TABLE_3: Mapping[float | None, tuple[float, float]] = {
-    None: (98.29, 0.1362),
-    0.1: (1141.8, 1.1312),
-    0.2: (330.4, 0.3343),
-    0.3: (171.2, 0.2058),
-    0.4: (112.4, 0.1691),
-    0.5: (84.19, 0.1554),
-    0.6: (68.48, 0.1486),
-    0.7: (58.73, 0.1448),
-    0.8: (52.13, 0.1438),
-    0.9: (47.43, 0.1459),
-    1.0: (46.42, 0.1742),
+    None if zeta == "none" else zeta: (torque, cost) for zeta, torque, cost in SECTION_5["table_3"]["rows"]
 }
 """Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
 
+DIGITS = 4
+"""Decimals of c_mt in the paper's tables."""
 
 Segments = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
 
 Place: TypeAlias = tuple[str, str, float]
-"""A ground of Table II as it is read: the ground, its pattern, and its first change, m."""
+"""A ground of Table II as it is read: the ground, its pattern, and the position of its first change, m."""
+
+LEVEL: Place = ("level", "", 0.0)
 
 COUNT = 30
 """Number of steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
@@ -101,11 +88,12 @@ SLOPE_PATTERNS: dict[str, Sequence[float]] = {
 }
 """Slopes of the segments in units of the change Δ, downhill positive."""
 
-
-def changes_of(ground: str) -> tuple[Sequence[float], Mapping[str, Sequence[float]]]:
-    """Return the positions of the first change, and the patterns, in which an uneven ground is read."""
-    return (FIRST_RISERS, STAIR_PATTERNS) if ground in STAIRS else (FIRST_CHANGES, SLOPE_PATTERNS)
-
+READINGS: Sequence[Place] = [
+    LEVEL,
+    *((ground, pattern, x) for ground in STAIRS for x in FIRST_RISERS for pattern in STAIR_PATTERNS),
+    *((ground, pattern, x) for ground in SLOPES for x in FIRST_CHANGES for pattern in SLOPE_PATTERNS),
+]
+"""All readings of Table II's grounds."""
 
 PRINTED: Sequence[Place] = (
     ("stair 1", "ascending", FIRST_RISERS[0]),
@@ -116,62 +104,28 @@ PRINTED: Sequence[Place] = (
 """Readings by the signs of the paper's Fig. 4: steps up positive, slopes downhill positive, each change added."""
 
 
-@dataclass(frozen=True)
-class Reading:
-    """A ground of Table II, read in one way.
-
-    Attributes:
-        ground: The paper's name of the ground.
-        pattern: Pattern of the changes; empty for level ground.
-        first: Position of the first change, m; 0 for level ground.
-        terrain: The ground.
-    """
-
-    ground: str
-    pattern: str
-    first: float
-    terrain: Terrain
-
-    @property
-    def place(self) -> Place:
-        """Ground, pattern and first change, which identify the reading."""
-        return self.ground, self.pattern, self.first
+def meets(ours: float, paper: float) -> bool:
+    """Whether a c_mt agrees with a printed one within half a unit of the last digit."""
+    return abs(ours - paper) <= 0.5 * 10.0**-DIGITS
 
 
-def readings(ground: str) -> list[Reading]:
-    """List all readings of a ground of Table II.
-
-    Args:
-        ground: One of `mjbiped.reproduction.grounds.GROUNDS`.
-    """
-    if ground == "level":
-        return [Reading(ground, "", 0.0, Terrain.level())]
-    change = abs(CHANGES[ground])
-
-    def segments(first: float, factors: Sequence[float]) -> Segments:
-        if ground in STAIRS:
-            return [(first, 0.0, 0.0), *((TREAD, 0.0, factor * change) for factor in factors)]
-        return [(SLOPE_LENGTH if k else first, factor * change, 0.0) for k, factor in enumerate(factors)]
-
-    firsts, patterns = changes_of(ground)
-    return [
-        Reading(ground, pattern, first, Terrain.from_segments(segments(first, factors), name=ground))
-        for first in firsts
-        for pattern, factors in patterns.items()
-    ]
-
-
-def reading_at(place: Place) -> Reading:
-    """Return the reading with a ground, a pattern and a first change."""
-    return next(found for found in readings(place[0]) if found.place == place)
+def terrain_of(place: Place) -> Terrain:
+    """Make a ground of Table II as it is read."""
+    ground, pattern, first = place
+    if place == LEVEL:
+        return Terrain.level()
+    change = CHANGES[ground]
+    if ground in STAIRS:
+        risers = ((TREAD, 0.0, factor * change) for factor in STAIR_PATTERNS[pattern])
+        return Terrain.from_segments([(first, 0.0, 0.0), *risers], name=ground)
+    lengths = [first, *[SLOPE_LENGTH] * (COUNT - 1)]
+    slopes = zip(lengths, SLOPE_PATTERNS[pattern], strict=True)
+    return Terrain.from_segments([(length, factor * change, 0.0) for length, factor in slopes], name=ground)
 
 
 def found_terrain() -> Terrain:
-    """Read the mixed ground that comes nearest to Table III from the data file beside this module.
-
-    `scripts/paper/search_table_3.py` found it.
-    """
-    with resources.as_file(resources.files("mjbiped.reproduction") / "table_3_terrain.toml") as path:
+    """Read the mixed ground that comes nearest to Table III, which `scripts/paper/search_table_3.py` found."""
+    with resources.as_file(FILES / "table_3_terrain.toml") as path:
         return Terrain.from_file(path)
 
 

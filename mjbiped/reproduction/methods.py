@@ -10,7 +10,7 @@ from typing import Any
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.reproduction.grounds import IMITATED_SLOPE
+from mjbiped.reproduction.grounds import IMITATED_SLOPE, SECTION_5
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
@@ -20,10 +20,17 @@ DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 SLOPE_SOURCES = ("two_point", "local", "none")
 """Sources of the slope for the comparison controllers; the paper does not name it for all of them."""
 
-METHODS = ("adaptive", "PBC", "ECC", "KETC", "LCTC")
-"""The paper's names of the controllers; LCTC, limit cycle tracking [20], is not in its Table II."""
+NAMES = {
+    "adaptive": "adaptive",
+    "PBC": "passivity",
+    "ECC": "energy-constraint",
+    "KETC": "kinetic-energy",
+    "LCTC": "limit-cycle",
+}
+"""Registered controllers by the paper's names; LCTC, limit cycle tracking [20], is not in its Table II."""
 
-_NAMES = ("adaptive", "passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # of `METHODS`
+METHODS = tuple(NAMES)
+
 _GAINS = ("ratio", "gain", "hip_weight", "rate_gain", "position_gain")
 
 
@@ -50,44 +57,19 @@ class Variant:
         model = robot or Compass()
         if self.method == "adaptive":
             return _law("adaptive", model, replanning_delay=self.delay)
-        law: Any = _law(_NAMES[METHODS.index(self.method)], model, slope_source=self.slope_source, **dict(self.gains))
+        law: Any = _law(NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
         start = terrain.slope_at(0.0) + math.radians(self.start_error)
         controller: Controller = replace(law, initial_slope_estimate=start)
         return controller
 
 
-def _variants(*settings: tuple[str, str, dict[str, float]]) -> Mapping[str, Variant]:
-    """Make variants of method, slope source and gains each, by method."""
-    return {m: Variant(m, slope_source=source, gains=tuple(gains.items())) for m, source, gains in settings}
-
-
-SETTLED = _variants(
-    ("PBC", "two_point", {"gain": 5.0}),
-    ("ECC", "local", {"ratio": -2.3, "gain": 5.0}),
-    ("KETC", "local", {"gain": 6.0, "hip_weight": 1.0}),
-    ("LCTC", "local", {"rate_gain": 10.0, "position_gain": 25.0}),
+SETTLED, BLIND, FITTED = (
+    {method: Variant(method, None, source, tuple(gains.items())) for method, (source, gains) in SECTION_5[name].items()}
+    for name in ("settled", "blind", "fitted")
 )
-"""Gains with which steps on level ground converge, found as docs/comparison.md says and without a look at Table II, and
-the slope source with which they were found; LCTC's gains are those of its source."""
+"""Settings of the comparison methods, as `section_5.toml` describes them."""
 
-BLIND_SOURCE = "two_point"
-"""The only slope source that the paper names for an energy-based method, in its introduction for PBC."""
-
-BLIND = _variants(
-    ("PBC", BLIND_SOURCE, {"gain": 5.0}),
-    ("ECC", BLIND_SOURCE, {"ratio": -2.3, "gain": 5.0}),
-    ("KETC", BLIND_SOURCE, {"gain": 4.0, "hip_weight": 1.0}),
-)
-"""Settings of the energy-based methods without a look at Table II: `BLIND_SOURCE` for all of them, and the gains that
-the rule of docs/comparison.md finds with it."""
-
-
-FITTED = _variants(
-    ("PBC", "none", {"gain": 25.0}),
-    ("ECC", "none", {"ratio": -3.0, "gain": 80.0}),
-    ("KETC", "none", {"gain": 40.0, "hip_weight": 0.0}),
-)
-"""Settings of the energy-based methods nearest to Table II, of all that `scripts/paper/fits.py` tries."""
+BLIND_SOURCE = BLIND["PBC"].slope_source
 
 
 def settled(method: str, source: str) -> Variant:
@@ -95,12 +77,10 @@ def settled(method: str, source: str) -> Variant:
     return replace(SETTLED[method], slope_source=source)
 
 
-def variants(method: str) -> Iterator[Variant]:
-    """List the adaptive controller with every zeta, or a comparison method with every slope source."""
-    if method == "adaptive":
-        yield from (Variant(method, delay) for delay in DELAYS)
-    else:
-        yield from (settled(method, source) for source in SLOPE_SOURCES)
+def variants() -> Iterator[Variant]:
+    """List the adaptive controller with every zeta, and the comparison methods with every slope source."""
+    yield from (Variant("adaptive", delay) for delay in DELAYS)
+    yield from (settled(method, source) for method in SETTLED for source in SLOPE_SOURCES)
 
 
 def gains_told(law: Mapping[str, Any]) -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from importlib import resources
 from pathlib import Path
 from string import Template
 
@@ -13,17 +12,14 @@ from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import LENGTHS, Cell, Walks, opened_walks
-from mjbiped.reproduction.grounds import PRINTED
+from mjbiped.reproduction.cell import Walks, opened_walks
+from mjbiped.reproduction.grounds import FILES, PRINTED, READINGS
 from mjbiped.reproduction.methods import BLIND, FITTED, METHODS, SETTLED, Variant, settled
-from mjbiped.reproduction.report import checks
-from mjbiped.reproduction.report import fit as report_fit
-from mjbiped.reproduction.report import table_2 as report_table_2
-from mjbiped.reproduction.report import table_3 as report_table_3
+from mjbiped.reproduction.plan import Entry, on_table_2
+from mjbiped.reproduction.report import checks, fit, table_2, table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.reproduction.report.markdown import ENGINES
-from mjbiped.reproduction.rows import Entry, Row, select, write_rows
-from mjbiped.reproduction.table_2 import Choice, agreements, choices
+from mjbiped.reproduction.rows import Row, select, write_rows
+from mjbiped.reproduction.table_2 import Choice, choices, sources_ranked
 from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
@@ -32,6 +28,7 @@ from mjbiped.utils.markdown import markdown_table
 
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
+TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
 TABLE = "reproduction.csv"
 GAINS_TABLE, GROUNDS_TABLE = SEARCHED = ("reproduction_gains.csv", "reproduction_grounds.csv")
 """Stored results of the searches that the page links to; `scripts/paper/fits.py` has made them."""
@@ -60,9 +57,9 @@ def reproduce(
         folder: Folder of the finished walks, which are not walked again.
         quick: All walks in the hybrid engine, but only a few short ones in MuJoCo.
         workers: Processes; one for each core unless given.
-        report: Folder for table, page and figures; by default the same.
-        fresh: Delete the finished walks and begin again.
-        progress: Show progress bars (never where the output is not a terminal).
+        report: Folder for the page, its table and its figures; the same folder unless given.
+        fresh: Delete finished walks, and begin again.
+        progress: Show a progress bar (never where the output is not a terminal).
 
     Returns:
         The rows of the table, and the files that were written.
@@ -81,11 +78,11 @@ def reproduce(
         rows = walked(entries, walks)
         best = choices(rows)[0]
         more = [
-            *plan.gravity(best.places, best.delay),
-            *plan.compared("blind", best, BLIND.values(), "hybrid", max(LENGTHS)),
-            *plan.compared("fitted", best, FITTED.values(), "hybrid", max(LENGTHS)),
-            *plan.misjudged(best, FITTED.values()),
-            *in_mujoco(best, agreements(rows, best)[0].source, quick),
+            *plan.gravity(best),
+            *on_table_2("blind", "hybrid", best.places, BLIND.values()),
+            *on_table_2("fitted", "hybrid", best.places, FITTED.values()),
+            *plan.misjudged(best),
+            *in_mujoco(best, sources_ranked(rows, best)[0], quick),
         ]
         rows += walked(more, walks)
         texts = {TABLE: write_rows(rows), **{name: _stored(f"fits/{name}") for name in SEARCHED}, **render(rows)}
@@ -103,7 +100,7 @@ def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
     for entry in entries:
         result = results[entry.cell.key]
         recorded = entry.cell.record and result["outcome"] != FAILED
-        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else None))
+        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else {}))
     return rows
 
 
@@ -117,17 +114,17 @@ def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     """
     chosen = [Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *plan.DRAWN_DELAYS[1:]))]
     if quick:
-        return plan.table_2_in_mujoco(best.places, chosen[:1], QUICK_STEPS)
+        return on_table_2("table 2", "mujoco", best.places, chosen[:1], QUICK_STEPS)
     chosen += [
         settled(method, named)
         for method in METHODS[1:]
         for named in dict.fromkeys((source, SETTLED[method].slope_source))
     ]
-    steps = max(MUJOCO_STEPS, best.length)
+    steps, both = max(MUJOCO_STEPS, best.length), {*best.places, *PRINTED}
     return [
-        *plan.table_2_in_mujoco([*best.places, *PRINTED], chosen, steps),
-        *plan.compared("blind", best, BLIND.values(), "mujoco", steps),
-        *plan.compared("fitted", best, FITTED.values(), "mujoco", steps),
+        *on_table_2("table 2", "mujoco", [place for place in READINGS if place in both], chosen, steps),
+        *on_table_2("blind", "mujoco", best.places, BLIND.values(), steps),
+        *on_table_2("fitted", "mujoco", best.places, FITTED.values(), steps),
         *plan.table_3("mujoco"),
         *plan.figure_5("mujoco"),
     ]
@@ -147,10 +144,19 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
         The files.
     """
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
-    for engine in ENGINES:
-        pairs = zip(rows, entries, strict=True)
-        mine = [(row, entry.cell) for row, entry in pairs if entry.cell.record and row.engine == engine]
-        drawings |= {f"{name}_{engine}": make for name, make in _of_records(mine, kept).items()}
+    recorded = [(row, entry.cell) for row, entry in zip(rows, entries, strict=True) if entry.cell.record]
+    for engine in dict.fromkeys(row.engine for row, _ in recorded):
+        mine = [(row, kept.record(cell)) for row, cell in recorded if row.engine == engine]
+        by_delay = {row.delay: walk for row, walk in mine if (row.part, row.ground) == ("table 3", "mixed")}
+        curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in plan.ADAPTATION_GAINS}
+        for row, walk in mine:
+            if row.part == "figure 5":
+                curves[row.adaptation_gain][row.start_estimate, row.update == "yes"] = walk
+        drawings |= {
+            f"fig_6_mixed_{engine}": partial(plot_figure_6, {delay: by_delay[delay] for delay in plan.DRAWN_DELAYS}),
+            f"fig_5_{engine}": partial(plot_figure_5, curves),
+            f"fig_4_mixed_{engine}": partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True]),
+        }
     written = []
     for name, make in drawings.items():
         written.append(prints / f"reproduction_{name}.pdf")
@@ -162,25 +168,9 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
     return written
 
 
-def _of_records(recorded: Sequence[tuple[Row, Cell]], kept: Walks) -> dict[str, Callable[[Path], object]]:
-    """Functions that draw Figs. 4 to 6 of one engine's records to a path, by name."""
-    drawings: dict[str, Callable[[Path], object]] = {}
-    walks = {row.delay: kept.record(cell) for row, cell in recorded if (row.part, row.ground) == ("table 3", "mixed")}
-    if walks:
-        drawings["fig_6_mixed"] = partial(plot_figure_6, {delay: walks[delay] for delay in plan.DRAWN_DELAYS})
-    curves: dict[float, dict[tuple[float, bool], Walk]] = {}
-    for row, cell in recorded:
-        if row.part == "figure 5":
-            curves.setdefault(row.adaptation_gain, {})[row.start_estimate, row.update == "yes"] = kept.record(cell)
-    if curves:
-        drawings["fig_5"] = partial(plot_figure_5, curves)
-        drawings["fig_4_mixed"] = partial(plot_walk, curves[plan.PAPER_GAIN][plan.START_ESTIMATES[0], True])
-    return drawings
-
-
 def _stored(file: str) -> str:
     """Read a text that is part of this package."""
-    return (resources.files("mjbiped.reproduction") / file).read_text(encoding="utf-8")
+    return FILES.joinpath(file).read_text(encoding="utf-8")
 
 
 def stored_fits() -> dict[str, str]:
@@ -195,15 +185,14 @@ def render(rows: Sequence[Row]) -> dict[str, str]:
     Args:
         rows: Rows of a whole reproduction; walks in MuJoCo may be missing.
     """
-    best = choices(rows)[0]
     failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
-    in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
+    in_mujoco, engine, found = select(rows, engine="mujoco"), engine_shown(rows), choices(rows)
     parts = {
-        **report_table_2.sections(rows),
-        **report_fit.sections(rows, best),
-        **report_table_3.sections(rows),
+        **table_2.sections(rows, found),
+        **fit.sections(rows, found[0]),
+        **table_3.sections(rows),
         **stored_fits(),
-        **checks.sections(checks.checks(rows, best)),
+        **checks.sections(checks.checks(rows, found[0])),
         "engine": engine,
         "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
         "walks": str(len(rows)),
@@ -211,8 +200,13 @@ def render(rows: Sequence[Row]) -> dict[str, str]:
         "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
         "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
     }
-    templates = {PAGE: "template_page.md", TABLES: "template_tables.md"}
-    return {name: Template(_stored(file)).substitute(parts) for name, file in templates.items()}
+    return {name: Template(_stored(file)).substitute(parts) for name, file in TEMPLATES.items()}
+
+
+def filled(heading: str, parts: Mapping[str, str]) -> str:
+    """Write the section of the page of tables that has a heading."""
+    whole = _stored(TEMPLATES[TABLES]).partition(f"\n### {heading}\n")[2].partition("\n#")[0]
+    return Template(whole).safe_substitute(parts)
 
 
 def engine_shown(rows: Sequence[Row]) -> str:

@@ -1,4 +1,4 @@
-"""The table behind the report, with a row for each walk and numbers of six digits; and the entries that are walked."""
+"""The table behind the report: a row for each walk, with numbers of six digits."""
 
 from __future__ import annotations
 
@@ -6,22 +6,25 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from types import SimpleNamespace
 from typing import Any
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.reproduction.cell import COSTS, Cell
+from mjbiped.reproduction.cell import COSTS, MEASURES
 from mjbiped.reproduction.grounds import Place
-from mjbiped.reproduction.methods import gains_told
-from mjbiped.reproduction.traces import Traces
-from mjbiped.sweeps.cell import Row as Measured
+from mjbiped.reproduction.traces import TRACES
 
+_TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gains", "update", "outcome", "error")
+_COUNTS = ("steps", "strikes")
+COLUMNS = (
+    "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
+    "update", "start_estimate", "outcome", *MEASURES, "error", *COSTS, *TRACES,
+)  # fmt: skip
 _DIGITS = 6
 
 
-@dataclass(frozen=True)
-class Row:
-    """A walk and its measures. Missing numbers are NaN.
+class Row(SimpleNamespace):
+    """A walk and its measures, an attribute for each of `COLUMNS`. Missing numbers are NaN.
 
     Attributes:
         part: Part of the report that needs it, "table 2", "table 3", "figure 5" and so on.
@@ -36,7 +39,7 @@ class Row:
         adaptation_gain: gamma; NaN for controllers without one.
         update: Whether the estimate is updated (27), "yes", "no", or empty.
         start_estimate: Slope that the controller estimates, or is told, at the start, degrees; NaN for those without.
-        outcome: Outcome of the walk; "failed" where an error ended it.
+        outcome: Outcome of the walk; "failed" where an error ended it, empty where there is no walk.
         steps: Number of touchdowns.
         place: Position x of the hip at the end, m.
         ankle: Greatest |torque| of the ankle, N m.
@@ -48,38 +51,10 @@ class Row:
         ended: Greatest error of the slope estimate at a step's end, degrees.
         rms: Root mean square of the errors at the steps' ends, degrees.
         jump: Greatest change of the size of the error at a touchdown, degrees.
-        cost: c_mt by (kind, steps); None: to the last touchdown.
-        traces: See `mjbiped.reproduction.traces.Traces`; all NaN where no record was kept.
         error: Text of the error that ended the walk.
+        absolute_20: c_mt of absolute work after 20 steps; so for all of `mjbiped.reproduction.cell.COSTS`.
+        trace_settled: See `mjbiped.reproduction.traces.TRACES`; all NaN where no record was kept.
     """
-
-    part: str
-    ground: str
-    pattern: str
-    first: float
-    engine: str
-    method: str
-    delay: float | None
-    slope_source: str
-    gains: str
-    adaptation_gain: float
-    update: str
-    start_estimate: float
-    outcome: str
-    steps: int
-    place: float
-    ankle: float
-    hip: float
-    friction: float
-    least_force: float
-    strikes: int
-    begun: float
-    ended: float
-    rms: float
-    jump: float
-    cost: Mapping[tuple[str, int | None], float]
-    traces: Traces
-    error: str
 
     @property
     def place_read(self) -> Place:
@@ -89,58 +64,35 @@ class Row:
     @property
     def finished(self) -> bool:
         """Whether the robot walked to the planned end."""
-        return self.outcome == "finished"
+        return bool(self.outcome == "finished")
 
     @property
     def pulls(self) -> bool:
         """Whether the ground would have to pull at the stance foot."""
-        return self.least_force < 0.0
+        return bool(self.least_force < 0.0)
 
     @property
     def torque(self) -> float:
         """Greatest torque of either joint, N m."""
-        return max(self.ankle, self.hip)
+        return float(max(self.ankle, self.hip))
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A cell and its role in the report.
+def row_of(columns: Mapping[str, Any]) -> Row:
+    """Make a row from texts or numbers by column; what is missing is empty, 0, NaN, or None for zeta."""
+    return Row(**{name: _read(name, columns.get(name)) for name in COLUMNS})
 
-    Attributes:
-        part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
-        ground: The ground's name.
-        method: The paper's name of the controller.
-        cell: The walk.
-        pattern: Pattern in which Table II's ground was read.
-        first: Position of its first change, m.
-    """
 
-    part: str
-    ground: str
-    method: str
-    cell: Cell
-    pattern: str = ""
-    first: float = 0.0
+def _read(name: str, value: Any) -> Any:
+    if name in _TEXTS:
+        return value or ""
+    if name in _COUNTS:
+        return int(value or 0)
+    if value is None or value == "":
+        return None if name == "delay" else math.nan
+    return rounded(float(value))
 
-    def row(self, measured: Measured, traces: Traces | None = None) -> Row:
-        """Combine the entry with the measures of its finished cell, and those of its record where it keeps one."""
-        law = self.cell.controller.describe()
-        update = law.get("estimate_update")
-        start = law.get("initial_slope_estimate", math.nan)
-        columns = {
-            **measured,
-            **{name: getattr(self, name) for name in ("part", "ground", "pattern", "first", "method")},
-            "engine": self.cell.engine,
-            "delay": law.get("replanning_delay"),
-            "slope_source": law.get("slope_source"),
-            "gains": gains_told(law),
-            "adaptation_gain": law.get("adaptation_gain"),
-            "update": None if update is None else "yes" if update else "no",
-            "start_estimate": math.degrees(start),
-            "error": " ".join((measured["error"] or "").split()),
-            **{_trace(name): value for name, value in (traces or Traces())._asdict().items()},
-        }
-        return _row({name: rounded(value) if isinstance(value, float) else value for name, value in columns.items()})
+
+NO_WALK = row_of({})
 
 
 def select(rows: Iterable[Row], **wanted: object) -> list[Row]:
@@ -148,13 +100,15 @@ def select(rows: Iterable[Row], **wanted: object) -> list[Row]:
     return [row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())]
 
 
+def find(rows: Iterable[Row], **wanted: object) -> Row:
+    """Find the first row whose attributes have the values wanted; `NO_WALK` where there is none."""
+    return next((row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())), NO_WALK)
+
+
 def write_rows(rows: Iterable[Row]) -> str:
     """Write rows as CSV with headings; an empty cell is a number that does not exist."""
-    values = (
-        (*(getattr(row, name) for name in _PLAIN), *(row.cost[key] for key in COSTS.values()), *row.traces)
-        for row in rows
-    )
-    return as_csv(_COLUMNS, (("" if value != value else value for value in line) for line in values))
+    lines = ([getattr(row, name) for name in COLUMNS] for row in rows)
+    return as_csv(COLUMNS, (("" if value != value else value for value in line) for line in lines))
 
 
 def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
@@ -172,37 +126,11 @@ def read_rows(text: str) -> list[Row]:
     """
     try:
         headings, *lines = csv.reader(io.StringIO(text))
-        if headings != _COLUMNS:
+        if tuple(headings) != COLUMNS:
             raise ValueError("its columns are others")
-        return [_row(dict(zip(_COLUMNS, line, strict=True))) for line in lines]
+        return [row_of(dict(zip(COLUMNS, line, strict=True))) for line in lines]
     except (ValueError, csv.Error) as error:
         raise RecordError(f"not a table of the reproduction: {shown(error)}") from error
-
-
-def _trace(name: str) -> str:
-    return f"trace_{name}"
-
-
-_PLAIN = {field.name: str(field.type) for field in fields(Row) if field.name not in ("cost", "traces")}
-_COLUMNS = [*_PLAIN, *COSTS, *map(_trace, Traces._fields)]
-
-
-def _row(columns: Mapping[str, Any]) -> Row:
-    """Make a row from the columns of its table, given as texts or numbers."""
-    plain: dict[str, Any] = {name: _read(columns[name], kind) for name, kind in _PLAIN.items()}
-    cost = {key: _read(columns[name], "float") for name, key in COSTS.items()}
-    traces = Traces(*(_read(columns[_trace(name)], "float") for name in Traces._fields))
-    return Row(**plain, cost=cost, traces=traces)
-
-
-def _read(value: Any, kind: str) -> Any:
-    if kind == "str":
-        return value or ""
-    if kind == "int":
-        return 0 if value is None else int(value)
-    if value is None or value == "":
-        return None if kind.endswith("None") else math.nan
-    return float(value)
 
 
 def rounded(value: float) -> float:

@@ -9,17 +9,9 @@ from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import (
-    ENERGY_BASED,
-    SLOPES,
-    STAIRS,
-    TABLE_2,
-    UNEVEN,
-    Place,
-    meets,
-)
+from mjbiped.reproduction.grounds import ENERGY_BASED, LEVEL, SLOPES, STAIRS, TABLE_2, UNEVEN, Place, meets
 from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.rows import Row, select
+from mjbiped.reproduction.rows import Row, find, select
 
 
 @dataclass(frozen=True)
@@ -47,13 +39,13 @@ class Choice:
 
     @property
     def places(self) -> list[Place]:
-        """Ground, pattern and first change of every ground in Table II."""
+        """Table II's grounds as they are read, in its order."""
         stairs, slopes = (self.stairs, STAIRS), (self.slopes, SLOPES)
-        return [("level", "", 0.0), *((ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
+        return [LEVEL, *((ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
 
-    def reads(self, entry: Row) -> bool:
-        """Whether a walk is on one of the grounds of this reading."""
-        return entry.place_read in self.places
+    def cost(self, walk: Row) -> float:
+        """c_mt of this kind of work after so many steps; NaN where the robot did not come so far."""
+        return float(getattr(walk, f"{self.kind}_{self.length}"))
 
 
 def choices(rows: Iterable[Row]) -> list[Choice]:
@@ -62,10 +54,29 @@ def choices(rows: Iterable[Row]) -> list[Choice]:
     for delay, kind, length in dict.fromkeys(key[:3] for key in known):
         sides = ([key[4:] for key in known if key[:4] == (delay, kind, length, pair[0])] for pair in (STAIRS, SLOPES))
         for stairs, slopes in itertools.product(*sides):
-            places = [*((ground, *stairs) for ground in STAIRS), *((ground, *slopes) for ground in SLOPES)]
-            values = [known[(delay, kind, length, *place)] for place in places]
-            found.append(Choice(delay, kind, length, stairs, slopes, root_mean_square(values)))
+            choice = Choice(delay, kind, length, stairs, slopes, math.inf)
+            distance = root_mean_square([known[delay, kind, length, *place] for place in choice.places[1:]])
+            found.append(Choice(delay, kind, length, stairs, slopes, distance))
     return sorted(found, key=lambda choice: choice.distance)
+
+
+def walk_on(rows: Iterable[Row], best: Choice, engine: str, place: Place, method: str, settings: str) -> Row:
+    """Find a method's walk on a ground of Table II; `NO_WALK` where there is none.
+
+    Args:
+        rows: Rows of the report.
+        best: The reading, whose zeta the adaptive controller has.
+        engine: "hybrid" or "mujoco".
+        place: The ground.
+        method: One of `mjbiped.reproduction.methods.METHODS`.
+        settings: "blind", "fitted", or the slope source of gains that settle.
+    """
+    of_method: dict[str, object] = {"part": "table 2", "slope_source": settings}
+    if method == "adaptive":
+        of_method = {"part": "table 2", "delay": best.delay}
+    elif settings in ("blind", "fitted"):
+        of_method = {"part": settings}
+    return find(rows, method=method, engine=engine, place_read=place, **of_method)
 
 
 @dataclass(frozen=True)
@@ -78,7 +89,6 @@ class Agreement:
         met: Numbers of the paper's that ours are to the last digit.
         numbers: Numbers that the paper has.
         distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
-        source: Slope source, where all of them have the same.
     """
 
     agreeing: int
@@ -86,7 +96,6 @@ class Agreement:
     met: int
     numbers: int
     distance: float
-    source: str = ""
 
     @property
     def rank(self) -> tuple[int, float]:
@@ -94,62 +103,38 @@ class Agreement:
         return -self.agreeing, self.distance if self.distance == self.distance else math.inf
 
 
-def agreement(costs: Iterable[tuple[str, str, float]], source: str = "") -> Agreement:
+def agreement(costs: Iterable[tuple[str, str, float]]) -> Agreement:
     """Compare costs with the paper's Table II.
 
     Args:
         costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
-        source: Slope source, where all have the same.
     """
-    agreeing, met, logs = [], [], []
-    for method, ground, ours in costs:
-        paper = TABLE_2[method][ground]
-        agreeing.append((paper is None) == math.isnan(ours))
-        if paper is not None:
-            met.append(meets(ours, paper))
-            if ours > 0.0:
-                logs.append(_log(ours, paper))
+    both = [(ours, TABLE_2[method][ground]) for method, ground, ours in costs]
+    agreeing = sum((paper is None) == math.isnan(ours) for ours, paper in both)
+    numbers = [(ours, paper) for ours, paper in both if paper is not None]
+    logs = [_log(ours, paper) for ours, paper in numbers if ours > 0.0]
     distance = root_mean_square(logs) if logs else math.nan
-    return Agreement(sum(agreeing), len(agreeing), sum(met), len(met), distance, source)
+    return Agreement(agreeing, len(both), sum(meets(*each) for each in numbers), len(numbers), distance)
 
 
-def walks_read(rows: Iterable[Row], choice: Choice, part: str, engine: str, source: str | None = None) -> list[Row]:
-    """Find the energy-based methods' walks on a reading's grounds.
-
-    Args:
-        rows: Rows of the report.
-        choice: The reading.
-        part: "table 2" for the gains that settle, "blind" for those with the source that is chosen without the table,
-            "fitted" for those nearest to the table.
-        engine: "hybrid" or "mujoco".
-        source: Slope source; any unless given.
-    """
-    wanted = {"part": part, "engine": engine, **({} if source is None else {"slope_source": source})}
-    return [row for row in select(rows, **wanted) if row.method in ENERGY_BASED and choice.reads(row)]
+def agreement_of(rows: Iterable[Row], best: Choice, engine: str, settings: str) -> Agreement:
+    """Compare the energy-based methods' walks with the paper; arguments as in `walk_on`."""
+    walks = [walk_on(rows, best, engine, place, name, settings) for place in best.places for name in ENERGY_BASED]
+    return agreement((walk.method, walk.ground, best.cost(walk)) for walk in walks if walk.outcome)
 
 
-def agreement_of(walks: Iterable[Row], choice: Choice, source: str = "") -> Agreement:
-    """Compare walks with the paper, by the reading's kind of work and number of steps."""
-    return agreement(((row.method, row.ground, row.cost[choice.kind, choice.length]) for row in walks), source)
+def sources_ranked(rows: Iterable[Row], best: Choice) -> list[str]:
+    """List the slope sources of gains that settle, the one that agrees best in the hybrid engine first."""
+    return sorted(SLOPE_SOURCES, key=lambda source: agreement_of(rows, best, "hybrid", source).rank)
 
 
-def agreements(rows: Sequence[Row], choice: Choice) -> list[Agreement]:
-    """Compare the energy-based methods with gains that settle, in the hybrid engine; the best slope source first."""
-    found = [
-        agreement_of(walks_read(rows, choice, "table 2", "hybrid", source), choice, source) for source in SLOPE_SOURCES
-    ]
-    return sorted(found, key=lambda each: each.rank)
-
-
-def side_distances(
-    rows: Iterable[Row], pair: Sequence[str]
-) -> Iterator[tuple[float, float | None, str, int, str, float]]:
-    """List readings of the stairs or of the slopes alone: distance, zeta, kind, steps, pattern, first change."""
+def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[Choice]:
+    """List readings of the stairs or of the slopes alone, with their distances."""
     known = logs(rows)
     for delay, kind, length, ground, pattern, first in known:
         if ground == pair[0]:
-            values = [known[delay, kind, length, each, pattern, first] for each in pair]
-            yield root_mean_square(values), delay, kind, length, pattern, first
+            distance = root_mean_square([known[delay, kind, length, each, pattern, first] for each in pair])
+            yield Choice(delay, kind, length, (pattern, first), (pattern, first), distance)
 
 
 def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, float], float]:
@@ -158,7 +143,9 @@ def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, str, str, fl
     By zeta, kind of work, number of steps, ground, pattern and first change.
     """
     return {
-        (row.delay, kind, length, *row.place_read): _log(row.cost[kind, length], TABLE_2["adaptive"][row.ground])
+        (row.delay, kind, length, *row.place_read): _log(
+            getattr(row, f"{kind}_{length}"), TABLE_2["adaptive"][row.ground]
+        )
         for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
         if row.ground in UNEVEN
         for kind, length in itertools.product(WORK_KINDS, LENGTHS)

@@ -6,6 +6,7 @@ python -m scripts.benchmarks startup frames       (these two)
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from pkgutil import resolve_name
@@ -18,8 +19,6 @@ from scripts.benchmarks.timing import Rows
 from scripts.pages import show_table
 
 PAGE = Path("docs/tables/performance.md")
-MANY_SEGMENTS = ("10", "100", "1,000", "10,000", "100,000")
-PEERS = ("walked by", "error", "steps/s", "hybrid : it")
 
 
 class Benchmark(NamedTuple):
@@ -46,89 +45,8 @@ class Benchmark(NamedTuple):
 
 
 BENCHMARKS = {
-    "machine": Benchmark("the machine, its load and versions", ("", ""), "timing:machine"),
-    "scipy": Benchmark(
-        "hybrid engine and solve_ivp at the same accuracy",
-        (
-            "walk",
-            "error, hybrid",
-            "error, SciPy",
-            "steps/s, hybrid",
-            "with samples",
-            "steps/s, SciPy",
-            "hybrid : SciPy",
-        ),
-        "hybrid:against_scipy",
-    ),
-    "drake": Benchmark("hybrid engine and Drake at the same accuracy", PEERS, "peers:against_drake", 7),
-    "diffrax": Benchmark("hybrid engine and diffrax at the same accuracy", PEERS, "peers:against_diffrax", 7),
-    "steps": Benchmark(
-        "time per gait step over the length of the walk",
-        ("µs per gait step at so many steps", "100", "1,000", "10,000", "100,000"),
-        "hybrid:over_steps",
-    ),
-    "segments": Benchmark(
-        "time per gait step over the length of the ground",
-        ("µs per gait step at so many segments", *MANY_SEGMENTS),
-        "hybrid:over_segments",
-    ),
-    "threads": Benchmark(
-        "two walks side by side", ("walk", "steps/s, 1 thread", "2 threads", "ratio"), "hybrid:over_threads", 22
-    ),
-    "plain python": Benchmark(
-        "controllers that cannot be compiled",
-        ("walk", "engine", "compiled, ms per gait step", "plain Python, ms per gait step", "times as fast"),
-        "plain_python:against_compiled",
-        9,
-    ),
-    "callbacks": Benchmark(
-        "controller and contact events in a MuJoCo step",
-        (
-            "walk",
-            "bare `mj_step`, µs",
-            "compiled callbacks, µs",
-            "compiled : bare",
-            "Python callbacks, µs",
-            "Python : bare",
-            "`walk()`, × real time",
-            "at 4 ms",
-        ),
-        "mujoco_steps:over_callbacks",
-    ),
-    "long": Benchmark(
-        "long terrain in MuJoCo", ("at so many segments", *MANY_SEGMENTS[:-1]), "mujoco_steps:over_terrain", 5
-    ),
-    "many": Benchmark(
-        "many walks at once",
-        ("walks of gait steps", "steps/s, 1 thread", "2 threads", "ratio", "bare arithmetic"),
-        "many:over_walks",
-        3,
-    ),
-    "million": Benchmark(
-        "a million gait steps",
-        ("walks of gait steps", "steps walked", "ground, s", "walks, s", "CPU, s", "steps/s"),
-        "many:millions",
-        1,
-    ),
-    "memory": Benchmark(
-        "memory of a walk",
-        ("MB of one walk at so many steps: most, kept", "1,000", "10,000", "100,000", "1,000,000"),
-        "many:memory",
-        1,
-    ),
-    "environments": Benchmark(
-        "steps of environments",
-        ("environment", "steps per second", "times the first of its kind"),
-        "environments:over_environments",
-    ),
-    "startup": Benchmark("start of a process", ("process", "CPU time, s", "the first time"), "processes:startup", 7),
-    "edited": Benchmark(
-        "compiling a changed law",
-        ("60 steps in", "a constant changed, s", "the same again, s", "compiling the law, s"),
-        "processes:edited",
-        7,
-    ),
-    "frames": Benchmark("frames of a video", ("1280 × 720", "frames/s"), "processes:frames", 7),
+    name: Benchmark(**benchmark)
+    for name, benchmark in tomllib.loads(Path(__file__).with_name("benchmarks.toml").read_text("utf-8")).items()
 }
 """The benchmarks by name, which is also the place of the table on the page."""
 

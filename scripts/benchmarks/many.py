@@ -83,13 +83,7 @@ def millions(_repeats: int) -> Rows:
         for summaries in (False, True) if steps == MILLION[-1][1] else (False,):
             started, used = time.perf_counter(), time.process_time()
             walks = mjbiped.walk_many(
-                ADAPTIVE,
-                terrains,
-                engine="hybrid",
-                steps=steps,
-                sample_period=None,
-                summaries=summaries,
-                workers=2,
+                ADAPTIVE, terrains, engine="hybrid", steps=steps, sample_period=None, summaries=summaries, workers=2
             )
             taken, used = time.perf_counter() - started, time.process_time() - used
             walked = sum(walk["steps"] if isinstance(walk, dict) else walk.steps for walk in walks)

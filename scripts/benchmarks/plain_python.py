@@ -52,12 +52,7 @@ REFERENCE = mjbiped.find_reference(KNEED, clearance=0.08)
 PAIRS: dict[str, tuple[Controller, Controller, Terrain, Periodic]] = {
     "passive, 2° down": (PassiveController(), PlainPassive(), Terrain.incline(2.0), GAIT),
     "closed loop, level": (AdaptiveController(ROBOT, GAIT), PlainAdaptive(ROBOT, GAIT), Terrain.level(), GAIT),
-    "with knees, level": (
-        KneedController(KNEED, REFERENCE),
-        PlainKneed(KNEED, REFERENCE),
-        Terrain.level(),
-        REFERENCE,
-    ),
+    "with knees, level": (KneedController(KNEED, REFERENCE), PlainKneed(KNEED, REFERENCE), Terrain.level(), REFERENCE),
 }
 
 

@@ -26,16 +26,7 @@ from mjbiped.records.record import Walk
 from scripts.learning.checkpoint import LAST, Checkpoint
 from scripts.learning.commands import OUT, Command
 from scripts.learning.curve import plot_curves
-from scripts.learning.evaluation import (
-    GROUNDS,
-    TIME,
-    Interval,
-    Results,
-    adaptive_on,
-    by_training,
-    interval,
-    try_out,
-)
+from scripts.learning.evaluation import GROUNDS, TIME, Interval, Results, adaptive_on, by_training, interval, try_out
 from scripts.pages import show_table
 
 Trainings = Mapping[str, Sequence[Checkpoint]]

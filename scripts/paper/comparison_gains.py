@@ -14,16 +14,14 @@ import click
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.plotting.style import BLACK, BLUE, C_MT, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
-from scripts.pages import write_table
+from mjbiped.plotting.style import BLACK, BLUE, C_MT, GUIDE, ORANGE, VERMILLION, drawn
+from scripts.pages import show_table
 from scripts.paper.gain_search import (
     BLIND,
     CHEAPNESS,
@@ -75,13 +73,15 @@ def main(figure: Path, page: Path) -> None:
     found = {name: choose(each) for name, each in trials.items()}
     rows = [found_row(name, found[name], trials[name]) for name in METHODS]
     headings = ("method", "gains found", "class's defaults", "settles for", "c_mt", "multiplier", "peak torque (N m)")
-    publish(page, "gains", headings, rows)
+    show_table("gains", headings, rows, page, "gains")
     blind = [(name, *blind_row(blind_trials(name))) for name in tqdm(BLIND, desc="one slope source", disable=None)]
-    publish(page, "blind", ("method", "gains found", "c_mt", "multiplier", "peak torque (N m)"), blind)
+    show_table("blind", ("method", "gains found", "c_mt", "multiplier", "peak torque (N m)"), blind, page, "blind")
     walked = outcomes(found)
-    publish(page, "terrains", ("method", "slope from", *TERRAINS), walked)
+    show_table("terrains", ("method", "slope from", *TERRAINS), walked, page, "terrains")
     ranges = surviving(trials, found)
-    publish(page, "ranges", ("method", *TERRAINS), [(name, *map(span, each)) for name, each in ranges.items()])
+    show_table(
+        "ranges", ("method", *TERRAINS), [(name, *map(span, each)) for name, each in ranges.items()], page, "ranges"
+    )
     draw(trials, found, ranges, figure)
     click.echo(f"wrote {figure}\nwrote {page}")
 
@@ -182,19 +182,10 @@ def span(gains: Sequence[tuple[float, bool]]) -> str:
     return ", ".join(f"{low:g}" if low == high else f"{low:g}–{high:g}" for low, high in stretches) or "none"
 
 
-def publish(page: Path, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Show a table, and write it into the page."""
-    table = Table(*headings, title=name)
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table)
-    write_table(page, name, headings, rows)
-
-
 def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], ranges: Ranges, path: Path) -> None:
     """Return, torque and survival over the gains."""
-    with styled():
-        figure = new_figure(7.8)
+    with drawn(path) as figure:
+        figure.set_figheight(7.8)
         (back, torque), (plane, survival) = figure.subplots(2, 2)
         for name, method in METHODS.items():
             ratio = found[name].gains.get("ratio")
@@ -233,7 +224,6 @@ def draw(trials: Mapping[str, Sequence[Trial]], found: Mapping[str, Trial], rang
         _draw_plane(plane, trials["ECC"], found["ECC"])
         _draw_survival(survival, ranges)
         legend_below(figure, *back.get_legend_handles_labels())
-        save_figure(figure, path)
 
 
 def _draw_plane(axes: Axes, trials: Sequence[Trial], found: Trial) -> None:

@@ -17,7 +17,7 @@ from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frame
 from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
-from mjbiped.reproduction.grounds import reading_at
+from mjbiped.reproduction.grounds import terrain_of
 from mjbiped.reproduction.methods import METHODS, Variant, settled
 from mjbiped.utils.files import written_whole
 
@@ -28,7 +28,7 @@ HELD = 1.0  # s, the last frame
 def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, steps: int) -> dict[str, mjbiped.Walk]:
     """A walk of each method on a ground."""
     place = next(place for place in reading.places if place[0] == ground)
-    terrain = reading_at(place).terrain
+    terrain = terrain_of(place)
     chosen = {name: settled(name, source) for name in METHODS[1:]}
     chosen[METHODS[0]] = Variant(METHODS[0], reading.delay)
     return {
@@ -62,7 +62,7 @@ def main(table: Path, folder: Path, steps: int, engine: str, fps: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     known = rows.read_rows(table.read_text(encoding="utf-8"))
     best = table_2.choices(known)[0]
-    source = table_2.agreements(known, best)[0].source
+    source = table_2.sources_ranked(known, best)[0]
     for ground, _, _ in tqdm(best.places, desc="grounds", disable=None):
         frames = stacked(walks_of(best, source, ground, engine, steps), fps)
         path, (height, width, _) = folder / f"{ground.replace(' ', '_')}.mp4", frames[0].shape

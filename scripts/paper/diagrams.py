@@ -63,12 +63,7 @@ def draw_clearance() -> Figure:
     return figure
 
 
-DRAWINGS = {
-    "robot": draw_robot,
-    "framework": draw_framework,
-    "estimator": draw_estimator,
-    "clearance": draw_clearance,
-}
+DRAWINGS = {"robot": draw_robot, "framework": draw_framework, "estimator": draw_estimator, "clearance": draw_clearance}
 
 
 @click.command(help=__doc__)

@@ -19,7 +19,7 @@ import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS, opened_walks
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, changes_of
+from mjbiped.reproduction.grounds import FIRST_CHANGES, FIRST_RISERS, GROUNDS, SLOPE_PATTERNS, STAIR_PATTERNS, TABLE_2
 from mjbiped.reproduction.methods import BLIND, DELAYS, SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.report import table_3
 from mjbiped.reproduction.report.fit import in_kind
@@ -127,7 +127,7 @@ def _evident(fits: Mapping[str, Placebo]) -> str:
 
 def _worth(rows: Sequence[Row], fits: Mapping[str, Placebo], grounds: Sequence[RandomGround], searched: float) -> str:
     """Tabulate every fit beside fits to random rows."""
-    read = (DELAYS, WORK_KINDS, LENGTHS, *changes_of("stair 1"), *changes_of("slope 1"))
+    read = (DELAYS, WORK_KINDS, LENGTHS, FIRST_RISERS, STAIR_PATTERNS, FIRST_CHANGES, SLOPE_PATTERNS)
     lines = [_line("reading of the grounds, by the adaptive controller", len(read), "", placebo.of_readings(rows))]
     for method, found in fits.items():
         free = 1 + len(BLIND[method].gains)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mjbiped.reproduction.cell import Cell, Walks
-from mjbiped.reproduction.grounds import GROUNDS, reading_at
+from mjbiped.reproduction.grounds import GROUNDS, terrain_of
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
 from mjbiped.reproduction.rows import as_csv, rounded
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
@@ -66,7 +66,7 @@ def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) ->
         tried: The settings; `settings()` unless given.
     """
     chosen = settings() if tried is None else list(tried)
-    grounds = {place[0]: reading_at(place).terrain for place in choice.places}
+    grounds = {place[0]: terrain_of(place) for place in choice.places}
     cells = {
         (variant, name): Cell("hybrid", variant.controller(ground), ground, steps=choice.length)
         for name, ground in grounds.items()

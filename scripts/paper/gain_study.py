@@ -18,7 +18,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import impact_gain
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
-from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, new_figure, save_figure, styled
+from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
 from mjbiped.utils.markdown import markdown_table
@@ -118,9 +118,7 @@ def main(figure: Path, page: Path | None, steps: int) -> None:
 def scaled(controller: AdaptiveController, scale: float) -> AdaptiveController:
     """The controller with both tracking gains multiplied."""
     return replace(
-        controller,
-        position_gain=scale * controller.position_gain,
-        velocity_gain=scale * controller.velocity_gain,
+        controller, position_gain=scale * controller.position_gain, velocity_gain=scale * controller.velocity_gain
     )
 
 
@@ -263,8 +261,8 @@ def draw(
     path: Path,
 ) -> None:
     """Convergence and conditions on the limit cycle, and peak torques of the walks."""
-    with styled():
-        figure = new_figure(7.5)
+    with drawn(path) as figure:
+        figure.set_figheight(7.5)
         (line, plane), (gammas, scales) = figure.subplots(2, 2)
         fine = resolved(900)
         cycles = [on_the_cycle(replace(paper, adaptation_gain=gamma)) for gamma in fine.tolist()]
@@ -303,7 +301,6 @@ def draw(
         if any(outcome.outcome != "finished" for outcome in walked.values()):
             handles.append(Line2D([], [], color=BLACK, marker="x", linestyle="none", label="fell"))
         gammas.legend(handles=handles, loc="upper left")
-        save_figure(figure, path)
 
 
 def _draw_plane(

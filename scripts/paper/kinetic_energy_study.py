@@ -20,7 +20,7 @@ from controllers import KineticEnergyController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.panels import titled
-from mjbiped.plotting.style import new_figure, save_figure, styled
+from mjbiped.plotting.style import drawn
 from mjbiped.terrain.segments import GROUND_FRICTION
 from scripts.pages import write_table
 
@@ -213,8 +213,8 @@ def why() -> Table:
 def draw(results: Results, path: Path) -> None:
     """How many walks survive each change, over the gain."""
     total = 2 * PLACES
-    with styled():
-        figure = new_figure(6.6)
+    with drawn(path) as figure:
+        figure.set_figheight(6.6)
         grid = figure.subplots(len(WEIGHTS), len(SLOPE_SOURCES), sharex=True, sharey=True)
         norm = BoundaryNorm(np.arange(-0.5, total + 1), 256)
         for row, (weight, words) in enumerate(WEIGHTS.items()):
@@ -233,7 +233,6 @@ def draw(results: Results, path: Path) -> None:
         for axes in grid[:, 0]:
             axes.set_ylabel("single change of the ground")
         figure.colorbar(mesh, ax=grid, label=f"walks survived, of {total}", ticks=range(0, total + 1, 2))
-        save_figure(figure, path)
 
 
 if __name__ == "__main__":

@@ -11,11 +11,10 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import LENGTHS, opened_walks
+from mjbiped.reproduction.cell import opened_walks
 from mjbiped.reproduction.methods import BLIND, FITTED
-from mjbiped.reproduction.report import fit as report_fit
-from mjbiped.reproduction.report import table_2 as report_table_2
-from mjbiped.reproduction.reproduce import stored_fits, walked
+from mjbiped.reproduction.report import fit, table_2
+from mjbiped.reproduction.reproduce import filled, stored_fits, walked
 from mjbiped.reproduction.table_2 import choices
 
 
@@ -25,15 +24,15 @@ def main(out: Path | None) -> None:
     """Walk and print."""
     with TemporaryDirectory() as folder, opened_walks(out or Path(folder), progress=True) as kept:
         rows = walked(plan.table_2(), kept)
-        best = choices(rows)[0]
+        found = choices(rows)
         for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
-            rows += walked(plan.compared(part, best, chosen.values(), "hybrid", max(LENGTHS)), kept)
-        rows += walked(plan.misjudged(best, FITTED.values()), kept)
-    sections = {**report_table_2.sections(rows), **report_fit.sections(rows, best), **stored_fits()}
+            rows += walked(plan.on_table_2(part, "hybrid", found[0].places, chosen.values()), kept)
+        rows += walked(plan.misjudged(found[0]), kept)
+    sections = {**table_2.sections(rows, found), **fit.sections(rows, found[0]), **stored_fits()}
     console = Console(width=140)
     console.print(f"{sections['best']}; distance {sections['best_distance']} %")
-    for name in ("table_2_whole", "agreement", "fits", "nearest"):
-        console.print(Markdown(sections[name]))
+    for heading in ("Every setting", "Agreement and nearest settings", "Nearest readings"):
+        console.print(Markdown(filled(heading, sections)))
 
 
 if __name__ == "__main__":

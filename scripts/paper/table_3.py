@@ -13,7 +13,7 @@ from rich.markdown import Markdown
 from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import opened_walks
 from mjbiped.reproduction.report import table_3 as report_table_3
-from mjbiped.reproduction.reproduce import walked
+from mjbiped.reproduction.reproduce import filled, walked
 
 
 @click.command(help=__doc__)
@@ -25,9 +25,9 @@ def main(out: Path | None, engine: str) -> None:
         rows = walked([*plan.table_3(engine), *plan.start()], kept)
     sections = report_table_3.sections(rows)
     console = Console(width=140)
-    for ground in ("mixed", "found"):
+    for ground, heading in (("mixed", "Our mixed ground"), ("found", "The ground that was found")):
         console.print(f"{ground}: distance {sections[f'distance_{ground}']}")
-        console.print(Markdown(sections[f"table_3_{ground}"]))
+        console.print(Markdown(filled(heading, sections)))
 
 
 if __name__ == "__main__":

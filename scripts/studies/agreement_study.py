@@ -12,8 +12,6 @@ from pathlib import Path
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -21,8 +19,8 @@ from controllers import AdaptiveController
 from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.records import measures
-from scripts.pages import write_table
-from scripts.studies.gallery import TERRAINS
+from scripts.pages import show_table
+from scripts.studies.gallery import ADAPTIVE, TERRAINS
 
 HEADINGS = (
     "ground",
@@ -72,7 +70,7 @@ def greatest(controller: AdaptiveController, count: int, steps: int) -> tuple[li
     values = {name: [np.zeros(0)] for name in divergence.COLUMNS}
     for seed in tqdm(range(count), desc="rough terrains", disable=None):
         terrain = mjbiped.Terrain.random(seed=seed + 1000, roughness=0.001 * (1 + seed % 3))
-        walked = mjbiped.compare(controller, terrain, steps=steps)
+        walked = mjbiped.compare(ADAPTIVE, terrain, steps=steps)
         n = resolved(walked, controller)
         for name in divergence.COLUMNS:
             difference = np.abs(np.nan_to_num(walked.touchdowns[name][:n]))
@@ -107,38 +105,20 @@ def _ratio(share: float) -> str:
 @click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
 def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None) -> None:
     """Walk on all terrains and print the table."""
-    robot = mjbiped.Compass()
-    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)))
     terrains = {name: terrain for name, terrain in TERRAINS.items() if name != "rough"}
     for seed in range(count):
         terrains[f"random {seed}"] = mjbiped.Terrain.random(seed=seed, roughness=0.002 * (seed % 3))
     rows, partings = [], []
     for name, terrain in tqdm(terrains.items(), desc="terrains", disable=None):
-        walked = mjbiped.compare(controller, terrain, steps=steps)
+        walked = mjbiped.compare(ADAPTIVE, terrain, steps=steps)
         rows.append(row(name, walked))
         if walked.divergence is not None:
             partings.append([name, walked.verdict])
-    table = Table(title=f"MuJoCo - hybrid engine, {steps} steps; * they part")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for cells in rows:
-        table.add_row(*cells)
-    console = Console(width=120)
-    console.print(table)
-    for name, verdict in partings:
-        console.print(f"{name}: {verdict}")
-    rows_of_limits, touchdowns = greatest(controller, rough, rough_steps)
+    show_table(f"MuJoCo - hybrid engine, {steps} steps; * they part", HEADINGS, rows, page, "agreement")
+    show_table("where they part", ("ground", "where and why"), partings, page, "partings")
+    rows_of_limits, touchdowns = greatest(ADAPTIVE, rough, rough_steps)
     headings = ("difference", "median", "99 %", f"greatest of {touchdowns} touchdowns", "limit : greatest")
-    limits = Table(title=f"{rough} rough terrains, {rough_steps} steps")
-    for heading in headings:
-        limits.add_column(heading, justify="right")
-    for cells in rows_of_limits:
-        limits.add_row(*cells)
-    console.print(limits)
-    if page is not None:
-        write_table(page, "limits", headings, rows_of_limits)
-        write_table(page, "agreement", HEADINGS, rows)
-        write_table(page, "partings", ("ground", "where and why"), partings)
+    show_table(f"{rough} rough terrains, {rough_steps} steps", headings, rows_of_limits, page, "limits")
 
 
 if __name__ == "__main__":

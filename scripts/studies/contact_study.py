@@ -7,17 +7,15 @@ of the steps are compared with the limit cycle, and every impact with the impact
     python -m scripts.studies.contact_study --steps 60
 """
 
-import math
-
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.records import measures
+from scripts.pages import show_table
+from scripts.studies.gallery import GAIT
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 HEADINGS = (
@@ -32,7 +30,7 @@ HEADINGS = (
 )
 
 
-def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
+def row(timestep: float, steps: int) -> list[str]:
     """Errors of one walk: step length and period, impact (mean and worst), slip, penetration."""
     walk = mjbiped.walk(
         PassiveController(), mjbiped.Terrain.incline(2.0), steps=steps, engine=mjbiped.Mujoco(timestep=timestep)
@@ -45,8 +43,8 @@ def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
     return [
         f"{timestep:.0e}",
         outcome,
-        f"{100 * (measures.step_lengths(walk)[-last:].mean() / gait.step_length - 1):+.3f}",
-        f"{100 * (measures.step_periods(walk)[-last:].mean() / gait.period - 1):+.3f}",
+        f"{100 * (measures.step_lengths(walk)[-last:].mean() / GAIT.step_length - 1):+.3f}",
+        f"{100 * (measures.step_periods(walk)[-last:].mean() / GAIT.period - 1):+.3f}",
         f"{100 * impact.mean():.3f}",
         f"{100 * impact.max():.3f}",
         f"{1e3 * walk.touchdowns['slip'].max():.3f}",
@@ -58,13 +56,8 @@ def row(timestep: float, steps: int, gait: mjbiped.Gait) -> list[str]:
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
 def main(steps: int) -> None:
     """Run all timesteps and print the table."""
-    gait = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
-    table = Table(title=f"passive walk down 2 degrees, {steps} steps")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for timestep in tqdm(TIMESTEPS, desc="timesteps", disable=None):
-        table.add_row(*row(timestep, steps, gait))
-    Console(width=120).print(table)
+    rows = [row(timestep, steps) for timestep in tqdm(TIMESTEPS, desc="timesteps", disable=None)]
+    show_table(f"passive walk down 2 degrees, {steps} steps", HEADINGS, rows)
 
 
 if __name__ == "__main__":

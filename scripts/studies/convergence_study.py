@@ -21,8 +21,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -31,7 +29,7 @@ from mjbiped.engines.mujoco import constants, ground, options, scene
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
 RADII = (3e-2, 1e-2, 1e-3, 1e-4, ground.FOOT_RADIUS, 1e-5)
@@ -50,6 +48,26 @@ STYLES: Sequence[dict[str, Any]] = (
     {"color": plot_style.BLACK, "linestyle": (0, (6, 1.2, 1.5, 1.2)), "marker": "D"},
     {"color": plot_style.GUIDE, "linestyle": (0, (1, 1)), "marker": "x"},
 )
+
+_H, _CONTACT = options.DEFAULT_TIMESTEP, options.DEFAULT_CONTACT_TIMESTEP
+VARIED = {
+    "timestep": (
+        ("Timestep", "timestep s", "timestep $h$ (s);\nfoot 0.01 mm, contact step 10 µs", "h"),
+        TIMESTEPS,
+        [(value, _CONTACT, SMALL_RADIUS) for value in TIMESTEPS],
+    ),
+    "contact": (
+        ("Contact step", "contact step s", "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 1 ms", "h_c"),
+        CONTACT_TIMESTEPS,
+        [(_H, value, SMALL_RADIUS) for value in CONTACT_TIMESTEPS],
+    ),
+    "radius": (
+        ("Foot radius", "foot radius m", "foot radius $r$ (m);\ntimestep 1 ms, contact step 10 µs", "r"),
+        RADII,
+        [(_H, _CONTACT, value) for value in RADII],
+    ),
+}
+"""What is varied: title, heading, label, symbol; values; and timestep (s), contact step (s), radius (m) of each."""
 
 
 @dataclass(frozen=True)
@@ -129,8 +147,8 @@ def draw(path: Path, studies: Sequence["Study"]) -> None:
     """All studies, log-log, with the orders of the errors that have one."""
     shown = 100.0 * np.concatenate([np.abs(study.found).ravel() for study in studies])
     shown = shown[np.isfinite(shown) & (shown > 0.0)]
-    with plot_style.styled():
-        figure = plot_style.new_figure(4.9)
+    with plot_style.drawn(path) as figure:
+        figure.set_figheight(4.9)
         panels = figure.subplots(1, len(studies), sharey=True)
         for letter, axes, study in zip("abc", panels, studies, strict=True):
             draw_study(axes, study)
@@ -139,7 +157,6 @@ def draw(path: Path, studies: Sequence["Study"]) -> None:
         handles, names = panels[0].get_legend_handles_labels()
         handles.append(Line2D([], [], color=plot_style.GUIDE, linewidth=0.6))
         legend_below(figure, handles, [*names, "in proportion to what is varied"])
-    plot_style.save_figure(figure, path)
 
 
 def draw_study(axes: Axes, study: "Study") -> None:
@@ -196,60 +213,20 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
     adaptive = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)), replanning_threshold=1e-9)
     passive, rough = Case(PassiveController(), PASSIVE_GROUND, steps), Case(adaptive, ROUGH_GROUND, rough_steps)
     exact = passive.exact(), rough.exact()
-    h, contact, small = options.DEFAULT_TIMESTEP, options.DEFAULT_CONTACT_TIMESTEP, SMALL_RADIUS
-    varied = {
-        "timestep": [(value, contact, small) for value in TIMESTEPS],
-        "contact": [(h, value, small) for value in CONTACT_TIMESTEPS],
-        "radius": [(h, contact, value) for value in RADII],
-    }
     found: dict[tuple[float, float, float], list[float]] = {}
-    work = {place: 1.0 / place[0] for places in varied.values() for place in places}
+    work = {place: 1.0 / place[0] for _, _, places in VARIED.values() for place in places}
     with tqdm(total=round(sum(work.values())), desc="walks", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         for place in work:
             found[place] = errors(passive.walk(*place), rough.walk(*place), exact)
             bar.update(round(work[place]))
-    errors_of = {name: np.array([found[place] for place in places]) for name, places in varied.items()}
-    studies = (
-        Study(
-            "timestep",
-            "Timestep",
-            "timestep s",
-            "timestep $h$ (s);\nfoot 0.01 mm, contact step 10 µs",
-            "h",
-            TIMESTEPS,
-            errors_of["timestep"],
-        ),
-        Study(
-            "contact",
-            "Contact step",
-            "contact step s",
-            "contact step $h_c$ (s);\nfoot 0.01 mm, timestep 1 ms",
-            "h_c",
-            CONTACT_TIMESTEPS,
-            errors_of["contact"],
-        ),
-        Study(
-            "radius",
-            "Foot radius",
-            "foot radius m",
-            "foot radius $r$ (m);\ntimestep 1 ms, contact step 10 µs",
-            "r",
-            RADII,
-            errors_of["radius"],
-        ),
-    )
+    studies = [
+        Study(name, *words, values, np.array([found[place] for place in places]))
+        for name, (words, values, places) in VARIED.items()
+    ]
     for study in studies:
         headings, rows = [study.heading, *(f"{name} %" for name in ERRORS)], study.rows()
-        table = Table(
-            title=f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
-        )
-        for heading in headings:
-            table.add_column(heading, justify="right")
-        for cells in rows:
-            table.add_row(*cells)
-        Console(width=120).print(table)
-        if page is not None:
-            write_table(page, study.name, headings, rows)
+        title = f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
+        show_table(title, headings, rows, page, study.name)
     if plot is not None:
         draw(plot, studies)
 

@@ -12,15 +12,14 @@ from typing import Any, NamedTuple
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped import Disturbances
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
+from scripts.pages import show_table
+from scripts.studies.gallery import ADAPTIVE
 
 ENGINES: Mapping[str, Mapping[str, Any]] = {
     "mujoco": {**plot_style.MUJOCO, "linewidth": 3.0, "marker": "s", "label": "MuJoCo"},
@@ -86,14 +85,12 @@ class Point(NamedTuple):
 
 def measure(scan: Scan, engine: str, walks: int, steps: int) -> list[Point]:
     """Walk all values of a scan, each on the same grounds, with a seed of its own on each."""
-    robot = mjbiped.Compass()
-    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2.0)))
     grounds = [mjbiped.Terrain.random(seed=seed, slope_deg=(-2.0, 2.0), rise=(-0.01, 0.01)) for seed in range(walks)]
     points = []
     for value in tqdm(scan.values, desc=f"{scan.label}, {engine}", disable=None):
         disturbances = [scan.made(value, seed) for seed in range(walks)]
         done = mjbiped.walk_many(
-            law, grounds, engine=engine, steps=steps, summaries=True, sample_period=None, disturbances=disturbances
+            ADAPTIVE, grounds, engine=engine, steps=steps, summaries=True, sample_period=None, disturbances=disturbances
         )
         costs = [walk["cost_of_transport"] for walk in done if walk["outcome"] == "finished"]
         points.append(Point(len(costs) / walks, float(np.median(costs)) if costs else math.nan))
@@ -102,8 +99,8 @@ def measure(scan: Scan, engine: str, walks: int, steps: int) -> list[Point]:
 
 def draw(found: Mapping[str, Sequence[Sequence[Point]]], path: Path) -> None:
     """Share of walks that finished, and cost, over each disturbance."""
-    with plot_style.styled():
-        figure = plot_style.new_figure(4.9)
+    with plot_style.drawn(path) as figure:
+        figure.set_figheight(4.9)
         rows = figure.subplots(2, len(SCANS), sharex="col", sharey="row")
         for engine, look in ENGINES.items():
             for scan, points, share, cost in zip(SCANS, found[engine], *rows, strict=True):
@@ -118,7 +115,6 @@ def draw(found: Mapping[str, Sequence[Sequence[Point]]], path: Path) -> None:
         rows[1][0].set_ylabel(f"{plot_style.C_MT} of these, median")
         rows[1][0].set_ylim(0.0, None)
         legend_below(figure, *rows[0][0].get_legend_handles_labels())
-    plot_style.save_figure(figure, path)
     if path.suffix == ".png":
         plot_style.make_small(path)
 
@@ -132,15 +128,14 @@ def main(figure: Path, walks: int, steps: int) -> None:
     figure.parent.mkdir(parents=True, exist_ok=True)
     found = {engine: [measure(scan, engine, walks, steps) for scan in SCANS] for engine in ENGINES}
     draw(found, figure)
-    table = Table(title=f"adaptive controller, {walks} grounds of {steps} steps: finished, c_mt")
-    for heading in ("disturbance", "value", *ENGINES):
-        table.add_column(heading, justify="right")
+    rows = []
     for number, scan in enumerate(SCANS):
         for place, value in enumerate(scan.values):
             points = [found[engine][number][place] for engine in ENGINES]
             said = [f"{100 * point.finished:.0f} %, {point.cost:.4f}" for point in points]
-            table.add_row(scan.label, f"{scan.factor * value:g}", *said)
-    Console().print(table)
+            rows.append([scan.label, f"{scan.factor * value:g}", *said])
+    title = f"adaptive controller, {walks} grounds of {steps} steps: finished, c_mt"
+    show_table(title, ("disturbance", "value", *ENGINES), rows)
 
 
 if __name__ == "__main__":

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import click
 import matplotlib.image
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -17,6 +15,7 @@ from controllers import AdaptiveController
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.rendering.video import render_frame
+from scripts.pages import show_table
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),
@@ -30,6 +29,10 @@ TERRAINS = {
     "mixed": mjbiped.Terrain.mixed(),
     "rough": mjbiped.Terrain.random(seed=1, roughness=0.003),
 }
+ROBOT = mjbiped.Compass()
+GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
+ADAPTIVE = AdaptiveController(ROBOT, GAIT)
+HEADINGS = ("terrain", "outcome", "steps", "c_mt", "ankle N m", "hip N m", "estimate error deg", "impact worst %")
 
 
 @click.command(help=__doc__)
@@ -38,29 +41,16 @@ TERRAINS = {
 def main(folder: Path, steps: int) -> None:
     """Walk, draw and tabulate."""
     folder.mkdir(parents=True, exist_ok=True)
-    robot = mjbiped.Compass()
-    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2)))
-    table = Table(title=f"adaptive controller, {steps} steps")
-    for heading in (
-        "terrain",
-        "outcome",
-        "steps",
-        "c_mt",
-        "ankle N m",
-        "hip N m",
-        "estimate error deg",
-        "impact worst %",
-    ):
-        table.add_column(heading, justify="right")
+    rows = []
     for name, terrain in tqdm(TERRAINS.items(), desc="terrains", disable=None):
-        walk = mjbiped.walk(controller, terrain, steps=steps)
+        walk = mjbiped.walk(ADAPTIVE, terrain, steps=steps)
         walk.save(folder / f"{name}.npz")
         plot_walk(walk, folder / f"{name}.png")
         still = render_frame(walk, 0.6 * walk.end[0])
         matplotlib.image.imsave(folder / f"{name}_still.png", still)
         started, _ = measures.estimate_errors(walk)
         impacts = measures.impact_errors(walk)
-        table.add_row(
+        cells = (
             name,
             walk.outcome,
             str(walk.steps),
@@ -69,7 +59,8 @@ def main(folder: Path, steps: int) -> None:
             f"{math.degrees(started[-1]):+.4f}" if walk.steps else "-",
             f"{100 * abs(impacts).max():.2f}" if walk.steps else "-",
         )
-    Console(width=120).print(table)
+        rows.append(cells)
+    show_table(f"adaptive controller, {steps} steps", HEADINGS, rows)
 
 
 if __name__ == "__main__":

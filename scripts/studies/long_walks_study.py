@@ -16,10 +16,10 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped.analysis import divergence
 from mjbiped.robots.compass import Array
 from scripts.pages import show_table
+from scripts.studies.gallery import ADAPTIVE
 
 FIRST_SEED = 40_000
 LENGTH = 60.0
@@ -27,16 +27,7 @@ LENGTH = 60.0
 AFTER = (1, 10, 30, 60)
 FOOTHOLD, COST = 2e-4, 1e-3
 """What two walks of 60 steps shall differ by at most, m and as a share of c_mt."""
-HEADINGS = (
-    "steps",
-    "foothold µm, median",
-    "99 %",
-    "worst",
-    "c_mt %, median",
-    "99 % ",
-    "worst ",
-    "grounds",
-)
+HEADINGS = ("steps", "foothold µm, median", "99 %", "worst", "c_mt %, median", "99 % ", "worst ", "grounds")
 
 
 @dataclass(frozen=True)
@@ -60,17 +51,17 @@ def costs_so_far(walk: mjbiped.Walk) -> Array:
     return work / (walk.robot.weight * x)
 
 
-def walked(controller: AdaptiveController, seed: int, steps: int) -> Pair:
+def walked(seed: int, steps: int) -> Pair:
     """Walk one ground in both engines, roughness 0 to 3 mm by seed."""
     terrain = mjbiped.Terrain.random(seed=seed, roughness=0.001 * (seed % 4), length=LENGTH)
-    pair = mjbiped.compare(controller, terrain, steps=steps)
+    pair = mjbiped.compare(ADAPTIVE, terrain, steps=steps)
     there, here = pair.mujoco, pair.hybrid
     n = min(there.steps, here.steps)
     footholds = np.abs(there.touchdowns["x"][:n] - here.touchdowns["x"][:n])
     costs = np.abs(costs_so_far(there)[:n] / costs_so_far(here)[:n] - 1.0)
     cause = None
     if n < steps or footholds.max() > FOOTHOLD or costs[-1] > COST:
-        explained = (kind for k in range(n) for kind in divergence.explanations(there, here, k, controller))
+        explained = (kind for k in range(n) for kind in divergence.explanations(there, here, k, ADAPTIVE))
         cause = next(explained, "none found").split(":")[0]
     return Pair(footholds, costs, cause)
 
@@ -92,10 +83,8 @@ def distribution(pairs: list[Pair], steps: int) -> list[str]:
 @click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
 def main(grounds: int, page: Path | None) -> None:
     """Walk on all grounds and print the tables."""
-    robot = mjbiped.Compass()
-    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, np.deg2rad(2.0)))
     seeds = range(FIRST_SEED, FIRST_SEED + grounds)
-    pairs = [walked(controller, seed, AFTER[-1]) for seed in tqdm(seeds, desc="grounds", disable=None)]
+    pairs = [walked(seed, AFTER[-1]) for seed in tqdm(seeds, desc="grounds", disable=None)]
     rows = [distribution(pairs, steps) for steps in AFTER]
     apart = Counter(pair.cause for pair in pairs if pair.cause is not None)
     causes = [[cause, str(count)] for cause, count in apart.most_common()]

@@ -13,19 +13,17 @@ from pathlib import Path
 
 import click
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import Controller, KneedController, PassiveController
 from mjbiped.records import measures
 from mjbiped.robots.robot import Robot
-from scripts.pages import write_table
-from scripts.studies.gallery import TERRAINS
-from scripts.studies.step_size_study import ADAPTIVE, PASSIVE
+from scripts.pages import show_table
+from scripts.studies.gallery import ADAPTIVE, TERRAINS
 
 KNEES = mjbiped.KneedBiped()
+PASSIVE = "passive, 2° down"
 
 
 def engines(robot: Robot) -> list[mjbiped.Mujoco]:
@@ -91,14 +89,7 @@ def main(steps: int, page: Path | None) -> None:
         for engine in engines(robot):
             there = mjbiped.walk(controller, terrain, robot=robot, engine=engine, steps=steps, sample_period=None)
             rows.append(row(name, engine, there, here))
-    table = Table(title=f"MuJoCo - hybrid engine, {steps} steps")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for cells in rows:
-        table.add_row(*cells)
-    Console(width=140).print(table)
-    if page is not None:
-        write_table(page, "plain", HEADINGS, rows)
+    show_table(f"MuJoCo - hybrid engine, {steps} steps", HEADINGS, rows, page, "plain")
 
 
 if __name__ == "__main__":

@@ -17,8 +17,6 @@ from typing import Any
 import click
 import numpy as np
 from matplotlib.axes import Axes
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
@@ -29,7 +27,7 @@ from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.records.measures import THROUGH, THROUGH_VIOLATING, foot_length
 from mjbiped.utils import palette
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 ROBOT = mjbiped.Compass()
 PHASES = 100
@@ -182,9 +180,7 @@ def _name(gait: mjbiped.OptimisedGait) -> str:
     return f"clearance {gait.goal.clearance:g} m" + ("" if gait.goal.retraction else ", no retraction")
 
 
-def draw(
-    rows: tuple[Sequence[Row], Sequence[Row], Sequence[Row]], speeds: Sequence[tuple[float, ...]], path: Path
-) -> None:
+def draw(rows: Sequence[Sequence[Row]], speeds: Sequence[tuple[float, ...]], path: Path) -> None:
     """The Pareto front, and cost against speed."""
     with style.drawn(path) as figure:
         figure.set_figheight(4.6)
@@ -225,102 +221,114 @@ def _front(axes: Axes, optimised: Sequence[Row], free: Sequence[Row], passive: S
     titled(axes, "a", "What is climbed, and what it costs")
 
 
+def climbers() -> tuple[list[Row], list[Row], list[Row]]:
+    """Optimised references with retraction and without, and passive gaits."""
+    rows = []
+    for retraction, clearances in ((True, CLEARANCES), (False, FREE)):
+        gaits = [mjbiped.find_reference(ROBOT, clearance=each, retraction=retraction) for each in clearances]
+        bar = tqdm(gaits, desc="references", disable=None)
+        rows.append([row(_name(gait), gait, gait.cost_of_transport) for gait in bar])
+    passive = []
+    for slope in tqdm(SLOPES_DEG, desc="passive gaits", disable=None):
+        gait = mjbiped.find_passive_gait(ROBOT, math.radians(slope))
+        passive.append(row(f"passive, {slope:g}°", gait, passive_cost(gait)))
+    return rows[0], rows[1], passive
+
+
+def climbing(rows: Sequence[Row]) -> list[list[str]]:
+    """What is climbed, and what it takes."""
+    return [
+        [
+            each.what, f"{each.cost:.4f}", str(each.paper), str(each.additive),
+            *_needed(each.paper), f"{each.down.through}", *_needed(each.down),
+        ]
+        for each in rows
+    ]  # fmt: skip
+
+
+def costs_by_speed() -> list[tuple[float, ...]]:
+    """Speed, and c_mt without clearance and with 0.06 m."""
+    return [
+        (speed, *(mjbiped.find_reference(ROBOT, speed=speed, clearance=c).cost_of_transport for c in (0.0, 0.06)))
+        for speed in tqdm(SPEEDS, desc="speeds", disable=None)
+    ]
+
+
+def in_both_engines() -> list[list[str]]:
+    """Walks over a step in both engines, and c_mt on level ground in MuJoCo."""
+    rows = []
+    for clearance, retraction, rise, replanning in tqdm(CHECKED, desc="MuJoCo", disable=None):
+        checked = mjbiped.find_reference(ROBOT, clearance=clearance, retraction=retraction)
+        controller = AdaptiveController(ROBOT, checked, replanning=replanning)
+        level = mjbiped.walk(controller, mjbiped.Terrain.level(), steps=40)
+        for engine, cost in (("hybrid", ""), ("mujoco", f"{level.cost_of_transport:.4f}")):
+            walks = over_step(controller, rise, engine)
+            survived = f"{walks.through}" + (f" ({walks.survived})" if walks.survived > walks.through else "")
+            rows.append([_name(checked), f"{rise:+.3f}", replanning, engine, survived, f"{walks.torque:.1f}", cost])
+    return rows
+
+
+def downwards() -> list[list[str]]:
+    """What comes of drops, by what the reference does after its period."""
+    held, two = mjbiped.find_reference(ROBOT, clearance=0.06), mjbiped.find_passive_gait(ROBOT, math.radians(2))
+    imitated = {
+        "clearance 0.06 m, hold": held,
+        "the same, its curves continued": continued(held),
+        "passive, 2°, continued": two,
+    }
+    return [
+        [what, *(_descends(AdaptiveController(ROBOT, gait), drop) for drop in DROPS)] for what, gait in imitated.items()
+    ]
+
+
+def on_treads() -> list[list[str]]:
+    """Steps per fall on random treads, by what is imitated and how it is re-planned."""
+    cheap = [mjbiped.find_reference(ROBOT, clearance=c, retraction=r) for c, r in ((0.044, True), (0.077, False))]
+    high = [mjbiped.find_reference(ROBOT, clearance=c) for c in (0.06, 0.105)]
+    imitated: dict[str, mjbiped.Gait] = {"passive, 2°": mjbiped.find_passive_gait(ROBOT, math.radians(2))}
+    imitated |= {_name(gait): gait for gait in (*cheap, *high)}
+    laws: dict[tuple[str, str], AdaptiveController] = {
+        (what, name): AdaptiveController(ROBOT, gait, replanning=name)
+        for what, gait in imitated.items()
+        for name in ("paper", "additive")
+    }
+    library = LibraryController(ROBOT, cheap[0], climbing_gait=high[-1])
+    laws[f"{_name(cheap[0])}; {_name(high[-1])} after steps", "library"] = library
+    return [
+        [*names, *(_treads(law, deviation) for deviation in TREADS)]
+        for names, law in tqdm(laws.items(), desc="treads", disable=None)
+    ]
+
+
+HEADINGS = {
+    "treads": ["imitated", "re-planning", *(f"σ = {each:g} m" for each in TREADS)],
+    "late": ["imitated", *(f"{drop:g} m" for drop in DROPS)],
+    "climbing": [
+        "imitated", "c_mt, level", "climbs (m)", "additive (m)", "torque (N m)", "sole (cm)", "of 100 down 0.10 m",
+        "torque (N m)", "sole (cm)",
+    ],
+    "speeds": ["speed (m/s)", "no clearance", "0.06 m"],
+    "engines": ["imitated", "rise (m)", "re-planning", "engine", "of 100", "torque (N m)", "c_mt, level, MuJoCo"],
+}  # fmt: skip
+
+
 @click.command()
 @click.option("--page", type=click.Path(path_type=Path), help="Write the tables into this page.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Write the figure.")
 def main(page: Path | None, plot: Path | None) -> None:
     """Print the tables; write them and the figure."""
-    found = [
-        [mjbiped.find_reference(ROBOT, clearance=each, retraction=retraction) for each in clearances]
-        for retraction, clearances in ((True, CLEARANCES), (False, FREE))
-    ]
-    optimised, free = (
-        [row(_name(gait), gait, gait.cost_of_transport) for gait in tqdm(gaits, desc="references", disable=None)]
-        for gaits in found
-    )
-    passive = []
-    for slope in tqdm(SLOPES_DEG, desc="passive gaits", disable=None):
-        gait = mjbiped.find_passive_gait(ROBOT, math.radians(slope))
-        passive.append(row(f"passive, {slope:g}°", gait, passive_cost(gait)))
-    climbing = [
-        [
-            each.what, f"{each.cost:.4f}", str(each.paper), str(each.additive),
-            *_needed(each.paper), f"{each.down.through}", *_needed(each.down),
-        ]
-        for each in (*optimised, *free, *passive)
-    ]  # fmt: skip
-    speeds = []
-    for value in tqdm(SPEEDS, desc="speeds", disable=None):
-        costs = (mjbiped.find_reference(ROBOT, speed=value, clearance=c).cost_of_transport for c in (0.0, 0.06))
-        speeds.append((value, *costs))
-    checks = []
-    for clearance, retraction, rise, replanning in tqdm(CHECKED, desc="MuJoCo", disable=None):
-        checked = mjbiped.find_reference(ROBOT, clearance=clearance, retraction=retraction)
-        controller = AdaptiveController(ROBOT, checked, replanning=replanning)
-        level = mjbiped.walk(controller, mjbiped.Terrain.level(), steps=40)
-        for engine in ("hybrid", "mujoco"):
-            walks = over_step(controller, rise, engine)
-            survived = f"{walks.through}" + (f" ({walks.survived})" if walks.survived > walks.through else "")
-            checks.append([_name(checked), f"{rise:+.3f}", replanning, engine, survived, f"{walks.torque:.1f}"])
-        checks[-1].append(f"{level.cost_of_transport:.4f}")
-    held, two = mjbiped.find_reference(ROBOT, clearance=0.06), mjbiped.find_passive_gait(ROBOT, math.radians(2))
-    late = [
-        [what, *(_descends(AdaptiveController(ROBOT, imitated), drop) for drop in DROPS)]
-        for what, imitated in (
-            ("clearance 0.06 m, hold", held),
-            ("the same, its curves continued", continued(held)),
-            ("passive, 2°, continued", two),
-        )
-    ]
-    cheap = [mjbiped.find_reference(ROBOT, clearance=c, retraction=r) for c, r in ((0.044, True), (0.077, False))]
-    high = [mjbiped.find_reference(ROBOT, clearance=c) for c in (0.06, 0.105)]
-    walked: list[tuple[str, mjbiped.Gait]] = [("passive, 2°", two), *((_name(gait), gait) for gait in (*cheap, *high))]
-    rough = [
-        [what, replanning, *(_treads(AdaptiveController(ROBOT, imitated, replanning=replanning), s) for s in TREADS)]
-        for what, imitated in tqdm(walked, desc="treads", disable=None)
-        for replanning in ("paper", "additive")
-    ]
-    library = LibraryController(ROBOT, cheap[0], climbing_gait=high[-1])
-    rough.append(
-        [f"{_name(cheap[0])}; {_name(high[-1])} after steps", "library", *(_treads(library, s) for s in TREADS)]
-    )
-    for name, heads, rows in (
-        ("treads", ["imitated", "re-planning", *(f"σ = {each:g} m" for each in TREADS)], rough),
-        ("late", ["imitated", *(f"{drop:g} m" for drop in DROPS)], late),
-        (
-            "climbing",
-            [
-                "imitated",
-                "c_mt, level",
-                "climbs (m)",
-                "additive (m)",
-                "torque (N m)",
-                "sole (cm)",
-                "of 100 down 0.10 m",
-                "torque (N m)",
-                "sole (cm)",
-            ],
-            climbing,
-        ),
-        (
-            "speeds",
-            ["speed (m/s)", "no clearance", "0.06 m"],
-            [[f"{a:g}", f"{b:.4f}", f"{c:.4f}"] for a, b, c in speeds],
-        ),
-        (
-            "engines",
-            ["imitated", "rise (m)", "re-planning", "engine", "of 100", "torque (N m)", "c_mt, level, MuJoCo"],
-            checks,
-        ),
-    ):
-        table = Table(*heads)
-        for cells in rows:
-            table.add_row(*cells)
-        Console().print(table)
-        if page is not None:
-            write_table(page, name, heads, [[*cells, *[""] * (len(heads) - len(cells))] for cells in rows])
+    rows, speeds = climbers(), costs_by_speed()
+    tables = {
+        "treads": on_treads(),
+        "late": downwards(),
+        "climbing": climbing([each for some in rows for each in some]),
+        "speeds": [[f"{speed:g}", *(f"{cost:.4f}" for cost in costs)] for speed, *costs in speeds],
+        "engines": in_both_engines(),
+    }
+    for name, cells in tables.items():
+        show_table(name, HEADINGS[name], cells, page, name)
     if plot is not None:
-        draw((optimised, free, passive), speeds, plot)
+        draw(rows, speeds, plot)
 
 
 if __name__ == "__main__":

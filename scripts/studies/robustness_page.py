@@ -40,19 +40,16 @@ def tables(folder: Path) -> list[str]:
 @click.option("--knees-page", default=KNEES_PAGE, show_default=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--images", default=IMAGES, show_default=True, type=FOLDER)
 def main(
-    hybrid: Path | None,
-    mujoco: Path | None,
     margins: tuple[Path, ...],
     slopes: Path | None,
-    parts: Path | None,
-    basin: Path | None,
     knees: tuple[Path, ...],
     page: Path,
     knees_page: Path,
     images: Path,
+    **whole: Path | None,
 ) -> None:
     """Fill the places of the studies that are given."""
-    for name, folder in (("hybrid", hybrid), ("mujoco", mujoco), ("parts", parts), ("basin", basin)):
+    for name, folder in whole.items():
         if folder is not None:
             write_block(page, name, "\n".join(tables(folder)))
     if margins:
@@ -64,7 +61,7 @@ def main(
         write_block(knees_page, "robustness", "\n".join(new))
     if slopes is not None:
         write_block(page, "slopes", next(table for table in tables(slopes) if table.startswith("**treads")))
-    if hybrid is not None:
+    if (hybrid := whole["hybrid"]) is not None:
         for name in FIGURES:
             shutil.copy(hybrid / name, images / name)
 

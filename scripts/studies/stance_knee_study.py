@@ -10,15 +10,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import KneedController
 from mjbiped import Terrain
 from mjbiped.records import stance_knee
-from scripts.pages import write_table
+from scripts.pages import show_table
 
 CLEARANCE = 0.08  # of the optimised references, m
 SAMPLED = 1e-3  # s: each physics step, but for the short ones
@@ -75,14 +73,7 @@ def main(steps: int, page: Path | None) -> None:
     for name, robot in tqdm(robots.items(), desc="robots", disable=None):
         law = KneedController(robot, mjbiped.find_reference(robot, clearance=CLEARANCE))
         rows += [[f"{name}, {kind}", *row(law, ground, steps)] for kind, ground in grounds()]
-    table = Table(title=f"{steps} steps")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
-    for line in rows:
-        table.add_row(*line)
-    Console(width=140).print(table)
-    if page is not None:
-        write_table(page, "stance knee", HEADINGS, rows)
+    show_table(f"{steps} steps", HEADINGS, rows, page, "stance knee")
 
 
 if __name__ == "__main__":

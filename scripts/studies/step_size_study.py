@@ -25,12 +25,10 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 from tqdm.auto import tqdm
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Controller, PassiveController
 from mjbiped.engines.mujoco import run, step_size
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
@@ -38,17 +36,14 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.benchmarks.timing import Case, Timing, interleaved, machine
-from scripts.pages import write_table
-from scripts.studies.gallery import TERRAINS
+from scripts.pages import show_table, write_table
+from scripts.studies.gallery import ADAPTIVE, GAIT, ROBOT, TERRAINS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 STATES, LENGTH = 100, 40  # from which bare steps are made, and how many from each
 WANTED_SPEED, WANTED_ERROR = 300.0, 0.005
 NO_SAMPLES = 1e4  # s: only the last one
 PASSIVE = "passive, 2° down"
-ROBOT = mjbiped.Compass()
-GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))
-ADAPTIVE = AdaptiveController(ROBOT, GAIT)
 
 
 @dataclass(frozen=True)
@@ -128,21 +123,11 @@ STYLES: Mapping[str, Mapping[str, Any]] = {
 }
 
 SIDES = (
-    ((7, 0), "left", "center"),
-    ((0, -7), "center", "top"),
-    ((0, 7), "center", "bottom"),
-    ((-7, 0), "right", "center"),
-    ((6, -6), "left", "top"),
-    ((6, 6), "left", "bottom"),
-    ((-6, -6), "right", "top"),
-    ((0, -17), "center", "top"),
-    ((8, 9), "left", "bottom"),
-    ((8, -9), "left", "top"),
-    ((-8, -9), "right", "top"),
-    ((-8, 9), "right", "bottom"),
-    ((0, 17), "center", "bottom"),
-    ((18, 0), "left", "center"),
-)
+    ((7, 0), "left", "center"), ((0, -7), "center", "top"), ((0, 7), "center", "bottom"), ((-7, 0), "right", "center"),
+    ((6, -6), "left", "top"), ((6, 6), "left", "bottom"), ((-6, -6), "right", "top"), ((0, -17), "center", "top"),
+    ((8, 9), "left", "bottom"), ((8, -9), "left", "top"), ((-8, -9), "right", "top"), ((-8, 9), "right", "bottom"),
+    ((0, 17), "center", "bottom"), ((18, 0), "left", "center"),
+)  # fmt: skip
 """Where a name may stand beside its mark, points, the first that is free."""
 
 
@@ -159,16 +144,13 @@ class Errors:
     @classmethod
     def of(cls, walk: mjbiped.Walk, exact: mjbiped.Walk) -> "Errors":
         """Of a walk against the hybrid engine's; NaN where it did not come to its end."""
+        impact = float(np.abs(measures.impact_errors(walk)).max()) if walk.steps else math.nan
         if walk.outcome != exact.outcome or walk.steps != exact.steps:
-            worst = float(np.abs(measures.impact_errors(walk)).max()) if walk.steps else math.nan
-            return cls(worst, math.nan, math.nan, math.nan, f"{walk.outcome} after {walk.steps}")
-        return cls(
-            float(np.abs(measures.impact_errors(walk)).max()),
-            abs(walk.cost_of_transport / exact.cost_of_transport - 1.0) if exact.cost_of_transport else math.nan,
-            float(np.abs(walk.peak_torque - exact.peak_torque).max()),
-            abs(walk.touchdowns["time"][-1] - exact.touchdowns["time"][-1]) / walk.steps,
-            walk.outcome,
-        )
+            return cls(impact, math.nan, math.nan, math.nan, f"{walk.outcome} after {walk.steps}")
+        cost = walk.cost_of_transport / exact.cost_of_transport - 1.0 if exact.cost_of_transport else math.nan
+        torque = float(np.abs(walk.peak_torque - exact.peak_torque).max())
+        late = abs(walk.touchdowns["time"][-1] - exact.touchdowns["time"][-1])
+        return cls(impact, abs(cost), torque, late / walk.steps, walk.outcome)
 
 
 def grounds(count: int) -> dict[str, tuple[Controller, mjbiped.Terrain]]:
@@ -289,6 +271,11 @@ def error_cells(found: Mapping[str, Errors]) -> list[str]:
     ]
 
 
+def cells_of(errors: Errors) -> list[str]:
+    """Worst impact and c_mt (%), and peak torque (N m) of one walk."""
+    return [f"{100 * errors.impact:.2g}", f"{100 * errors.cost:.2g}", f"{errors.torque:.2g}"]
+
+
 ERROR_HEADINGS = (
     "impact, worst %",
     "c_mt, worst %",
@@ -301,8 +288,8 @@ ERROR_HEADINGS = (
 
 def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mapping[Setting, Speed]) -> None:
     """Speed on level ground against the worst errors of all grounds."""
-    with plot_style.styled():
-        figure = plot_style.new_figure(5.0)
+    with plot_style.drawn(path) as figure:
+        figure.set_figheight(5.0)
         left, right = figure.subplots(1, 2, sharey=True)
         left.axvline(100.0 * WANTED_ERROR, color=plot_style.GUIDE, linewidth=0.9)
         text = f"wanted: {100.0 * WANTED_ERROR:g} %"
@@ -318,7 +305,6 @@ def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mappi
         left.set_title("(a) Impacts against the impact map")
         right.set_title("(b) Cost of transport against the hybrid engine")
         legend_below(figure, *left.get_legend_handles_labels())
-    plot_style.save_figure(figure, path)
 
 
 def draw_panel(axes: Axes, worst: Mapping[Setting, float], speed: Mapping[Setting, Speed]) -> None:
@@ -391,18 +377,6 @@ def along(line: Line2D) -> NDArray[np.float64]:
     return np.reshape(ends[:-1] * (1.0 - steps) + ends[1:] * steps, (-1, 2))
 
 
-def tabulate(page: Path | None, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, and write it into the page."""
-    table = Table(title=name)
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    for cells in rows:
-        table.add_row(*cells)
-    Console(width=200).print(table)
-    if page is not None:
-        write_table(page, name, headings, rows)
-
-
 @click.command(help=__doc__)
 @click.option("--steps", default=12, show_default=True, type=click.IntRange(min=2), help="Of the walks for accuracy.")
 @click.option("--random", "count", default=4, show_default=True, type=click.IntRange(min=0), help="Random grounds.")
@@ -418,23 +392,12 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
     level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
     speed = {setting: level[setting, "level"] for setting in SETTINGS}
     rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].cells] for s in SETTINGS]
-    tabulate(page, "settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows)
+    show_table("settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows, page, "settings")
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
-    rows = []
-    for setting, name in pairs:
-        errors = found[setting][name]
-        rows.append(
-            [
-                setting.name,
-                name,
-                f"{100 * errors.impact:.2g}",
-                f"{100 * errors.cost:.2g}",
-                f"{errors.torque:.2g}",
-                *everywhere[setting, name].cells,
-            ]
-        )
-    tabulate(page, "grounds", ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS), rows)
+    rows = [[s.name, name, *cells_of(found[s][name]), *everywhere[s, name].cells] for s, name in pairs]
+    headings = ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS)
+    show_table("grounds", headings, rows, page, "grounds")
     if page is not None:
         write_table(page, "machine", ("", ""), machine())
     if plot is not None:

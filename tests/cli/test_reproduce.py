@@ -23,7 +23,7 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
     """A reproduction of the adaptive controller with one zeta, of PBC, without MuJoCo and processes."""
     all_of_table_2 = plan.table_2
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
-    monkeypatch.setattr(plan, "table_2", lambda: all_of_table_2(methods=("adaptive",)))
+    monkeypatch.setattr(plan, "table_2", lambda: [entry for entry in all_of_table_2() if entry.method == "adaptive"])
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
     for chosen in ("BLIND", "FITTED"):
         monkeypatch.setattr(whole, chosen, {"PBC": getattr(methods, chosen)["PBC"]})

@@ -213,7 +213,7 @@ def test_damaged_tables_of_the_reproduction() -> None:
                 message = str(error)
             else:
                 message = ""
-                assert all(isinstance(row.ground, str) and isinstance(row.cost["net", 20], float) for row in rows)
+                assert all(isinstance(row.ground, str) and isinstance(row.net_20, float) for row in rows)
         assert len(message) < 200
     assert refused > FEW
     for odd in ('"' + "x" * 200_000, "part\0,ground\n", text + "a,b\n", text.replace("\n", ",more\n")):

@@ -40,7 +40,6 @@ def test_every_input_has_its_key(cell: Cell) -> None:
     assert isinstance(law, AdaptiveController)
     others = [
         dataclasses.replace(cell, engine="mujoco"),
-        dataclasses.replace(cell, engine="mujoco", timestep=1e-4),
         dataclasses.replace(cell, controller=dataclasses.replace(law, adaptation_gain=0.4)),
         dataclasses.replace(cell, terrain=mjbiped.Terrain.stairs(rise=-0.021)),
         dataclasses.replace(cell, initial="rest"),
@@ -51,7 +50,6 @@ def test_every_input_has_its_key(cell: Cell) -> None:
     keys = [cell.key, *(other.key for other in others)]
     assert len(set(keys)) == len(keys)
     assert dataclasses.replace(cell).key == cell.key
-    assert dataclasses.replace(cell, timestep=1e-4).key == cell.key  # the hybrid engine has none
 
 
 def test_key_holds_versions_and_sources(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,7 +70,7 @@ def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path:
 
 
 def test_table_3_shows_the_engines_that_walked(tmp_path: Path) -> None:
-    rows = [entry.row(attempt(entry.cell.walk, measures_of)) for entry in plan.table_3("hybrid")]
+    rows = [entry.row(attempt(entry.cell.walk, measures_of), {}) for entry in plan.table_3("hybrid")]
     figure = plot_table_3(rows, tmp_path / "table.png")
     labels = [line.get_label() for line in figure.axes[0].lines]
     assert "hybrid" in labels

@@ -10,7 +10,7 @@ import pytest
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import LENGTHS, measures_of
+from mjbiped.reproduction.cell import COSTS, LENGTHS, measures_of
 from mjbiped.reproduction.grounds import (
     GROUNDS,
     PRINTED,
@@ -22,12 +22,13 @@ from mjbiped.reproduction.grounds import (
     TABLE_3,
 )
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
+from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report.checks_figures import ZERO
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
-from mjbiped.reproduction.rows import Entry, Row, read_rows, write_rows
+from mjbiped.reproduction.rows import Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import choices, side_distances
-from mjbiped.reproduction.traces import RESOLVED_SLOPE, traced
+from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES, traced
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import placebo
@@ -118,17 +119,19 @@ def compare(entry: Entry, known: dict[tuple[object, ...], Row]) -> None:
     """Walk an entry and compare it with its row."""
     walk = entry.cell.walk()
     measured = {"outcome": walk.outcome, "error": None, **measures_of(walk)}
-    fresh = entry.row(measured, traced(walk) if entry.cell.record else None)
+    fresh = entry.row(measured, traced(walk) if entry.cell.record else {})
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
     for name in ("place", "ankle", "hip", "friction", "least_force"):
         # six digits are kept; the rest is for other processors' arithmetic, which 60 steps do not magnify
         assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5), name
-    assert fresh.cost == pytest.approx(row.cost, rel=2e-5, nan_ok=True)
+    for name in COSTS:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5, nan_ok=True), name
     for name in ("begun", "ended", "rms"):
         assert getattr(fresh, name) == pytest.approx(getattr(row, name), abs=1e-5, nan_ok=True), name
     # distances from a line and ways up and down are sums of differences: more of the arithmetic is seen in them
-    assert fresh.traces == pytest.approx(row.traces, rel=1e-3, abs=1e-4, nan_ok=True)
+    for name in TRACES:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=1e-3, abs=1e-4, nan_ok=True), name
 
 
 @pytest.mark.slow
@@ -136,7 +139,7 @@ def test_table_is_whole(rows: list[Row]) -> None:
     """Every walk of the plan has a row, and none failed with an error."""
     hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
     best = choices(rows)[0]
-    gravity = plan.gravity(best.places, best.delay)
+    gravity = plan.gravity(best)
     engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
     compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
     assert len(compared) == 3 * (1 + 1 + 2) * len(best.places)
@@ -148,11 +151,11 @@ def test_table_is_whole(rows: list[Row]) -> None:
 def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     """The sentences of the template that no number carries."""
     best = choices(rows)[0]
-    stairs = {side[4] for side in side_distances(rows, STAIRS) if math.isfinite(side[0])}
+    stairs = {side.stairs[0] for side in side_distances(rows, STAIRS) if math.isfinite(side.distance)}
     assert stairs == {"descending"}, "stairs fit as descending alone"
     slopes: dict[str, float] = {}
     for side in side_distances(rows, SLOPES):
-        slopes[side[4]] = min(side[0], slopes.get(side[4], math.inf))
+        slopes[side.slopes[0]] = min(side.distance, slopes.get(side.slopes[0], math.inf))
     assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
     ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
     assert all(pattern.startswith("down and up in turn") for pattern in ranked[:2]), "beginning downhill"
@@ -166,7 +169,7 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     assert not any(row.finished for row in climbing), "nothing walks up stair 2"
     near = choices(rows)[9].distance / best.distance
     assert near < 1.5, "the next ones are as good"
-    by_gravity = [row.cost[best.kind, best.length] for row in rows if row.part == "gravity"]
+    by_gravity = [best.cost(row) for row in rows if row.part == "gravity"]
     assert len(by_gravity) == 5
     for ground in ("mixed", "found"):
         for zeta, walk in walks_of(rows, ground, "mujoco").items():
@@ -178,9 +181,12 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
         assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
     assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
     costs = {
-        (row.ground, row.delay): row.cost[best.kind, best.length]
+        (row.ground, row.delay): best.cost(row)
         for row in rows
-        if row.part == "table 2" and row.engine == "hybrid" and row.method == "adaptive" and best.reads(row)
+        if row.part == "table 2"
+        and row.engine == "hybrid"
+        and row.method == "adaptive"
+        and row.place_read in best.places
     }
     assert costs["stair 1", 0.8] < costs["stair 1", None], "on stair 1 re-planning saves"
     assert costs["stair 2", 0.8] > costs["stair 2", None], "on stair 2 it costs"
@@ -201,17 +207,17 @@ def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
     small = math.degrees(RESOLVED_SLOPE)
     for (engine, gain, start, update), walk in walks.items():
         other = walks[engine, gain, start, "no" if update == "yes" else "yes"]
-        assert walk.traces.settled == pytest.approx(other.traces.settled, rel=1e-5), "alike before the first change"
+        assert walk.trace_settled == pytest.approx(other.trace_settled, rel=1e-5), "alike before the first change"
         if update == "yes":
             assert walk.jump < 0.02, "(27) leaves an error as it is"
-            assert walk.traces.off_time < other.traces.off_time
+            assert walk.trace_off_time < other.trace_off_time
             if gain in (0.3, 3.0):
-                assert walk.traces.later < small, "along at once"
+                assert walk.trace_later < small, "along at once"
         else:
             assert walk.begun > 1.0
             assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"
-            fast = walks[engine, 3.0, start, update].traces.off_time
-            assert (walk.traces.off_time > fast) == (gain != 3.0)
+            fast = walks[engine, 3.0, start, update].trace_off_time
+            assert (walk.trace_off_time > fast) == (gain != 3.0)
 
 
 def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import pytest
-from reproduction_rows import made_row
+from reproduction_rows import changed, made_row
 
-from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.cell import COSTS, LENGTHS
 from mjbiped.reproduction.grounds import GROUNDS, STAIRS, TABLE_2
 from mjbiped.reproduction.methods import SLOPE_SOURCES
 from mjbiped.reproduction.rows import Row, read_rows, write_rows
-from mjbiped.reproduction.table_2 import agreements, choices, side_distances
+from mjbiped.reproduction.table_2 import agreement_of, choices, side_distances, sources_ranked
 
 PAPER = TABLE_2["adaptive"]
 
@@ -52,24 +51,19 @@ def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
 
 
 def test_a_length_that_fits_better_is_chosen(rows: list[Row]) -> None:
-    better = [
-        dataclasses.replace(r, cost={**r.cost, ("net", 45): PAPER[r.ground] or 0.0})
-        if r.pattern == "up" and r.delay is None
-        else r
-        for r in rows
-    ]
+    better = [changed(r, net_45=PAPER[r.ground]) if r.pattern == "up" and r.delay is None else r for r in rows]
     best = choices(better)[0]
     assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
     assert best.delay is None
 
 
 def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
-    nothing = dict.fromkeys(rows[0].cost, math.nan)
-    lost = [dataclasses.replace(r, cost=nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
+    nothing = dict.fromkeys(COSTS, math.nan)
+    lost = [changed(r, **nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
     found = choices(lost)
     assert found[0].stairs[0] == "up"
     assert math.isinf(found[-1].distance)
-    sides = {side[4]: side[0] for side in side_distances(lost, STAIRS)}
+    sides = {side.stairs[0]: side.distance for side in side_distances(lost, STAIRS)}
     assert math.isinf(sides["down"])
     assert sides["up"] == pytest.approx(math.log(1.3), rel=1e-12)
 
@@ -84,15 +78,16 @@ def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
                 fails = paper is None if source == "local" else False
                 walk = row(*place, 1.0, delay=None, method=method, slope_source=source)
                 value = math.nan if fails else 1.05 * (paper or 0.03)
-                walks.append(dataclasses.replace(walk, cost=dict.fromkeys(walk.cost, value)))
-    found = agreements(walks, best)
-    assert [(a.source, a.agreeing, a.asked) for a in found[:1]] == [("local", 15, 15)]
-    assert {a.agreeing for a in found[1:]} == {10}  # the paper's five X are walked
-    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found)
+                walks.append(changed(walk, **dict.fromkeys(COSTS, value)))
+    found = {source: agreement_of(walks, best, "hybrid", source) for source in sources_ranked(walks, best)}
+    assert next(iter(found)) == "local"
+    assert (found["local"].agreeing, found["local"].asked) == (15, 15)
+    assert {a.agreeing for source, a in found.items() if source != "local"} == {10}  # the paper's five X are walked
+    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found.values())
 
 
 def test_table_survives_its_file(rows: list[Row]) -> None:
-    text = write_rows(rows)
+    text = write_rows(read_rows(write_rows(rows)))  # of six digits
     assert write_rows(read_rows(text)) == text
     assert len(read_rows(text)) == len(rows)
     with pytest.raises(Exception, match="not a table"):

@@ -30,7 +30,12 @@ _ENGINE_LOOKS = {
     "hybrid": {**HYBRID, "marker": "s", "markersize": 5.5, "linestyle": "-", "markerfacecolor": "white"},
     "mujoco": {**MUJOCO, "marker": "x", "markersize": 5.0, "linestyle": (0, (1.5, 1.2))},
 }
+_NAMES, _AXES = ("Greatest torque", "Cost of transport"), ("greatest torque (N m)", C_MT)
+_UNKNOWN = (math.nan, math.nan)
 _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0, (4, 1.2))}
+
+Curve = Mapping[float | None, tuple[float, float]]
+"""Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
 
 
 def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
@@ -135,36 +140,26 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         grid = figure.subplots(4 // across, across, sharex=True, squeeze=False).reshape(2, 2, order=order)
         letters = np.array(list("abcd")).reshape(2, 2, order=order)
         for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
-            for place, (axes, what) in enumerate(zip(grid[:, column], ("greatest torque (N m)", C_MT), strict=True)):
-                _draw_over_zeta(axes, "paper", [TABLE_3[z][place] for z in zetas], TABLE_3[None][place], _PAPER_LOOK)
-                for engine in ENGINES:
-                    walks = walks_of(rows, ground, engine)
-                    if set(walks) >= set(TABLE_3):
-                        values = {
-                            z: (w.torque, w.cost["absolute", None])[place] if w.finished else math.nan
-                            for z, w in walks.items()
-                        }
-                        look = _ENGINE_LOOKS[engine]
-                        _draw_over_zeta(axes, ENGINES[engine], [values[z] for z in zetas], values[None], look)
+            curves: dict[str, tuple[Curve, Mapping[str, Any]]] = {"paper": (TABLE_3, _PAPER_LOOK)}
+            for engine, label in ENGINES.items():
+                walks = walks_of(rows, ground, engine)
+                if walks.keys() >= TABLE_3.keys():
+                    ours = {z: (w.torque, w.absolute_end) if w.finished else _UNKNOWN for z, w in walks.items()}
+                    curves[label] = ours, _ENGINE_LOOKS[engine]
+            for place, (axes, name, what) in enumerate(zip(grid[:, column], _NAMES, _AXES, strict=True)):
+                for label, (values, look) in curves.items():
+                    axes.plot(zetas, [values[zeta][place] for zeta in zetas], label=label, **look)
+                    lines = {"color": look["color"], "linestyle": look["linestyle"]}
+                    axes.axhline(values[None][place], **lines, linewidth=0.8, alpha=0.8)
                 axes.set(yscale="log", ylabel=what, xticks=zetas)
                 axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
                 axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
                 axes.yaxis.set_minor_locator(NullLocator())
-                name = ("Greatest torque", "Cost of transport")[place]
                 titled(axes, letters[place, column], f"{name}, {title}")
         for axes in grid[-1][2 - across :]:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")
         legend_below(figure, *grid[0, 0].get_legend_handles_labels())
     return figure
-
-
-def _draw_over_zeta(
-    axes: Axes, label: str, values: Sequence[float], without: float, look: Mapping[str, object]
-) -> None:
-    """Draw a line over zeta, and the value without re-planning as a horizontal line."""
-    zetas = [zeta for zeta in TABLE_3 if zeta is not None]
-    axes.plot(zetas, values, label=label, **look)  # type: ignore[arg-type]
-    axes.axhline(without, color=look["color"], linestyle=look["linestyle"], linewidth=0.8, alpha=0.8)
 
 
 def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:

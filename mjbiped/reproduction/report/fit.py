@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
-from mjbiped.reproduction.grounds import ENERGY_BASED, GROUNDS, TABLE_2, Place
+from mjbiped.reproduction.grounds import ENERGY_BASED, TABLE_2, Place
 from mjbiped.reproduction.methods import BLIND_SOURCE, METHODS
 from mjbiped.reproduction.plan import START_ERROR
-from mjbiped.reproduction.report.markdown import ENGINES, cost, ending, excess, number, paper
-from mjbiped.reproduction.report.table_2 import walk_of, walks_asked
-from mjbiped.reproduction.rows import Row, select
-from mjbiped.reproduction.table_2 import Agreement, Choice, agreement_of, agreements, walks_read
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.reproduction.report.markdown import ENGINES, best_cost, body, ending, excess, number, paper
+from mjbiped.reproduction.rows import NO_WALK, Row, select
+from mjbiped.reproduction.table_2 import Agreement, Choice, agreement_of, sources_ranked, walk_on
 
 SETS = ("blind", "settled", "fitted")
 """Settings of the comparison methods: without a look at Table II; gains without it and source by it; all by it."""
@@ -20,19 +18,27 @@ SETS = ("blind", "settled", "fitted")
 
 def sections(rows: Sequence[Row], best: Choice) -> dict[str, str]:
     """Fill the template's places about Table II's numbers, by name."""
-    source = agreements(rows, best)[0].source
+    sources = sources_ranked(rows, best)
+    shown = {
+        (place[0], method): walks_shown(rows, best, sources[0], place, method)
+        for place in best.places
+        for method in METHODS
+    }
+    started = {method: _started(rows, best, method) for method in ENERGY_BASED}
     return {
-        **_main(rows, best, source),
-        "ends": _ends(rows, best, source),
-        "agreement": _agreement(rows, best),
-        "misjudged": _misjudged(rows, best),
-        "misjudged_turned": turned(rows, best),
+        **_main(shown, best),
+        "ends": _ends(shown),
+        "agreement": _agreement(rows, best, sources),
+        "misjudged": _misjudged(started, best),
+        "misjudged_turned": _turned(started, best),
     }
 
 
-def walks_shown(
-    rows: Sequence[Row], best: Choice, source: str, place: Place, method: str
-) -> dict[str, list[Row | None]]:
+Shown = dict[tuple[str, str], dict[str, list[Row]]]
+"""By ground and method, for each number of Table II: the walks of both engines by `SETS`."""
+
+
+def walks_shown(rows: Sequence[Row], best: Choice, source: str, place: Place, method: str) -> dict[str, list[Row]]:
     """Find a method's walks on a ground in both engines, by the settings, see `SETS`.
 
     The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
@@ -44,67 +50,46 @@ def walks_shown(
         place: Ground, pattern and first change.
         method: One of `METHODS`.
     """
-    shown = {part: [walks_asked(rows, best, engine, place[0], part).get(method) for engine in ENGINES] for part in SETS}
-    shown["settled"] = [walk_of(rows, engine, place, method, source) for engine in ENGINES]
-    return {part: walks if method != "adaptive" or part == "fitted" else [None, None] for part, walks in shown.items()}
+    settings = {"blind": "blind", "settled": source, "fitted": "fitted"}
+    found = {name: [walk_on(rows, best, e, place, method, given) for e in ENGINES] for name, given in settings.items()}
+    return found if method != "adaptive" else {**dict.fromkeys(SETS, [NO_WALK] * 2), "fitted": found["fitted"]}
 
 
-def _numbers(rows: Sequence[Row], best: Choice, source: str) -> Iterator[tuple[str, str, list[list[Row | None]]]]:
-    """List ground, method and the walks of both engines for each of `SETS`, for every number of Table II."""
-    for place in best.places:
-        for method in METHODS:
-            yield place[0], method, [*walks_shown(rows, best, source, place, method).values()]
-
-
-def _main(rows: Sequence[Row], best: Choice, source: str) -> dict[str, str]:
+def _main(shown: Shown, best: Choice) -> dict[str, str]:
     """Tabulate every number of Table II beside ours: all of ours, and the hybrid engine's of the paper's methods."""
     lines = []
-    for ground, method, shown in _numbers(rows, best, source):
+    for (ground, method), sets in shown.items():
         known, cells = TABLE_2.get(method, {}).get(ground), []
-        for walks in shown:
-            here = walks[0]
-            cells += [cost(walk, best.kind, best.length) for walk in walks]
-            cells.append(excess(math.nan if here is None else here.cost[best.kind, best.length], known))
+        for walks in sets.values():
+            cells += [*(best_cost(walk, best) for walk in walks), excess(best.cost(walks[0]), known)]
         lines.append([ground, method, paper(method, ground), *cells])
-    headings = [f"{gains}, {what}" for gains in SETS for what in ("hybrid", "MuJoCo", "hybrid − paper")]
     short = [[*line[:4], line[9]] for line in lines if line[1] in TABLE_2]
-    return {
-        "table_2": markdown_table(("ground", "method", "paper", "blind", "fitted"), short, 1),
-        "table_2_whole": markdown_table(("ground", "method", "paper", *headings), lines, 1),
-    }
+    return {"table_2": body(short), "table_2_whole": body(lines)}
 
 
-def _ends(rows: Sequence[Row], best: Choice, source: str) -> str:
+def _ends(shown: Shown) -> str:
     """Tabulate the walks that did not come to their end."""
     lines = []
-    for ground, method, shown in _numbers(rows, best, source):
-        walks = [walk for walks in shown for walk in walks]
-        if any(walk is not None and not walk.finished for walk in walks):
-            cells = (ending(walk, f"{walk.steps} steps" if walk else "") for walk in walks)
+    for (ground, method), sets in shown.items():
+        walks = [walk for walks in sets.values() for walk in walks]
+        if any(walk.outcome and not walk.finished for walk in walks):
+            cells = (ending(walk, f"{walk.steps} steps") for walk in walks)
             lines.append([ground, method, paper(method, ground), *cells])
-    headings = [f"{gains}, {engine}" for gains in SETS for engine in ENGINES.values()]
-    if not lines:
-        return "None: all walks came to it."
-    return markdown_table(("ground", "method", "paper", *headings), lines, 1)
+    return body(lines)
 
 
-def _agreement(rows: Sequence[Row], best: Choice) -> str:
+def _agreement(rows: Sequence[Row], best: Choice, sources: Sequence[str]) -> str:
     """Tabulate the agreement with the paper by gains, slope source and engine."""
-    parts: list[tuple[str, str, str | None]] = [
-        (f"blind, {BLIND_SOURCE}", "blind", None),
-        ("fitted, each method's own", "fitted", None),
-        *((f"settled, {each.source}", "table 2", each.source) for each in agreements(rows, best)),
-    ]
+    names = {f"blind, {BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
+    names |= {f"settled, {source}": source for source in sources}
     lines = []
-    for name, part, source in parts:
-        asked = len(walks_read(rows, best, part, "hybrid", source))
-        for engine in ENGINES:
-            found = agreement_of(walks_read(rows, best, part, engine, source), best)
-            if found.asked == asked:
+    for name, settings in names.items():
+        by_engine = {engine: agreement_of(rows, best, engine, settings) for engine in ENGINES}
+        for engine, found in by_engine.items():
+            if found.asked == by_engine["hybrid"].asked:
                 met, distance = f"{found.met} of {found.numbers}", number(100 * found.distance, ".1f")
                 lines.append([name, ENGINES[engine], in_kind(found), met, distance])
-    kind, met = "X or number as in the paper", "numbers as printed"
-    return markdown_table(("gains, slope", "engine", kind, met, "distance of the numbers %"), lines, 1)
+    return body(lines)
 
 
 def in_kind(found: Agreement) -> str:
@@ -112,33 +97,34 @@ def in_kind(found: Agreement) -> str:
     return f"{found.agreeing} of {found.asked}"
 
 
-def _misjudged(rows: Sequence[Row], best: Choice) -> str:
+Started = dict[str, list[Row]]
+"""A method's fitted walks on Table II's grounds, by the error of the slope that it was told at the start, in words."""
+
+
+def _started(rows: Sequence[Row], best: Choice, method: str) -> Started:
+    mine = [select(rows, part="misjudged", method=method, place_read=place) for place in best.places]
+    less, more = zip(*(sorted(walks, key=lambda walk: float(walk.start_estimate)) for walks in mine), strict=True)
+    right = [walk_on(rows, best, "hybrid", place, method, "fitted") for place in best.places]
+    return {"right": right, f"{number(START_ERROR, '+g')}°": [*more], f"{number(-START_ERROR, '+g')}°": [*less]}
+
+
+def _misjudged(started: dict[str, Started], best: Choice) -> str:
     """Tabulate the fitted settings with the right and with a wrong slope at the start."""
-    lines = []
-    for method in ENERGY_BASED:
-        for wrong in (0.0, START_ERROR, -START_ERROR):
-            if walks := _walks(rows, best, method, wrong):
-                cells = (cost(walks.get(ground), best.kind, best.length) for ground in GROUNDS)
-                lines.append([method, f"{number(wrong, '+g')}°" if wrong else "right", *cells])
-    return markdown_table(("method", "slope told at the start", *GROUNDS), lines, 1)
+    lines = [
+        [method, told, *(best_cost(walk, best) for walk in walks)]
+        for method, found in started.items()
+        for told, walks in found.items()
+    ]
+    return body(lines)
 
 
-def turned(rows: Sequence[Row], best: Choice) -> str:
+def _turned(started: dict[str, Started], best: Choice) -> str:
     """List where a wrong slope at the start turns a number into an X, or an X into a number, in words."""
-    found = []
-    for method in ENERGY_BASED:
-        right = _walks(rows, best, method, 0.0)
-        for wrong in (START_ERROR, -START_ERROR):
-            for ground, walk in _walks(rows, best, method, wrong).items():
-                before, after = (math.isnan(each.cost[best.kind, best.length]) for each in (right[ground], walk))
-                if before != after:
-                    found.append(f"{method} on {ground} ({number(wrong, '+g')}°)")
+    found = [
+        f"{method} on {walk.ground} ({told})"
+        for method, walks in started.items()
+        for told in [*walks][1:]
+        for right, walk in zip(walks["right"], walks[told], strict=True)
+        if math.isnan(best.cost(right)) != math.isnan(best.cost(walk))
+    ]
     return ", ".join(found) or "nowhere"
-
-
-def _walks(rows: Sequence[Row], best: Choice, method: str, wrong: float) -> dict[str, Row]:
-    """Find a method's fitted walks in the hybrid engine with a start slope wrong by some degrees, by ground."""
-    part = "misjudged" if wrong else "fitted"
-    mine = filter(best.reads, select(rows, part=part, method=method, engine="hybrid"))
-    true = {row.ground: row.start_estimate for row in select(rows, part="fitted", method=method)}
-    return {row.ground: row for row in mine if math.isclose(row.start_estimate, true[row.ground] + wrong, abs_tol=1e-6)}

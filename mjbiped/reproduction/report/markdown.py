@@ -1,12 +1,13 @@
-"""Numbers, walks, and answers to claims of the paper, as texts of the report."""
+"""Numbers and walks as texts of the report."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
 
 from mjbiped.reproduction.grounds import DIGITS, TABLE_2
 from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.table_2 import Choice
 
 NONE = "–"
 
@@ -14,9 +15,14 @@ ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
 """What the engines are called, in the order in which the report has them."""
 
 
-def number(value: float | None, form: str = ".4f") -> str:
+def body(lines: Iterable[Iterable[str]]) -> str:
+    """Write the lines of a table in Markdown, whose headings stand in the page's template."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def number(value: float, form: str = ".4f") -> str:
     """Write a number; a dash stands for one that does not exist."""
-    return NONE if value is None or not math.isfinite(value) else format(value, form).replace("-", "−")
+    return format(value, form).replace("-", "−") if math.isfinite(value) else NONE
 
 
 def share(value: float, form: str = ".0f") -> str:
@@ -40,9 +46,9 @@ def delay(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def ending(row: Row | None, finished: str) -> str:
+def ending(row: Row, finished: str) -> str:
     """Write why and where a walk stopped before its end, or a text for one that came to it."""
-    if row is None:
+    if not row.outcome:
         return NONE
     if row.finished:
         return finished
@@ -50,44 +56,17 @@ def ending(row: Row | None, finished: str) -> str:
     return f"X ({row.outcome} in step {row.steps + 1}, hip at {number(row.place, '.2f')} m{struck})"
 
 
-def cost(row: Row | None, kind: str, length: int | None) -> str:
-    """Write c_mt of a walk after some steps (None: at its end), or the step in which it ended before that."""
-    if row is None:
-        return NONE
-    value = row.cost[kind, length]
-    came = row.finished or (length is not None and math.isfinite(value))
-    return number(value) if came else f"X {row.steps + 1}"
+def cost(row: Row, kind: str = "absolute", length: int | None = None) -> str:
+    """Write c_mt of a walk after some steps, or at its end, or the step in which it ended before that."""
+    value = getattr(row, f"{kind}_{length or 'end'}")
+    if row.finished or (length and math.isfinite(value)):
+        return number(value)
+    return f"X {row.steps + 1}" if row.outcome else NONE
 
 
-class Answer(NamedTuple):
-    """The answer of one engine's walks to a claim of the paper.
-
-    Attributes:
-        claim: The claim, a sentence that is true or false by itself.
-        source: Place of the claim in the paper.
-        holds: Whether the claim holds; None where its walks do not exist.
-        found: Our numbers.
-        of: The part of the walks that was tested, where others did not come to their end; else empty.
-    """
-
-    claim: str
-    source: str
-    holds: bool | None
-    found: str = ""
-    of: str = ""
-
-    @property
-    def verdict(self) -> str:
-        """The answer in words, with the numbers."""
-        if self.holds is None:
-            return f"not asked: {self.found}" if self.found else NONE
-        said = ("holds" if self.holds else "**does not hold**") + (f" for {self.of}" if self.of else "")
-        return f"{said}: {self.found}" if self.found else said
-
-
-def answer(claim: str, source: str, holds: bool | None, found: str, of: str = "") -> Answer:
-    """Answer a claim; the numbers are left out where there is no answer."""
-    return Answer(claim, source, None) if holds is None else Answer(claim, source, holds, found, of)
+def best_cost(row: Row, best: Choice) -> str:
+    """Write c_mt of a walk as the best reading takes it."""
+    return cost(row, best.kind, best.length)
 
 
 def printed(value: float) -> float:

@@ -3,31 +3,56 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.grounds import GROUNDS, PRINTED, SLOPES, STAIRS, TABLE_2, Place
+from mjbiped.reproduction.grounds import GROUNDS, PRINTED, SLOPES, STAIRS, TABLE_2
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
-from mjbiped.reproduction.report.markdown import NONE, cost, delay, ending, excess, number, paper
-from mjbiped.reproduction.rows import Row, select
-from mjbiped.reproduction.table_2 import Choice, agreements, choices, side_distances, walks_read
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.reproduction.report.markdown import (
+    ENGINES,
+    NONE,
+    best_cost,
+    body,
+    cost,
+    delay,
+    ending,
+    excess,
+    number,
+    paper,
+)
+from mjbiped.reproduction.rows import Row, find, select
+from mjbiped.reproduction.table_2 import Choice, side_distances, sources_ranked, walk_on
 
 _NEAREST = 10  # readings that are listed
 
-Walks: TypeAlias = Mapping[str, Row | None]
-"""By method; None where it was not walked."""
+Lines = Iterator[list[str]]
 
 
-def sections(rows: Sequence[Row]) -> dict[str, str]:
-    """Fill the template's places about Table II, by name."""
-    found = choices(rows)
+def sections(rows: Sequence[Row], found: Sequence[Choice]) -> dict[str, str]:
+    """Fill the template's places about Table II, by name.
+
+    Args:
+        rows: Rows of the report.
+        found: The readings, the best one first.
+    """
     best = found[0]
-    source = agreements(rows, best)[0].source
+    source = sources_ranked(rows, best)[0]
+    pairs = _pairs(rows)
+    tables = {
+        "nearest": _nearest(found),
+        "stairs": _sides(rows, STAIRS),
+        "slopes": _sides(rows, SLOPES),
+        "delays": _delays(rows, best),
+        "sources": _sources(rows, best),
+        "printed": _printed(rows, best),
+        "engines": _engines(pairs),
+        "gravity": _gravity(rows, best),
+        "every_reading": _every(rows, best, source),
+    }
     return {
         "best": _words(best),
         "best_distance": number(100 * best.distance, ".1f"),
@@ -35,57 +60,10 @@ def sections(rows: Sequence[Row]) -> dict[str, str]:
         "best_length": str(best.length),
         "best_delay": delay(best.delay),
         "source": source,
-        "nearest": _nearest(found),
-        "stairs": _sides(rows, STAIRS),
-        "slopes": _sides(rows, SLOPES),
-        "delays": _delays(rows, best),
-        "sources": _sources(rows, best),
-        "printed": _printed(rows, best),
-        "engines": _engines(rows),
-        "parted": _parted(rows),
-        "engines_apart": _apart(rows),
-        "gravity": _gravity(rows, best),
-        "every_reading": _every(rows, best, source),
+        "parted": _parted(pairs),
+        "engines_apart": _apart(pairs),
+        **{name: body(lines) for name, lines in tables.items()},
     }
-
-
-def walk_of(
-    rows: Iterable[Row],
-    engine: str,
-    place: Place,
-    method: str,
-    setting: float | str | None,
-    part: str = "table 2",
-) -> Row | None:
-    """Find a method's walk on a ground.
-
-    Args:
-        rows: Rows of the report.
-        engine: "hybrid" or "mujoco".
-        place: Ground, pattern and first change.
-        method: One of `METHODS`.
-        setting: zeta of the adaptive controller, slope source of another one.
-        part: Part of the report that needs the walk.
-    """
-    name = "delay" if method == "adaptive" else "slope_source"
-    walks = select(rows, part=part, engine=engine, method=method, place_read=place, **{name: setting})
-    return walks[0] if walks else None
-
-
-def walks_asked(rows: Sequence[Row], best: Choice, engine: str, ground: str, part: str) -> Walks:
-    """Find the walks on which Table II's claims are tested, on a ground as the best reading has it.
-
-    Args:
-        rows: Rows of the report.
-        best: The reading.
-        engine: "hybrid" or "mujoco".
-        ground: A ground of the table.
-        part: Part of the comparison methods' walks, "blind" or "fitted".
-    """
-    place = next(place for place in best.places if place[0] == ground)
-    walks: dict[str, Row | None] = dict.fromkeys(TABLE_2)
-    walks |= {row.method: row for row in walks_read(rows, best, part, engine) if row.ground == ground}
-    return {**walks, "adaptive": walk_of(rows, engine, place, "adaptive", best.delay)}
 
 
 def _words(choice: Choice) -> str:
@@ -97,91 +75,80 @@ def _words(choice: Choice) -> str:
     )
 
 
-def _nearest(found: Sequence[Choice]) -> str:
-    lines = []
+def _nearest(found: Sequence[Choice]) -> Lines:
     for choice in found[:_NEAREST]:
         changes = (f"{pattern}, {first:g} m" for pattern, first in (choice.stairs, choice.slopes))
         distance = number(100 * choice.distance, ".2f")
-        lines.append([*changes, delay(choice.delay), choice.kind, str(choice.length), distance])
-    return markdown_table(("stairs, first riser", "slopes, first change", "ζ", "work", "steps", "distance %"), lines, 1)
+        yield [*changes, delay(choice.delay), choice.kind, str(choice.length), distance]
 
 
-def _sides(rows: Sequence[Row], pair: Sequence[str]) -> str:
+def _sides(rows: Sequence[Row], pair: Sequence[str]) -> Lines:
     """Tabulate the nearest reading of each pattern of the stairs or of the slopes."""
-    nearest: dict[str, tuple[float, float | None, str, int, str, float]] = {}
-    for side in sorted(side_distances(rows, pair), key=lambda values: values[0]):
-        nearest.setdefault(side[4], side)
-    lines = []
-    for distance, zeta, kind, length, pattern, first in nearest.values():
-        if not math.isfinite(distance):  # a fall, however it is read: in which step is shown for one setting
-            zeta, kind, length = 0.8, "absolute", max(LENGTHS)
-        walks = [walk_of(rows, "hybrid", (ground, pattern, first), "adaptive", zeta) for ground in pair]
-        cells = [f"{first:g} m", delay(zeta), kind, str(length), *(cost(walk, kind, length) for walk in walks)]
-        lines.append([pattern, *cells, number(100 * distance, ".1f")])
-    papers = [f"{ground}, paper {paper('adaptive', ground)}" for ground in pair]
-    return markdown_table(("pattern", "first", "ζ", "work", "steps", *papers, "distance %"), lines, 1)
+    nearest: dict[str, Choice] = {}
+    for side in sorted(side_distances(rows, pair), key=lambda side: side.distance):
+        nearest.setdefault(side.stairs[0], side)
+    for pattern, side in nearest.items():
+        if not math.isfinite(side.distance):  # a fall, however it is read: in which step is shown for one setting
+            side = replace(side, delay=0.8, kind="absolute", length=max(LENGTHS))
+        walks = (walk_on(rows, side, "hybrid", (ground, *side.stairs), "adaptive", "") for ground in pair)
+        cells = [f"{side.stairs[1]:g} m", delay(side.delay), side.kind, str(side.length)]
+        yield [pattern, *cells, *(best_cost(walk, side) for walk in walks), number(100 * side.distance, ".1f")]
 
 
-def _delays(rows: Sequence[Row], best: Choice) -> str:
+def _delays(rows: Sequence[Row], best: Choice) -> Lines:
     """Tabulate all zeta on the grounds of the best reading."""
-    lines = []
     for zeta in DELAYS:
-        walks = [walk_of(rows, "hybrid", place, "adaptive", zeta) for place in best.places]
-        torques, forces = (
-            "; ".join(NONE if walk is None else number(getattr(walk, name), form) for walk in walks)
-            for name, form in (("torque", ".1f"), ("least_force", ".2f"))
-        )
-        lines.append([delay(zeta), *(cost(walk, best.kind, best.length) for walk in walks), torques, forces])
-    lines.append(["paper", *(paper("adaptive", ground) for ground in GROUNDS), NONE, NONE])
-    return markdown_table(("ζ", *GROUNDS, "greatest torques, N m", "least normal forces, weights"), lines, 1)
+        mine = replace(best, delay=zeta)
+        walks = [walk_on(rows, mine, "hybrid", place, "adaptive", "") for place in best.places]
+        torques = "; ".join(number(walk.torque, ".1f") for walk in walks)
+        forces = "; ".join(number(walk.least_force, ".2f") for walk in walks)
+        yield [delay(zeta), *(best_cost(walk, best) for walk in walks), torques, forces]
+    yield ["paper", *(paper("adaptive", ground) for ground in GROUNDS), NONE, NONE]
 
 
-def _sources(rows: Sequence[Row], best: Choice) -> str:
+def _sources(rows: Sequence[Row], best: Choice) -> Lines:
     """Tabulate all slope sources of the comparison controllers with gains that settle, on the reading's grounds."""
-    lines = []
-    for method in METHODS[1:]:
+    for method, variant in SETTLED.items():
         for source in SLOPE_SOURCES:
-            walks = [walk_of(rows, "hybrid", place, method, source) for place in best.places]
-            cells = (cost(walk, best.kind, best.length) for walk in walks)
-            lines.append([method, source + (" *" if source == SETTLED[method].slope_source else ""), *cells])
+            walks = (walk_on(rows, best, "hybrid", place, method, source) for place in best.places)
+            name = source + " *" * (source == variant.slope_source)
+            yield [method, name, *(best_cost(walk, best) for walk in walks)]
         if method in TABLE_2:
-            lines.append([method, "paper", *(paper(method, ground) for ground in GROUNDS)])
-    return markdown_table(("method", "slope", *GROUNDS), lines, 1)
+            yield [method, "paper", *(paper(method, ground) for ground in GROUNDS)]
 
 
-def _printed(rows: Sequence[Row], best: Choice) -> str:
+def _printed(rows: Sequence[Row], best: Choice) -> Lines:
     """Tabulate the grounds with the signs that the paper prints, each change added to the last."""
-    lines = []
     for place in PRINTED:
-        walks = [walk_of(rows, engine, place, "adaptive", best.delay) for engine in ("hybrid", "mujoco")]
-        ends = (ending(walk, cost(walk, best.kind, best.length)) for walk in walks)
-        lines.append([*place[:2], paper("adaptive", place[0]), *ends])
-    return markdown_table(("ground", "pattern", "paper", "hybrid", "MuJoCo"), lines, 1)
+        walks = [walk_on(rows, best, engine, place, "adaptive", "") for engine in ENGINES]
+        yield [*place[:2], paper("adaptive", place[0]), *(ending(walk, best_cost(walk, best)) for walk in walks)]
 
 
-def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
-    """Pair the walks of Table II that were made in both engines, the hybrid one first."""
+Pairs = Sequence[tuple[Row, Row]]
+"""Walks of Table II that were made in both engines, the hybrid one first."""
+
+
+def _pairs(rows: Sequence[Row]) -> Pairs:
     mine = [row for row in rows if row.part in ("table 2", "blind", "fitted")]
     here, there = (
         {
             (row.part, row.place_read, row.method, row.delay, row.slope_source): row
             for row in select(mine, engine=engine)
         }
-        for engine in ("hybrid", "mujoco")
+        for engine in ENGINES
     )
-    return [(here[key], row) for key, row in there.items() if key in here]
+    return [(here[key], row) for key, row in there.items()]
 
 
 def _ended_alike(here: Row, there: Row) -> bool:
     """Whether both engines walked as far as the shorter walk was to go, or ended in the same step."""
     if there.finished:
-        return here.steps >= there.steps
-    return not here.finished and here.steps == there.steps
+        return bool(here.steps >= there.steps)
+    return not here.finished and bool(here.steps == there.steps)
 
 
-def _parted(rows: Sequence[Row]) -> str:
+def _parted(pairs: Pairs) -> str:
     """Count the walks that ended differently in the two engines, in words."""
-    pairs = _pairs(rows)
     apart = [there for here, there in pairs if not _ended_alike(here, there)]
     if not apart:
         return f"All {len(pairs)} end alike."
@@ -191,15 +158,14 @@ def _parted(rows: Sequence[Row]) -> str:
 
 def _both_costs(here: Row, there: Row) -> list[float]:
     """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
-    length = there.steps
-    if there.finished and here.steps >= length and ("absolute", length) in there.cost:
-        return [walk.cost["absolute", length] for walk in (here, there)]
+    if there.finished and here.steps >= there.steps and there.steps in LENGTHS:
+        return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)]
     return []
 
 
-def _apart(rows: Sequence[Row]) -> str:
+def _apart(pairs: Pairs) -> str:
     """Describe the difference of the engines' c_mt: median, ninth decile, and the walk that differs most."""
-    compared = [(costs, there) for here, there in _pairs(rows) if (costs := _both_costs(here, there))]
+    compared = [(costs, there) for here, there in pairs if (costs := _both_costs(here, there))]
     if not compared:
         return "no walk was compared"
     off = np.abs([there / here - 1.0 for (here, there), _ in compared])
@@ -212,18 +178,13 @@ def _apart(rows: Sequence[Row]) -> str:
     )
 
 
-def _engines(rows: Sequence[Row]) -> str:
+def _engines(pairs: Pairs) -> Lines:
     """Tabulate every walk of Table II that was made in both engines."""
-    lines = []
-    for here, there in _pairs(rows):
+    for here, there in pairs:
+        cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
         if costs := _both_costs(here, there):
             cells = [*map(number, costs), excess(costs[1], costs[0], "+.2f")]
-        else:
-            cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
-        lines.append([f"{there.ground} {there.pattern}".strip(), _law(there), *cells])
-    if not lines:
-        return "No walks in MuJoCo yet."
-    return markdown_table(("ground", "method", "hybrid", "MuJoCo", "%"), lines, 1)
+        yield [f"{there.ground} {there.pattern}".strip(), _law(there), *cells]
 
 
 def _law(row: Row) -> str:
@@ -233,26 +194,19 @@ def _law(row: Row) -> str:
     return f"{row.method}, {row.gains.replace('-', '−')}, {row.slope_source}"
 
 
-def _gravity(rows: Sequence[Row], best: Choice) -> str:
+def _gravity(rows: Sequence[Row], best: Choice) -> Lines:
     """Tabulate the best reading with g = 9.8 m/s²."""
-    lines = []
     for place in best.places:
-        walks = (walk_of(rows, "hybrid", place, "adaptive", best.delay, part) for part in ("table 2", "gravity"))
-        here, there = (math.nan if walk is None else walk.cost[best.kind, best.length] for walk in walks)
+        here = best.cost(walk_on(rows, best, "hybrid", place, "adaptive", ""))
+        there = best.cost(find(rows, part="gravity", place_read=place))
         cells = number(here, ".6f"), number(there, ".6f"), excess(there, here, "+.4f")
-        lines.append([place[0], paper("adaptive", place[0]), *cells])
-    return markdown_table(("ground", "paper", "g = 9.81", "g = 9.8", "%"), lines, 1)
+        yield [place[0], paper("adaptive", place[0]), *cells]
 
 
-def _every(rows: Sequence[Row], best: Choice, source: str) -> str:
+def _every(rows: Sequence[Row], best: Choice, source: str) -> Lines:
     """Tabulate all readings: the adaptive controller's in full, the others' at the best reading's kind and length."""
-    lines = []
     for place in dict.fromkeys(row.place_read for row in select(rows, part="table 2")):
-        ours = walk_of(rows, "hybrid", place, "adaptive", best.delay)
-        kinds = (NONE if ours is None else " ".join(cost(ours, kind, n) for n in LENGTHS) for kind in WORK_KINDS)
-        walks = (walk_of(rows, "hybrid", place, method, source) for method in METHODS[1:])
-        others = (cost(walk, best.kind, best.length) for walk in walks)
-        lines.append([f"{place[0]} {place[1]}".strip(), f"{place[2]:g}" if place[1] else NONE, *kinds, *others])
-    steps = " ".join(map(str, LENGTHS))
-    kinds = (f"adaptive, {kind}: {steps}" for kind in WORK_KINDS)
-    return markdown_table(("ground", "first, m", *kinds, *METHODS[1:]), lines, 1)
+        ours, *walks = (walk_on(rows, best, "hybrid", place, method, source) for method in METHODS)
+        kinds = (" ".join(cost(ours, kind, length) for length in LENGTHS) for kind in WORK_KINDS)
+        first = f"{place[2]:g}" if place[1] else NONE
+        yield [f"{place[0]} {place[1]}".strip(), first, *kinds, *(best_cost(walk, best) for walk in walks)]

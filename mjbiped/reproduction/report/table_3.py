@@ -8,9 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from mjbiped.reproduction.grounds import TABLE_3, found_segments
-from mjbiped.reproduction.report.markdown import ENGINES, NONE, cost, delay, ending, excess, number, share
-from mjbiped.reproduction.rows import Row, select
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.reproduction.report.markdown import ENGINES, NONE, body, cost, delay, ending, excess, number, share
+from mjbiped.reproduction.rows import NO_WALK, Row, select
 
 
 def sections(rows: Sequence[Row]) -> dict[str, str]:
@@ -36,7 +35,7 @@ def distance(walks: dict[float | None, Row]) -> float:
     ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
     if not ended:
         return math.nan
-    ours = [(walk.torque, walk.cost["absolute", None]) for walk in ended.values()]
+    ours = [(walk.torque, walk.absolute_end) for walk in ended.values()]
     return math.sqrt(float(np.mean(np.log(np.divide(ours, [TABLE_3[zeta] for zeta in ended])) ** 2)))
 
 
@@ -52,33 +51,27 @@ def _distance(rows: Sequence[Row], ground: str) -> str:
 
 def _table(rows: Sequence[Row], ground: str) -> str:
     """Tabulate Table III beside ours."""
-    begun = {row.delay: row.torque for row in select(rows, part="start")} if ground == "mixed" else None
+    begun = {row.delay: number(row.torque, ".5g") for row in select(rows, part="start")}
     by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
     lines = []
     for zeta, (torque, paper) in TABLE_3.items():
-        walks = [walks.get(zeta) for walks in by_engine]
-        here = walks[0]
-        ours, price = (math.nan, math.nan) if here is None else (here.torque, here.cost["absolute", None])
+        here, there = walks = [found.get(zeta, NO_WALK) for found in by_engine]
         lines.append(
             [
                 delay(zeta),
                 number(torque, ".5g"),
-                *([] if begun is None else [number(begun.get(zeta), ".5g")]),
-                *(ending(walk, number(None if walk is None else walk.torque, ".5g")) for walk in walks),
-                excess(ours, torque),
+                *([begun.get(zeta, NONE)] if ground == "mixed" else []),  # both are on level ground at first
+                *(ending(walk, number(walk.torque, ".5g")) for walk in walks),
+                excess(here.torque, torque),
                 number(paper),
-                *(cost(walk, "absolute", None) for walk in walks),
-                excess(price, paper),
-                *(number(None if walk is None else walk.least_force, ".2f") for walk in walks),
-                "pulls" if here and here.pulls else number(None if here is None else here.friction, ".3g"),
+                *map(cost, walks),
+                excess(here.absolute_end, paper),
+                number(here.least_force, ".2f"),
+                number(there.least_force, ".2f"),
+                "pulls" if here.pulls else number(here.friction, ".3g"),
             ]
         )
-    sides = ("paper", "hybrid", "MuJoCo", "hybrid − paper")
-    torques = [f"torque, {side}" for side in sides]
-    if begun is not None:
-        torques.insert(1, "start alone")
-    forces = ("least F_n, hybrid", "least F_n, MuJoCo", "friction asked, hybrid")
-    return markdown_table(("ζ", *torques, *(f"c_mt, {side}" for side in sides), *forces), lines, 1)
+    return body(lines)
 
 
 def _pulls(rows: Sequence[Row]) -> str:
@@ -96,27 +89,23 @@ def _segments() -> str:
         [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
         for k, (length, slope, step) in enumerate(found_segments(), start=1)
     ]
-    return markdown_table(("segment", "length, m", "slope, ° downhill", "step, mm up"), lines, 1)
+    return body(lines)
 
 
 def _figure_5(rows: Sequence[Row]) -> str:
     """Tabulate errors of the estimate with and without the update, by gamma and start estimate."""
-    lines = []
-    for row in select(rows, part="figure 5"):
-        errors = (row.traces.settled, row.begun, row.ended, row.traces.error)
-        lines.append(
-            [
-                f"{row.adaptation_gain:g}",
-                f"{number(row.start_estimate, '+g')}°",
-                row.update,
-                ENGINES[row.engine],
-                ending(row, f"{row.steps} steps"),
-                number(row.traces.off_time, ".2f"),
-                *map(number, errors),
-                number(row.torque, ".1f"),
-                number(row.cost["absolute", None]),
-            ]
-        )
-    headings = ("γ", "start", "update (27)", "engine", "walk", "off by more than ε, s", "before the first change, °")
-    errors_at = ("steps' beginnings, °", "steps' ends, °", "rms, °")
-    return markdown_table((*headings, *errors_at, "torque, N m", "c_mt"), lines, 1)
+    lines = [
+        [
+            f"{row.adaptation_gain:g}",
+            f"{number(row.start_estimate, '+g')}°",
+            row.update,
+            ENGINES[row.engine],
+            ending(row, f"{row.steps} steps"),
+            number(row.trace_off_time, ".2f"),
+            *map(number, (row.trace_settled, row.begun, row.ended, row.trace_error)),
+            number(row.torque, ".1f"),
+            number(row.absolute_end),
+        ]
+        for row in select(rows, part="figure 5")
+    ]
+    return body(lines)

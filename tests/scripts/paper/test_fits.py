@@ -28,7 +28,7 @@ from mjbiped.reproduction.methods import (
 from mjbiped.reproduction.report.fit import walks_shown
 from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, stored_fits
 from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.table_2 import Choice, agreement_of, agreements, choices, walks_read
+from mjbiped.reproduction.table_2 import Choice, agreement_of, choices, sources_ranked
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import gain_scan
 from scripts.paper.fits import sections
@@ -92,7 +92,7 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
         found = gain_scan.scan(SHORT, kept, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
-        for entry in plan.compared("fitted", SHORT, [each.variant], "hybrid", SHORT.length):
+        for entry in plan.on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
             walk = entry.cell.walk()
             if walk.outcome == "finished":
                 # six digits are kept
@@ -143,7 +143,7 @@ def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> N
             assert [row.ground for row in mine] == list(GROUNDS)
             assert all((row.gains, row.slope_source) == (message, each.variant.slope_source) for row in mine)
             if engine == "hybrid":
-                costs = {row.ground: row.cost[best.kind, best.length] for row in mine}
+                costs = {row.ground: best.cost(row) for row in mine}
                 assert costs == pytest.approx(each.cost, rel=2e-5, nan_ok=True)
 
 
@@ -152,14 +152,13 @@ def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
     """The sentences of the template about Table II that no number carries."""
     rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
     best = choices(rows)[0]
-    source = agreements(rows, best)[0].source
+    source = sources_ranked(rows, best)[0]
     for engine in ("hybrid", "mujoco"):
 
         def cost(ground: str, method: str, gains: str = "fitted", engine: str = engine) -> float:
             place = next(place for place in best.places if place[0] == ground)
             walk = walks_shown(rows, best, source, place, method)[gains][0 if engine == "hybrid" else 1]
-            assert walk is not None
-            return walk.cost[best.kind, best.length]
+            return best.cost(walk)
 
         for method in ("PBC", "ECC", "KETC"):
             assert cost("stair 1", method) > cost("level", method)
@@ -170,8 +169,7 @@ def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
             assert math.isfinite(cost("slope 2", method, "blind")), "all walk slope 2"
             assert math.isnan(cost("stair 2", method, "blind")), "stair 2 remains"
         assert math.isfinite(cost("stair 2", "adaptive"))
-        walks = walks_read(rows, best, "fitted", engine)
-        found = agreement_of(walks, best)
+        found = agreement_of(rows, best, engine, "fitted")
         assert (found.agreeing, found.asked) == (15, 15), "all cells agree in kind"
         assert found.met < found.numbers, "but not in value"
     for each in fitted(tried).values():
@@ -198,7 +196,7 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table() -> Non
     assert found == {method: gains_told(dict(variant.gains)) for method, variant in BLIND.items()}
     rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
     assert {variant.slope_source for variant in BLIND.values()} == {BLIND_SOURCE}
-    assert agreements(rows, choices(rows)[0])[0].source != BLIND_SOURCE
+    assert sources_ranked(rows, choices(rows)[0])[0] != BLIND_SOURCE
 
 
 def test_a_slope_told_wrong_at_the_start_is_the_ground_s_and_the_error() -> None:

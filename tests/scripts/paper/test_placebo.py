@@ -104,8 +104,9 @@ def test_what_the_page_says_of_the_fits(rows: list[Row], tried: list[Tried], gro
     assert min(shares["PBC"], shares["ECC"], placebo.of_readings(rows).share) > 0.5, "most random rows are met as near"
     assert SMALL_SHARE < shares["KETC"] < 0.2
     best = choices(rows)[0]
-    assert "KETC" in fit.turned(rows, best)
-    assert "PBC" not in fit.turned(rows, best)
+    turned = fit.sections(rows, best)["misjudged_turned"]
+    assert "KETC" in turned
+    assert "PBC" not in turned
     of_table: Placebo = placebo.of_table_3(grounds)
     assert of_table.share == 0.0, "no random table is met as near"
     others = placebo.to_another(grounds)

@@ -47,11 +47,7 @@ def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
 def test_a_walk_of_tiny_steps_has_not_come_through() -> None:
     # the passive gait of 0.05° steps 0.107 m, docs/gaits.md
     walk = mjbiped.walk(
-        PassiveController(),
-        Terrain.incline(0.05),
-        engine="hybrid",
-        steps=4,
-        scuffing=mjbiped.ScuffingRule(reach=0.05),
+        PassiveController(), Terrain.incline(0.05), engine="hybrid", steps=4, scuffing=mjbiped.ScuffingRule(reach=0.05)
     )
     assert walk.outcome == "finished"
     assert study.came_through([walk]) == []
