@@ -80,13 +80,6 @@ def test_an_engine_of_ones_own(passive: Controller, capsys: pytest.CaptureFixtur
     capsys.readouterr()
 
 
-def test_many_walks_in_an_engine_of_ones_own(passive: Controller) -> None:
-    engine = Sliding(speed=2.0)
-    alone = mjbiped.walk(passive, Terrain.level(), engine=engine, steps=3, initial="rest")
-    walks = mjbiped.walk_many(passive, [Terrain.level()] * 3, engine=engine, steps=3, initial="rest", workers=1)
-    assert walks == [alone] * 3
-
-
 @pytest.mark.parametrize(("word", "engine"), [("mujoco", mjbiped.Mujoco()), ("hybrid", mjbiped.Hybrid())])
 def test_the_short_words_mean_the_defaults(word: str, engine: mjbiped.Engine, passive: Controller) -> None:
     short, long = (mjbiped.walk(passive, Terrain.incline(2.0), engine=each, steps=3) for each in (word, engine))

@@ -10,8 +10,6 @@ from robots.test_coulomb_impact import Array, floating_mass_matrix, lever_jacobi
 from simulations import hybrid_simulation
 
 import mjbiped
-from controllers import AdaptiveController
-from mjbiped.dynamics.linkage import load_impact
 from mjbiped.dynamics.modes import LOCKED
 from mjbiped.engines.hybrid.forces import note_impact
 from mjbiped.engines.hybrid.motion import enter_mode
@@ -48,19 +46,6 @@ def impulse_of(w: State) -> tuple[float, float]:
 def rates_of(w: State, knees: bool) -> Array:
     y = w.y
     return np.array([y[3], y[4]] if knees else [y[2], y[3]])
-
-
-@pytest.mark.parametrize("knees", [False, True])
-@given(legs=LEGS, rates=RATES)
-@settings(deadline=None, derandomize=True, max_examples=50)
-def test_the_momentum_is_that_of_the_bodies(knees: bool, legs: tuple[float, float], rates: tuple[float, float]) -> None:
-    simulation = standing(knees, legs, rates)
-    w = simulation.state
-    load_impact(simulation.constants.linkages[0], w, w.y)
-    along, normal = w.right[:2]
-    found = along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine
-    expected = floating_mass_matrix(ROBOTS[knees], np.array(legs))[:2, 2:] @ rates
-    assert found == pytest.approx(expected, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("knees", [False, True])
@@ -113,16 +98,3 @@ def test_an_impulse_is_spread_over_the_time_that_forces_are_averaged_over() -> N
     w.impulse_normal = -150.0 * time
     note_impact(constants, w)
     assert w.normal_force == pytest.approx(-50.0, rel=1e-14)
-
-
-@pytest.mark.parametrize(("share", "violated"), [(0.5, False), (0.6, True), (0.7, True), (0.8, False)])
-def test_a_riser_that_is_struck_costs_both_engines_their_contact(
-    share: float, violated: bool, controller: AdaptiveController
-) -> None:
-    """The impulse lifts the stance foot: MuJoCo's hops and slides by 4 mm, the hybrid engine's ground has to pull."""
-    place = (4.0 + share) * controller.gait.step_length
-    ground = mjbiped.Terrain.from_segments([(place, 0.0, 0.0), (1.0, 0.0, 0.04)])
-    for engine in ("hybrid", "mujoco"):
-        walk = mjbiped.walk(controller, ground, engine=engine, steps=7)
-        assert walk.touchdowns["strikes"].any() == violated
-        assert walk.contact_violations.any() == violated, engine

@@ -19,10 +19,7 @@ from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.options import GROUND_KINDS
-from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.rendering.gl import gl_available
-from mjbiped.rendering.video import render_frame
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import Profile, height_over
 
@@ -86,40 +83,6 @@ def test_same_walk_bitwise(name: str, controller: AdaptiveController, monkeypatc
     assert models >= 2
     assert len(walked["slope_estimate_before"]) == 15
     assert_same(walked, reference)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ground", ["boxes", "heightfield"])
-def test_same_walk_bitwise_on_either_ground(
-    ground: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def walker() -> Simulation:
-        return make(controller, LONG["mixed"], steps=15, ground=ground)
-
-    walked, models = run(walker())
-    assert models >= 2
-    assert_same(walked, run(whole(monkeypatch, walker))[0])
-
-
-@pytest.mark.slow
-def test_plain_python_makes_the_same_walk(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also from the middle: the model held the start's ground when the state was set."""
-    compiled = make(controller, LONG["stairs"], steps=8)
-    run(compiled)
-    compiled.state.outcome = 0.0  # the steps are done, and it goes on
-    middle = state_of(compiled)
-    ends = []
-    for compile in (True, False):
-        again = make(controller, LONG["stairs"], steps=14, compile=compile)
-        put(again, middle)
-        walked, models = run(again)
-        assert again.compiled == compile
-        assert models >= 2
-        ends.append(walked)
-    assert_same(*ends)
-    reference = whole(monkeypatch, lambda: make(controller, LONG["stairs"], steps=14))
-    put(reference, middle)
-    assert_same(ends[0], run(reference)[0])
 
 
 @pytest.mark.slow
@@ -273,12 +236,6 @@ def test_short_terrains_are_one_model(terrain: Terrain, controller: AdaptiveCont
     assert {f"edge_{index}" for index in range(1, len(terrain.x))} <= names
 
 
-def test_runs_of_few_segments_are_not_cut() -> None:
-    for count, columns in ((FEW_SEGMENTS, FEW_SEGMENTS - 1), (200, 17)):
-        model = build_scene(mjbiped.Compass(), trail(count), timestep=1e-4, reach=5.0).model
-        assert model.hfield_ncol.max() == columns  # one more than segments; the first and the last have other widths
-
-
 def test_a_walk_that_diverges_stays_where_it_is(controller: AdaptiveController) -> None:
     """MuJoCo's warning is in `data`: it must not be left behind."""
     simulation = make(controller, LONG["stairs"])
@@ -304,60 +261,3 @@ def test_python_callbacks_come_back() -> None:
         assert mujoco.get_mjcb_passive() is standing_there
     finally:
         mujoco.set_mjcb_passive(None)
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_nested_blocks_follow_the_window(controller: AdaptiveController) -> None:
-    """A block inside another of the same walk: the outer one drives the new model, too."""
-    simulation, alone = (make(controller, LONG["trail"], timestep=1e-4, lands=False) for _ in range(2))
-
-    def go(walk: Simulation) -> bool:
-        mujoco.mj_step(walk.model, walk.data, nstep=2000)
-        return walk.move_on()
-
-    with alone.callbacks():
-        for _ in range(60):
-            go(alone)
-    with simulation.callbacks():
-        moved, done = False, 0
-        while not moved:
-            with simulation.callbacks():
-                moved = go(simulation)
-            done += 1
-        assert done < 60
-        for _ in range(60 - done):
-            go(simulation)
-    assert state_of(simulation) == state_of(alone)
-    assert simulation.state.count > 6
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
-def test_pictures_of_a_window_are_those_of_the_whole(
-    controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """To and fro through the record.
-
-    MuJoCo moves the earth's mesh into its middle, which is another one in a window: its corners round otherwise, by
-    some 1e-7 m, and where an edge runs through the middle of a pixel that shows the other side: one in these pictures.
-    Seven were once seen, when marks took their `objtype` from what was in their memory; see `mjbiped.rendering.marks`.
-    """
-    walk = mjbiped.walk(controller, LONG["stairs"], steps=26, sample_period=0.02)
-    begin, end = float(walk.samples["time"][0]), float(walk.samples["time"][-1])
-    times = [begin, end, 0.5 * end, begin]
-    built: list[float] = []
-    about = GroundWindows.about
-
-    def counted(self: GroundWindows, x: float) -> Scene:
-        built.append(x)
-        return about(self, x)
-
-    monkeypatch.setattr(GroundWindows, "about", counted)
-    frames = render_frame(walk, times, width=160, height=120)
-    assert len(built) == 3  # at the start, at the end, and back again
-    monkeypatch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
-    for frame, whole_frame in zip(frames, render_frame(walk, times, width=160, height=120), strict=True):
-        assert (frame != whole_frame).any(axis=-1).sum() <= 4
-    assert len(built) == 4
-    assert (frames[0] == frames[3]).all()

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from simulations import InPython
 
 import mjbiped
 from controllers import Controller, KneedController, PassiveController
@@ -19,18 +18,6 @@ from mjbiped.control.controller import Memory
 
 ROBOT = KneedBiped()
 SLOPE = math.radians(2.5)
-NOISY = Disturbances(
-    angle_noise=0.002,
-    rate_noise=0.02,
-    angle_bias=0.003,
-    rate_bias=-0.01,
-    angle_resolution=0.001,
-    delay=0.004,
-    torque_limit=20.0,
-    motor_bandwidth=30.0,
-    pushes=((1.0, 2.0),),
-    seed=5,
-)
 
 
 @cache
@@ -59,22 +46,6 @@ def passive(disturbances: Disturbances | None, controller: Controller | None = N
     start = gait().start.tolist()
     own = {"ground": Terrain.incline(2.5), "controller": controller or PassiveController(), "robot": ROBOT}
     return walked(disturbances, steps, **own, sample_period=1e-3, initial=start)
-
-
-@pytest.mark.slow
-def test_a_seed_gives_a_walk_bit_by_bit_in_python_compiled_and_in_threads() -> None:
-    found = walked(NOISY)
-    assert found.outcome == "finished"
-    assert found.settings["control_period"] == 1e-3
-    plain = walked(NOISY, controller=InPython(ROBOT, gait()))
-    for name in ("q", "dq", "torque", "controller_states"):
-        np.testing.assert_array_equal(found.samples[name], plain.samples[name], err_msg=name)
-    each = [NOISY, Disturbances.from_dict({**NOISY.to_dict(), "seed": 6})]
-    law, ground = KneedController(ROBOT, gait()), Terrain.slopes(change_deg=-0.5)
-    together = mjbiped.walk_many(law, ground, engine="mujoco", steps=3, disturbances=each, workers=2)
-    assert together[0] == found
-    assert together[1] == walked(each[1])
-    assert together[1] != found
 
 
 @pytest.mark.parametrize("ticks", [1, 20])
@@ -107,14 +78,6 @@ def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
 
 
 @pytest.mark.slow
-def test_no_torque_is_greater_than_the_limit() -> None:
-    free, bound = (walked(Disturbances(torque_limit=limit, motor_bandwidth=50.0), 5) for limit in (100.0, 6.0))
-    assert free.peak_torque.max() > 8.0
-    assert np.abs(bound.samples["torque"]).max() <= 6.0
-    assert bound.peak_torque.max() <= 6.0
-
-
-@pytest.mark.slow
 def test_walks_converge_to_a_controller_that_never_pauses() -> None:
     """A torque that is held is late by half a period, less half a physics step of 1 ms: so early a leapfrog has it."""
     plain = walked(None, 5).end[0]
@@ -138,22 +101,3 @@ def test_a_short_push_is_an_impulse_through_the_mass_matrix(impulse: float) -> N
     expected = np.linalg.solve(ROBOT.mass_matrix(q), lever * impulse)
     change = after["dq"][later] - free["dq"][later]
     np.testing.assert_allclose(change, expected, rtol=0.03, atol=0.01 * np.abs(expected).max())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("disturbances", "close"),
-    [
-        (Disturbances(delay=0.004), 5e-3),
-        (Disturbances(motor_bandwidth=30.0), 5e-3),
-        (Disturbances(angle_bias=0.003, rate_bias=-0.01), 3e-3),
-        (Disturbances(angle_noise=0.002, rate_noise=0.02, seed=3), 1e-2),
-        (Disturbances(pushes=((1.0, 2.0), (3.0, -1.0))), 1e-3),
-    ],
-    ids=["delay", "bandwidth", "bias", "noise", "pushes"],
-)
-def test_engines_agree_about_what_a_disturbance_costs(disturbances: Disturbances, close: float) -> None:
-    """Torques that are held act half a physics step earlier in MuJoCo; noise differs, for the ticks come elsewhere."""
-    found, hybrid = (walked(disturbances, 20, engine=engine) for engine in ("mujoco", "hybrid"))
-    assert found.outcome == hybrid.outcome == "finished"
-    assert found.cost_of_transport == pytest.approx(hybrid.cost_of_transport, rel=close)

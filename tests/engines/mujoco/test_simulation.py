@@ -14,12 +14,10 @@ from simulations import assert_resumes, assert_same, make_simulation, recorded, 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.control.controller import Law
-from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.jit import raises
-from mjbiped.records import measures
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import PLACE
 
@@ -69,10 +67,6 @@ def test_steps_can_be_made_until_a_time(controller: AdaptiveController) -> None:
     assert simulation.advance(10**6, 0.1) == 0
 
 
-def three_torques(parameters: Any, memory: Memory, t: float, q: Any, dq: Any, out: Any) -> Any:
-    return 0.0, 0.0, 0.0
-
-
 def late_error(parameters: Any, memory: Memory, t: float, q: Any, dq: Any, out: Any) -> None:
     if t > 0.01:
         raise ValueError("late")
@@ -98,12 +92,6 @@ def with_torque(function: Any, *, in_python: bool = False) -> Controller:
                 return out
 
     return Wrong()
-
-
-@pytest.mark.compiled
-def test_values_that_are_returned_are_refused_in_words() -> None:
-    with pytest.raises(mjbiped.InputError, match=r"torque returns .*; expected are 2 numbers written into out"):
-        mjbiped.walk(with_torque(three_torques), Terrain.incline(2.0), steps=1)
 
 
 @pytest.mark.compiled
@@ -160,35 +148,6 @@ def test_resumes_bitwise_from_any_moment(settings: dict[str, Any], controller: A
         before, length = now, length + whole.advance(1)
     assert len(saved) >= 6
     assert_resumes(saved, length, whole, build)
-
-
-def test_the_time_at_the_sole_s_bound_is_that_with_less_torque_than_asked_for() -> None:
-    """Of the ankle alone, the hip's differs at all times; samples of every step tell when, but about touchdowns."""
-    robot, timestep = mjbiped.Compass(sole=(0.02, 0.02)), 1e-3
-    controller = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
-    engine = mjbiped.Mujoco(timestep=timestep, lands=False)
-    walk = mjbiped.walk(controller, Terrain.mixed(), engine=engine, steps=4, sample_period=timestep)
-    bound = walk.samples["ankle_asked"] != walk.samples["torque"][:, 0]
-    until = walk.samples["time"] < walk.touchdowns["time"][-1] - 0.5 * timestep
-    assert 0.1 < walk.touchdowns["sole_bound_time"][-1] < 0.95 * walk.touchdowns["time"][-1]
-    # a touchdown's own step and the one before it count for neither
-    told = walk.touchdowns["sole_bound_time"][-1]
-    assert told == pytest.approx(timestep * np.sum(bound & until), abs=2 * walk.steps * timestep)
-
-
-def test_torques_act_on_the_stance_leg(controller: AdaptiveController) -> None:
-    simulation = started(controller, Terrain.mixed(), timestep=5e-4)
-    driven = []
-    for _ in range(340):
-        simulation.advance(10)
-        left, right, hip = simulation.data.ctrl
-        u = simulation.state
-        stance = int(u.stance)
-        assert (left, right)[1 - stance] == 0.0
-        assert (left, right)[stance] == u.torque[0]
-        assert hip == (-u.torque[1] if stance else u.torque[1])
-        driven.append(stance)
-    assert set(driven) == {0, 1}
 
 
 @pytest.mark.parametrize(
@@ -260,15 +219,6 @@ def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, con
     assert u.count == u.transferred == (outcome is Outcome.WALKING)
 
 
-def test_a_walk_that_loses_the_ground_says_why(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(observation, "MISSED", -1.0)  # no foot is on the ground
-    monkeypatch.setenv(VARIABLE, "never")  # plain Python sees it
-    walk = mjbiped.walk(controller, Terrain.level(), steps=1)
-    assert (walk.outcome, walk.steps) == ("diverged", 0)
-    (message,) = walk.warnings
-    assert "the timestep is too long" in message
-
-
 def test_a_stance_foot_that_leaves_the_ground_has_slipped() -> None:
     """The swing leg is thrown up, and takes the robot with it."""
     walk = mjbiped.walk(Push(0.0), Terrain.level(), initial=(0.0, 0.0, 0.0, 20.0))
@@ -298,37 +248,6 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     assert struck.touchdowns["x"][0] < 0.30
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "terrain",
-    [
-        Terrain.from_segments([(0.62, -3.0), (5.0, -3.0, 0.035)]),
-        Terrain.stairs(tread=0.5, rise=0.04, first=0.45),
-        Terrain.stairs(tread=1.8, rise=0.04, first=0.6),
-        *(Terrain.from_segments([(0.3778 * 2 - past, 0.0), (5.0, 0.0, -0.06)]) for past in (5e-5, 1.5e-4, 3e-4)),
-        Terrain.from_segments([(0.3778 * 2 - 2.5e-3, -3.0), (5.0, -3.0, -0.06)]),
-    ],
-)
-def test_footholds_are_on_the_ground(terrain: Terrain, controller: AdaptiveController) -> None:
-    """Struck risers and footholds beside an edge: no foot stands on a riser's rim, and impacts stay impacts."""
-    walk = mjbiped.walk(controller, terrain, steps=6)
-    assert walk.steps >= 2
-    touchdowns = walk.touchdowns
-    near = [min(abs(x - start) for start in terrain.x) < 5e-4 for x in touchdowns["x"]]
-    above = np.abs(touchdowns["z"] - terrain.height(touchdowns["x"]))
-    assert above[~np.array(near)].max() < 2e-4  # penetration
-    assert np.degrees(np.abs(touchdowns["slope"] - terrain.slope(touchdowns["x"])))[~np.array(near)].max() < 1e-3
-
-
-def test_departing_foot_is_not_dragged() -> None:
-    """A robot whose trailing foot leaves the ground obliquely: a convex friction cone would hold it in the impact."""
-    goswami = mjbiped.Compass(leg_mass=5.0, hip_mass=10.0, leg_inertia=0.0)
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(3.0), steps=6, robot=goswami)
-    assert walk.outcome == "finished"
-    # 3e-3 rad/s of a contact resolved at h = 1e-4 (see test_walks), of a swing rate of 0.38 rad/s
-    assert np.abs(measures.impact_errors(walk)).max() < 0.01
-
-
 def test_sample_period_changes_no_result(controller: AdaptiveController) -> None:
     often, rarely = (
         mjbiped.walk(controller, Terrain.level(), steps=2, sample_period=period) for period in (1e-3, 100.0)
@@ -350,39 +269,6 @@ def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveContro
         assert simulation.data.ctrl[1 - stance] == 0.0
         seen += int(simulation.state.transferred)
     assert seen > 10
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [
-        {"timestep": 0.0},
-        {"timestep": -1e-4},
-        {"timestep": math.nan},
-        {"timestep": 0.01},
-        {"control_period": 7e-4},
-        {"contact_timestep": 0.0},
-        {"control_period": 0.0},
-        {"control_period": math.inf},
-    ],
-)
-def test_bad_times_are_refused(bad: dict[str, float], controller: AdaptiveController) -> None:
-    with pytest.raises(mjbiped.InputError, match=next(iter(bad))):
-        started(controller, Terrain.mixed(), **{"timestep": 5e-4, **bad})
-
-
-def test_outcome_words() -> None:
-    assert {outcome.words for outcome in Outcome} == {
-        "walking",
-        "finished",
-        "fell",
-        "stalled",
-        "slipped",
-        "left the terrain",
-        "diverged",
-        "unresolved",
-        "interrupted",
-        "time limit",
-    }
 
 
 @pytest.mark.parametrize("ground", ["auto", "boxes", "heightfield"])
