@@ -122,19 +122,6 @@ def test_a_foot_tips_and_comes_down(pulse: Pulse, sign: float) -> None:
     np.testing.assert_allclose(edge - edge[0], 0.0, atol=1e-9)  # it stays where it is
 
 
-@pytest.mark.slow  # it compiles both engines for a robot of its own
-@pytest.mark.parametrize("pulse", [TOE_PULSE, HEEL_PULSE])
-def test_mujoco_tips_a_foot_alike(pulse: Pulse) -> None:
-    _, ours, _ = walked(pulse, steps=1, sample_period=0.01)
-    engine, start = mjbiped.Mujoco(timestep=1e-4), tuple(GAIT.start)
-    walk = mjbiped.walk(pulse, GROUNDS["down"], engine=engine, robot=FOOTED, initial=start, steps=1, sample_period=0.01)
-    n = min(len(ours["time"]), len(walk.samples["time"]), 40)
-    tip = np.max(np.abs(ours["slope"][:n] - ours["slope"][0]))
-    assert tip > 1e-3
-    np.testing.assert_allclose(walk.samples["slope"][:n], ours["slope"][:n], atol=0.1 * tip)
-    np.testing.assert_allclose(walk.samples["q"][:n], ours["q"][:n], atol=1e-3)  # rad
-
-
 def test_segments_are_raised_along_their_normals() -> None:
     terrain = mjbiped.Terrain.from_segments([(1.0, 2.0, 0.0), (1.3, -4.0, 0.0), (1.0, 3.0, 0.05), (2.0, 3.0, 0.0)])
     ground, height = raised(terrain, 0.02), 0.02

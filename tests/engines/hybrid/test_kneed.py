@@ -13,8 +13,7 @@ import mjbiped
 from mjbiped import KneedBiped, Terrain
 from mjbiped.dynamics.modes import FREE, LOCKED
 from mjbiped.engines.hybrid.motion import enter_mode, rates
-from mjbiped.engines.hybrid.resets import note_face, stop_swing_foot
-from mjbiped.errors import InputError
+from mjbiped.engines.hybrid.resets import note_face
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -35,26 +34,6 @@ def gait() -> mjbiped.KneedGait:
 
 NORMALS = [(-1.0, 0.0), (math.sin(0.03), math.cos(0.03))]
 """Of a riser ahead, and of ground on a slope."""
-
-
-@pytest.mark.parametrize("normal", NORMALS)
-def test_a_foot_that_strikes_is_stopped_along_the_normal(gait: mjbiped.KneedGait, normal: tuple[float, float]) -> None:
-    """Newton's law with the robot's matrices: the impulse acts along the normal, and brings that speed to zero."""
-    simulation = hybrid_simulation(Terrain.level(), gait.start.tolist())
-    w, y = simulation.state, simulation.state.y
-    for locked in (FREE, LOCKED):
-        n = 3 if locked == FREE else 2
-        before = [0.1, -0.2, -0.2 + 0.3 * (n == 3), 1.0, 2.0, 2.0 - 3.0 * (n == 3)]
-        y[:6] = before
-        w.locked, w.pushed_x, w.pushed_z = locked, *normal
-        enter_mode(simulation.constants, w)
-        stop_swing_foot(simulation.constants, w)
-        q = np.array(before[:n])
-        row = ROBOT.chains[n].reach * (np.cos(q) * normal[0] - np.sin(q) * normal[1])
-        after = np.array(y[3 : 3 + n])
-        impulse = ROBOT.mass_matrix(q) @ (after - before[3 : 3 + n])
-        assert row @ after == pytest.approx(0.0, abs=1e-14)
-        assert impulse == pytest.approx(row * (impulse @ row) / (row @ row), abs=1e-13)
 
 
 @pytest.mark.parametrize("normal", NORMALS)
@@ -130,25 +109,6 @@ def test_a_foot_released_at_the_base_of_a_riser_does_not_pass_through_it(beyond:
     assert feet[: clear[0], 0].max() < face + 1e-8
     assert len(clear) > 10
     assert simulation.state.face_impacts or recorder.touchdowns()["strikes"][0]
-
-
-def test_a_first_step_without_a_knee_strike_tells_of_none() -> None:
-    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.1, 0.6, 1.2, 0.5, 0.0), steps=1)
-    simulation.go()
-    touched = simulation.recorder.touchdowns()
-    for name in ("knee_strike", "knee_q", "knee_dq_before", "knee_dq"):
-        assert np.isnan(touched[name]).all(), name
-
-
-def test_starts_and_controllers_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(InputError, match="bent forwards"):
-        walked((-0.2, 0.2, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
-    with pytest.raises(InputError, match="six finite numbers"):
-        walked((-0.2, 0.2, 1.0, 0.5), Terrain.incline(2.5))
-    with pytest.raises(InputError, match="swing foot would start"):
-        walked((-0.2, 0.1, 0.1, 1.0, 0.5, 0.5), Terrain.incline(2.5))
-    with pytest.raises(InputError, match="contact is on from lift-off"):
-        walked(START, Terrain.incline(2.5), scuffing=mjbiped.ScuffingRule(reach=0.1))
 
 
 def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:

@@ -3,9 +3,7 @@
 import math
 from typing import Any
 
-import numpy as np
 import pytest
-from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from standing import GROUND, LENGTH, SLOPE, Posture, begun, constants, standing_at
 
@@ -24,27 +22,6 @@ def observe(u: State, time: float, state: Posture, **changed: Any) -> Floats:
     c = constants(state, **changed)
     observation.observe(c, u, time)
     return c.row
-
-
-@given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
-@example(True, 1.0e-3, 0.0, 0.0)  # more than a thousandth of a leg of 0.9 m
-@settings(deadline=None, derandomize=True)
-def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
-    lands: bool, along: float, across: float, turned: float
-) -> None:
-    u, c = begun(standing_at(0.0, 0.1, -0.2)), constants(lands=lands)
-    place = np.array([0.0, GROUND.height_at(0.0)])
-    place += along * np.array([math.cos(SLOPE), -math.sin(SLOPE)]) + across * np.array(
-        [math.sin(SLOPE), math.cos(SLOPE)]
-    )
-    u.time, u.q[:3] = 0.1, (0.05, 1.2, 0.1 + turned)
-    observation.judge(c, u, *place.tolist())
-    slip = abs(along - (0.0 if lands else c.foot_radius * turned))
-    assert u.slip == pytest.approx(slip, abs=1e-12)
-    assert u.slides == float(slip > observation.SLID * LENGTH)
-    assert u.outcome == 0.0
-    observation.judge(c, u, *place.tolist())
-    assert u.slides == float(slip > observation.SLID * LENGTH)  # counted once a step
 
 
 def fallen(low: float) -> tuple[float, float]:

@@ -1,63 +1,19 @@
 """The MuJoCo engine as a machine: machine code, memory, resuming, outcomes."""
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 import pytest
-from simulations import assert_resumes, assert_same, make_simulation, recorded, started, state_of
+from simulations import assert_resumes, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.control.controller import Law
-from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.jit import raises
-from mjbiped.rules.termination import Outcome
-from mjbiped.utils.domains import PLACE
 
 Terrain = mjbiped.Terrain
-
-
-RISER = Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)])
-SLOW = pytest.mark.slow
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("terrain", "settings"),
-    [
-        (Terrain.mixed(), {}),
-        pytest.param(Terrain.level(), {"timestep": 1e-4, "lands": False}, marks=SLOW),
-        pytest.param(Terrain.stairs(rise=-0.06), {"timestep": 2e-4}, marks=SLOW),
-        pytest.param(Terrain.random(seed=3), {"sample_period": 5e-3}, marks=SLOW),
-        pytest.param(Terrain.slopes(change_deg=1.5), {"control_period": 5e-3, "sample_period": 1e-3}, marks=SLOW),
-        pytest.param(RISER, {}, marks=SLOW),  # struck, and then it falls
-    ],
-    ids=["mixed", "plain", "stairs", "random", "slow controller", "riser"],
-)
-def test_same_walk_bitwise(terrain: Terrain, settings: dict[str, Any], controller: AdaptiveController) -> None:
-    """No tolerance: machine code does the same operations in the same order, and takes sines from the same library."""
-    made = [started(controller, terrain, compile=compile, steps=3, **settings) for compile in (True, False)]
-    assert [simulation.compiled for simulation in made] == [True, False]
-    assert_same(recorded(made[0]), recorded(made[1]))
-    assert made[0].state.count >= 1.0
-
-
-@pytest.mark.compiled
-def test_passive_walk_bitwise_to_its_end() -> None:
-    """It falls: outcomes, too, are the same."""
-    start: dict[str, Any] = {"robot": mjbiped.Compass(), "q": (-0.3, 0.3), "dq": (0.2, 0.1), "sample_period": 1e-3}
-    made = [
-        make_simulation(PassiveController(), Terrain.level(), compile=compile, **start) for compile in (True, False)
-    ]
-    assert_same(recorded(made[0]), recorded(made[1]))
-    assert made[0].outcome is made[1].outcome is Outcome.FELL
 
 
 def test_steps_can_be_made_until_a_time(controller: AdaptiveController) -> None:
@@ -150,92 +106,6 @@ def test_resumes_bitwise_from_any_moment(settings: dict[str, Any], controller: A
     assert_resumes(saved, length, whole, build)
 
 
-@pytest.mark.parametrize(
-    ("outcome", "parameters"),
-    [
-        ("fell", {"initial": (-0.3, 0.3, 0.2, 0.1), "terrain": Terrain.level()}),
-        ("stalled", {"initial": "rest", "terrain": Terrain.level()}),
-        ("finished", {"initial": "gait", "terrain": Terrain.incline(2.0), "steps": 2}),
-        (
-            "left the terrain",
-            {"initial": "gait", "terrain": Terrain((0.0,), (0.0,), (math.radians(2),), end=0.5)},
-        ),
-    ],
-)
-def test_outcomes(outcome: str, parameters: dict[str, object]) -> None:
-    walk = mjbiped.walk(PassiveController(), **parameters)  # type: ignore[arg-type]
-    assert walk.outcome == outcome
-    assert walk.fell == (outcome == "fell")
-    assert walk.end[0] == walk.samples["time"][-1]
-    assert walk.end[1] == walk.samples["qpos"][-1, 0]
-
-
-class Push(Controller):
-    """Pushes the stance leg with all its might, from the first moment after the start."""
-
-    def __init__(self, ankle: float) -> None:
-        self.ankle = ankle
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        return self.ankle if t > 0.0 else 0.0, 0.0
-
-
-def test_slipping_is_an_outcome() -> None:
-    """500 N m at the ankle ask for more than the friction cone holds."""
-    walk = mjbiped.walk(Push(500.0), Terrain.level(), initial="rest")
-    assert walk.outcome == "slipped"
-
-
-@pytest.mark.parametrize(
-    ("behind", "outcome"),
-    [(0.2, Outcome.DIVERGED), (0.0, Outcome.DIVERGED), (-0.05, Outcome.WALKING)],
-    ids=["under a step", "into the ground", "over an edge"],
-)
-def test_a_stance_foot_is_not_in_the_ground(behind: float, outcome: Outcome, controller: AdaptiveController) -> None:
-    """It slides back by 10 mm and down by 30 mm, at the foot of a step, on the level, or at a step's edge."""
-    u, c = State(), started(controller, Terrain((-1.0, -5e-3), (behind, 0.0), (0.0, 0.0))).constants
-    here: dict[str, Any] = {"qpos": np.array([0.0, 1.0, 0.0, 0.0]), "qvel": np.zeros(4)}
-    c = replace(c, **here)
-    observation.begin(c, u, 0.0, 0.0)
-    observation.observe(c, u, 0.0)
-    assert u.outcome == Outcome.WALKING
-    here["qpos"][:] = -0.01, 0.97, 0.0, 0.0
-    observation.observe(c, u, 1e-3)
-    assert u.outcome == outcome
-
-
-@pytest.mark.parametrize(
-    ("height", "outcome"), [(-0.03, Outcome.DIVERGED), (0.03, Outcome.DIVERGED), (0.0, Outcome.WALKING)]
-)
-def test_a_touchdown_off_the_ground_is_none(height: float, outcome: Outcome, controller: AdaptiveController) -> None:
-    """A contact with what is not the ground under the foot: no row tells of it."""
-    u, simulation = State(), started(controller, Terrain.level())
-    here: dict[str, Any] = {"qpos": np.array([0.2, math.cos(0.2) + height, 0.2, -0.2]), "qvel": np.zeros(4)}
-    c = replace(simulation.constants, **here)
-    observation.begin(c, u, 0.0, height)
-    u.noted = 1.0
-    observation.observe(c, u, 0.0)
-    assert u.outcome == outcome
-    assert u.count == u.transferred == (outcome is Outcome.WALKING)
-
-
-def test_a_stance_foot_that_leaves_the_ground_has_slipped() -> None:
-    """The swing leg is thrown up, and takes the robot with it."""
-    walk = mjbiped.walk(Push(0.0), Terrain.level(), initial=(0.0, 0.0, 0.0, 20.0))
-    foot = walk.samples["qpos"][-1]
-    assert foot[1] - math.cos(foot[2]) > 0.099  # a leg of 1 m; along the ground it moved by 0.057 m
-    assert (walk.outcome, walk.steps) == ("slipped", 0)
-
-
-def test_divergence_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)  # where MuJoCo would leave its log
-    walk = mjbiped.walk(Push(math.nan), Terrain.level(), initial="rest")
-    assert walk.outcome == "diverged"
-    assert walk.steps == 0
-    assert any("Push.torque gives nan for the ankle torque" in text for text in walk.warnings)
-    assert not Path("MUJOCO_LOG.TXT").exists()
-
-
 def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     """A riser within the rule's reach is passed as if it were not there; one beyond it is struck, and counted."""
     near = Terrain.from_segments([(0.10, 2.0), (10.0, 2.0, 0.012)])
@@ -248,17 +118,6 @@ def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
     assert struck.touchdowns["x"][0] < 0.30
 
 
-def test_sample_period_changes_no_result(controller: AdaptiveController) -> None:
-    often, rarely = (
-        mjbiped.walk(controller, Terrain.level(), steps=2, sample_period=period) for period in (1e-3, 100.0)
-    )
-    assert rarely.steps == often.steps == 2
-    for name, column in often.touchdowns.items():
-        assert np.array_equal(rarely.touchdowns[name], column), name
-    assert np.array_equal(rarely.peak_torque, often.peak_torque)
-    assert often.end == rarely.end
-
-
 def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveController) -> None:
     """A slow controller has not ticked yet when support is transferred: the motor of the leg in the air must be off."""
     simulation = started(controller, Terrain.mixed(), timestep=5e-4, control_period=1e-2)
@@ -269,11 +128,3 @@ def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveContro
         assert simulation.data.ctrl[1 - stance] == 0.0
         seen += int(simulation.state.transferred)
     assert seen > 10
-
-
-@pytest.mark.parametrize("ground", ["auto", "boxes", "heightfield"])
-def test_without_a_limit_the_ground_is_long_but_finite(ground: str, robot: mjbiped.Compass) -> None:
-    simulation = started(PassiveController(), Terrain.stairs(count=2), robot=robot, steps=None, ground=ground)
-    assert np.isfinite(simulation.model.geom_size).all()
-    assert np.isfinite(simulation.model.geom_pos).all()
-    assert simulation.constants.end == pytest.approx(PLACE.high, rel=1e-4)

@@ -12,7 +12,6 @@ from controllers import AdaptiveController, Controller, Memory
 from mjbiped.engines.mujoco import step_size
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step
-from mjbiped.engines.mujoco.observation import SHORTEST
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 
@@ -89,21 +88,6 @@ def test_a_slow_controller_keeps_its_beat(controller: AdaptiveController) -> Non
     assert walk.outcome == "finished"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("after", [9e-4, 1.5e-3, 2.1e-3])
-def test_a_face_right_where_the_foot_begins_to_collide(after: float, controller: AdaptiveController) -> None:
-    """The foot comes 1.5 mm further in a step: it is let collide after its first of these ways, and met the face in the
-    next one, which was damped for a contact step but counted for half a long one: it was thrown back at 40 m/s.
-    """
-    gait = controller.gait
-    terrain = Terrain.stairs(tread=100.0, rise=0.03, first=gait.step_length + 0.2 + after, count=1)
-    walks = [mjbiped.walk(controller, terrain, steps=4, engine=engine) for engine in ("mujoco", "hybrid")]
-    assert [walk.outcome for walk in walks] == ["finished", "finished"]
-    assert [walk.touchdowns["strikes"][1] for walk in walks] == [1, 1]
-    # the slip of the stance foot, which the hybrid engine's has not, is some mm
-    assert walks[0].touchdowns["x"] == pytest.approx(walks[1].touchdowns["x"], abs=0.01)
-
-
 def flown(
     simulation: Simulation,
     place: tuple[float, float],
@@ -131,23 +115,6 @@ def flown(
     return lengths, places, u
 
 
-@pytest.mark.parametrize("timestep", [2e-4, 4e-3])
-def test_steps_become_shorter_and_the_last_one_lands(timestep: float, controller: AdaptiveController) -> None:
-    ground = Terrain.incline(3.0)
-    simulation = started(controller, ground, timestep=timestep)
-    for height, falling in ((0.02, 0.5), (0.003, 1.5)):
-        start = (0.3, ground.height_at(0.3) + height)
-        lengths, places, u = flown(simulation, start, (0.8, -falling), lambda x, z: z < ground.height_at(x))
-        x, z = places[-1]
-        assert ground.height_at(x) - z == pytest.approx(step_size.DEPTH, abs=1e-12)
-        assert (u.planned, u.plain) == (1e-5, 1.0)
-        # the approach began in time, so that the last step is as long as planned, but for the shortest step there is
-        assert lengths[-1] == pytest.approx(1e-5, abs=2.0 * SHORTEST)
-        assert max(lengths) <= timestep
-        shortened = sum(length < timestep for length in lengths)
-        assert shortened < 2 * math.log(timestep / 1e-5, step_size.SHORTER) + 4  # few: the approach, and what rounds
-
-
 @pytest.mark.parametrize(("height", "short"), [(0.01, True), (0.0305, True), (0.04, False)])
 def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, controller: AdaptiveController) -> None:
     """Of a foot that comes to 1 mm ahead of it in the next two steps, or lies beside it, not far over its top."""
@@ -171,26 +138,3 @@ def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveControlle
         assert found.following == 1e-3
         u.next_control = 0.2011
         assert step_size.step_lengths(simulation.constants, u, AWAY, 1.0).length == 1e-3
-
-
-@pytest.mark.parametrize(
-    ("x", "z", "low", "high", "there"),
-    [
-        (0.95, 0.0, 0.9, 1.1, True),  # up a riser ahead
-        (0.95, 0.0309, 0.9, 1.1, True),
-        (0.95, 0.0311, 0.9, 1.1, False),  # over its top
-        (0.95, 0.0, 0.9, 0.99, False),  # not reached
-        (0.95, 0.0, 1.01, 1.1, False),
-        (1.05, 0.0, 0.9, 1.1, True),  # behind
-        (2.05, 0.0, 1.9, 2.1, True),  # behind, the foot having stepped down from it
-        (2.05, 0.0311, 1.9, 2.1, False),
-        (1.95, 0.0309, 1.9, 2.1, True),
-        (2.95, -0.1, 2.9, 3.1, False),  # a change of slope is no face
-    ],
-)
-def test_where_a_face_is_met(
-    x: float, z: float, low: float, high: float, there: bool, controller: AdaptiveController
-) -> None:
-    ground = Terrain((-5.0, 1.0, 2.0, 3.0), (0.0, 0.03, 0.0, 0.0), (0.0, 0.0, 0.0, 0.1))
-    c = started(controller, ground, timestep=1e-3).constants
-    assert step_size.face_between(c, x, z, low, high, 1e-3) == there
