@@ -1,4 +1,4 @@
-"""The hybrid engine: the paper's equations against other integrators, published figures, and MuJoCo."""
+"""The hybrid engine as an integrator: tolerance, breaks of a law, and torques that are no numbers."""
 
 import math
 from collections.abc import Sequence
@@ -12,8 +12,6 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.engines.hybrid.run import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
-
-SLOPE = math.radians(2)
 
 
 def hybrid(controller: Controller, terrain: Terrain, **arguments: Any) -> mjbiped.Walk:
@@ -41,7 +39,7 @@ def test_tolerance_converges(controller: AdaptiveController, gait: mjbiped.Gait)
             robot=controller.robot,
             q=gait.start[:2].tolist(),
             dq=gait.start[2:].tolist(),
-            steps=40,
+            steps=12,
             sample_period=None,
             tolerance=tolerance,
         )
@@ -94,7 +92,7 @@ def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> 
     ends = {
         start: hybrid(Gap(9.0, 0.0), Terrain.incline(2.0), initial=start, **walks).end[0] for start in starts.values()
     }
-    cases = [(start, first, 2e-3) for start in ends for first in np.linspace(0.05, 0.6, 20)]
+    cases = [(start, first, 2e-3) for start in ends for first in np.linspace(0.05, 0.6, 5)]
     cases += [(start, end - length / 2, length) for start, end in ends.items() for length in (1e-9, 1e-7, 1e-5, 1e-4)]
     outcomes = set()
     for start, first, length in cases:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulations import assert_resumes, started, state_of
+from simulations import started
 
 import mjbiped
 from controllers import KneedController, PassiveController
@@ -14,7 +14,6 @@ from mjbiped.control.registry import make_controller
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import scene
-from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.rules.termination import Outcome
@@ -152,28 +151,3 @@ def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> Non
     assert sooner(closing, open_still, 1e-5) == sooner(open_still, closing, 1e-5) == closing
     ending = Lengths(4e-6, 1e-5, False)  # but one that needs a shorter step has it
     assert sooner(closing, ending, 1e-5) == sooner(ending, closing, 1e-5) == ending
-
-
-ONTO_BENT_KNEES = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("settings", [{}, pytest.param({"stance_knee": "motor"}, marks=pytest.mark.slow)], ids=str)
-def test_resumes_bitwise_from_any_moment(settings: Any) -> None:
-    """Saved in mid-swing, about each strike of a knee and of a foot, straight and bent, and in the step after."""
-
-    def build() -> Simulation:
-        grip = mjbiped.Disturbances(friction=5.0)
-        return started(LAW, ONTO_BENT_KNEES, compile=True, disturbances=grip, **settings)
-
-    length, whole, saved = 0, build(), {}
-    before: tuple[float, ...] = ()
-    while whole.state.count < 3.0 or whole.state.time < whole.state.transfer_time + 0.1:
-        u = whole.state
-        now = (u.noted, u.struck, u.strikes, u.strikes_next, u.count, u.locked)
-        if now != before or length in (1, 300):
-            saved[length] = state_of(whole)
-        before, length = now, length + whole.advance(1)
-    assert not whole.over
-    assert len(saved) >= 10
-    assert_resumes(saved, length, whole, build)

@@ -1,5 +1,6 @@
 """The MuJoCo engine as a machine: machine code, memory, resuming, outcomes."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 from simulations import assert_resumes, started, state_of
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
 from mjbiped.control.controller import Law
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.numerics.jit import raises
@@ -89,19 +90,36 @@ def test_forward_calls_between_steps_change_nothing(controller: AdaptiveControll
     assert state_of(plain) == state_of(disturbed)
 
 
-@pytest.mark.parametrize("settings", [{}, {"lands": False}], ids=["landing", "plain"])
-def test_resumes_bitwise_from_any_moment(settings: dict[str, Any], controller: AdaptiveController) -> None:
-    """Saved in mid-swing, just before a touchdown, between its contact step and the transfer, and just after it."""
+KNEED = mjbiped.KneedBiped()
+ONTO_BENT_KNEES = Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
+RESUMED: dict[str, tuple[float, dict[str, Any]]] = {
+    "landing": (2.0, {}),
+    "plain": (2.0, {"lands": False}),
+    "knees": (3.0, {"disturbances": mjbiped.Disturbances(friction=5.0)}),
+    "servo": (3.0, {"disturbances": mjbiped.Disturbances(friction=5.0), "stance_knee": "motor"}),
+}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", RESUMED)
+def test_resumes_bitwise_from_any_moment(name: str, controller: AdaptiveController) -> None:
+    """Saved in mid-swing, about each strike of a knee and of a foot, straight and bent, and in the step after."""
+    steps, settings = RESUMED[name]
+    law: Controller = controller
+    if name in ("knees", "servo"):
+        law = KneedController(KNEED, mjbiped.find_kneed_gait(KNEED, math.radians(2.5)))
 
     def build() -> Simulation:
-        return started(controller, Terrain.mixed(), **settings)
+        return started(law, Terrain.mixed() if law is controller else ONTO_BENT_KNEES, compile=True, **settings)
 
-    whole, saved, length, before = build(), {}, 0, (0.0, 0.0)
-    while whole.state.count < 2.0 or whole.state.time < whole.state.transfer_time + 0.05:
-        now = whole.state.noted, whole.state.count
-        if length in (1, 300) or now != before:
+    whole, saved, length, before = build(), {}, 0, ()
+    while whole.state.count < steps or whole.state.time < whole.state.transfer_time + 0.1:
+        u = whole.state
+        now: Any = (u.noted, u.struck, u.strikes, u.strikes_next, u.count, u.locked)
+        if now != before or length in (1, 300):
             saved[length] = state_of(whole)
         before, length = now, length + whole.advance(1)
+    assert not whole.over
     assert len(saved) >= 6
     assert_resumes(saved, length, whole, build)
 

@@ -17,26 +17,18 @@ from mjbiped.engines.mujoco.state import State
 
 Terrain = mjbiped.Terrain
 AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
-GROUNDS = {
-    "level": Terrain.level(),
-    "down 3": Terrain.incline(3.0),
-    "up 3": Terrain.incline(-3.0),
-    "slopes": Terrain.slopes(change_deg=-1.0),
-    "stairs -0.06": Terrain.stairs(rise=-0.06),
-    "stairs +0.006": Terrain.stairs(rise=0.006),
-    "mixed": Terrain.mixed(),
-    **{f"random {seed}": Terrain.random(seed=seed) for seed in (3, 5)},
-}
 
 
-@pytest.mark.parametrize("timestep", [2e-4, 2e-3])
-@pytest.mark.parametrize("name", ["level", "mixed", "stairs -0.06", "random 3"])
+@pytest.mark.parametrize(
+    ("terrain", "timestep"),
+    [(Terrain.stairs(rise=-0.06), 2e-4), (Terrain.random(seed=3), 2e-3)],
+    ids=["stairs", "random"],
+)
 def test_a_step_ends_where_the_foot_meets_the_ground(
-    name: str, timestep: float, controller: AdaptiveController
+    terrain: Terrain, timestep: float, controller: AdaptiveController
 ) -> None:
     """An Euler step is known before it is made. The contact step that follows is as long as it should be."""
-    terrain = GROUNDS[name]
-    simulation = started(controller, terrain, steps=6, timestep=timestep)
+    simulation = started(controller, terrain, steps=4, timestep=timestep)
     data, u, length = simulation.data, simulation.state, simulation.constants.leg_length
     heights, lengths = [], []
     while not u.outcome:
@@ -47,9 +39,9 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
         if u.noted:
             heights.append(z - terrain.height_at(x))
             assert (lengths[-1], u.effective_step, u.plain) == (1e-5, 1e-5, 1.0)
-    assert len(heights) == 6
+    assert len(heights) == 4
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
-    assert heights == pytest.approx([-step_size.DEPTH] * 6, abs=3e-9)
+    assert heights == pytest.approx([-step_size.DEPTH] * 4, abs=3e-9)
     assert max(lengths) == timestep
     assert min(lengths) > 0.0
 
