@@ -136,20 +136,6 @@ def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
     assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
 
 
-def test_a_lock_stays_as_bent_as_it_is_where_the_ground_is_built_anew() -> None:
-    """What a model is to have written into it follows from the state at each step."""
-    simulation = simulated(ONTO_BENT_KNEES, 3)
-    for u in stepped(simulation, 1):
-        if u.count == 2.0 and u.time > u.transfer_time:
-            break
-    lock = simulation.constants.legs[int(u.stance)].lock
-    bend = float(simulation.model.eq_data[lock, 0])
-    assert bend > 0.4
-    simulation.model.eq_data[:] = 0.0
-    simulation.advance(1)
-    assert simulation.model.eq_data[lock, 0] == bend
-
-
 def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -> None:
     ground, motor = mjbiped.Terrain.incline(2.0), mjbiped.Mujoco(stance_knee="motor")
     with pytest.raises(InputError, match=r'stance_knee = "motor" needs a robot with knees'):
