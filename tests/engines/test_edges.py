@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from simulations import find_contacts, make_simulation
 
 import mjbiped
@@ -18,12 +16,8 @@ from mjbiped.terrain.profile import (
     BESIDE,
     EDGE,
     OVER,
-    Profile,
     height_of,
-    height_over_ground,
-    segment_met,
     segment_stood_on,
-    segment_under,
 )
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
@@ -177,44 +171,6 @@ def test_normals_are_the_grounds(name: str) -> None:
             faces = [normal for normal in normals if abs(normal[2]) <= 0.1]
             assert all(abs(normal[0]) == pytest.approx(1.0, abs=1e-9) for normal in faces)
     assert met == 10
-
-
-@settings(max_examples=300, deadline=None)
-@given(
-    rises=st.lists(st.sampled_from([0.0, 0.0, 2e-5, -2e-5, 1e-3, -1e-3, 0.03, -0.5]), min_size=1, max_size=4),
-    gradients=st.lists(st.floats(-0.7, 0.7), min_size=5, max_size=5),
-    widths=st.lists(st.sampled_from([5e-4, 0.01, 1.0]), min_size=4, max_size=4),
-    nearest=st.integers(0, 3),
-    away=st.floats(-2e-3, 2e-3),
-    lift=st.sampled_from([0.0, 1e-6, -1e-6, 0.9 * EDGE, -0.9 * EDGE, 2 * EDGE, -2 * EDGE, 1e-3, -1e-3, 0.4, -0.4]),
-)
-def test_a_foot_stands_under_itself(
-    rises: list[float], gradients: list[float], widths: list[float], nearest: int, away: float, lift: float
-) -> None:
-    """The segment under a foot, or, beside a face that it lies below the edge of, the lower one."""
-    x, z = [0.0], [0.0]
-    for rise, width, gradient in zip(rises, widths, gradients, strict=False):
-        x.append(x[-1] + width)
-        z.append(z[-1] + gradient * width + rise)
-    profile = Profile(x, z, gradients[: len(x)], len(x))
-    at = x[min(nearest, len(rises)) if nearest else 1] + away
-    height = height_of(profile, segment_under(profile, at), at) + lift
-    under, on = segment_under(profile, at), segment_stood_on(profile, at, height)
-    if on == under:
-        return
-    assert abs(on - under) == 1
-    face = x[max(on, under)]
-    assert abs(at - face) <= BESIDE
-    drop = height_of(profile, under, face) - height_of(profile, on, face)
-    if lift < -EDGE:
-        assert drop > EDGE
-    else:  # on the very edge
-        assert abs(at - face) <= OVER
-        assert drop < 0.0 < lift
-        assert lift + drop >= -EDGE - 1e-15  # rounding of heights below 1 m
-    met = segment_met(profile, at, height)
-    assert met in (on, under)
-    assert height_over_ground(profile, at, height) == height - height_of(profile, met, at)
 
 
 def test_a_foot_on_the_very_edge() -> None:

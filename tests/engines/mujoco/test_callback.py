@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from golden_walks import GROUNDS, ROBOTS
 from simulations import put, started, state_of
 
 import mjbiped
@@ -20,7 +21,6 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.records.columns import index_of, tables_of
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
 Terrain = mjbiped.Terrain
@@ -43,15 +43,15 @@ def test_example_of_the_docstring_runs() -> None:
     assert names["simulation"].outcome is Outcome.WALKING
 
 
-EVERY: dict[str, tuple[Robot, str, Terrain]] = {
-    "compass": (mjbiped.Compass(), "adaptive", LEVEL),
-    "sole": (mjbiped.Compass(sole=(0.1, 0.1)), "adaptive", Terrain.mixed()),
-    "kneed": (mjbiped.KneedBiped(), "adaptive", Terrain.mixed()),
-    "pads": (mjbiped.FootedCompass(), "supervised", LEVEL),
-    "boxes": (mjbiped.FootedCompass(underside="box"), "supervised", LEVEL),
-    "round": (mjbiped.RoundCompass(), "passive", Terrain.incline(2.0)),
-    "round knees": (mjbiped.RoundKneed(), "passive", Terrain.incline(2.0)),
-    "wheel": (mjbiped.RimlessWheel(), "passive", Terrain.incline(8.0)),
+EVERY: dict[str, tuple[str, str]] = {
+    "compass": ("adaptive", "level"),
+    "sole": ("adaptive", "mixed"),
+    "kneed": ("adaptive", "mixed"),
+    "footed": ("supervised", "level"),
+    "boxes": ("supervised", "level"),
+    "round": ("passive", "2 down"),
+    "round kneed": ("passive", "2 down"),
+    "wheel": ("passive", "8 down"),
 }
 
 
@@ -60,7 +60,8 @@ EVERY: dict[str, tuple[Robot, str, Terrain]] = {
 @pytest.mark.parametrize("name", EVERY)
 def test_plain_steps_drive_every_robot(name: str) -> None:
     """Contacts are as the step before says: what that makes in six steps of a walk, against steps of stages."""
-    robot, law, ground = EVERY[name]
+    robot, (law, place) = ROBOTS[name], EVERY[name]
+    ground = GROUNDS[place]
     controller = make_controller(law, robot, {})
     simulation = mjbiped.Mujoco().simulation(controller, ground, steps=6, robot=robot)
     with simulation.callbacks():

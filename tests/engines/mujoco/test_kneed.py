@@ -1,4 +1,4 @@
-"""The biped with knees in MuJoCo: both impacts against the maps, the hybrid engine, and what it does at a step."""
+"""The biped with knees in MuJoCo: its motors at touchdowns, stubs, faces, and steps that lead to gaps."""
 
 import math
 from types import SimpleNamespace
@@ -37,22 +37,51 @@ def test_a_torque_that_is_no_number_is_named() -> None:
     assert any("Broken.torque gives nan for the hip torque at t = 0.02 " in text for text in found.warnings)
 
 
+class Constant(Unpowered):
+    """Torques too small to matter."""
+
+    def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
+        return 1e-6, 2e-6, 1e-7
+
+
 def test_motors_hold_their_torques_between_ticks_and_not_those_of_other_joints() -> None:
     """At the touchdown the ankle and the knee are other ones, and the hip's torque is between the legs in new roles."""
-
-    class Constant(Unpowered):
-        def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
-            return 0.1, 0.2, 0.01
-
-    engine = mjbiped.Mujoco(control_period=0.25)
-    ground = mjbiped.Terrain.incline(2.5)
-    found = mjbiped.walk(Constant(), ground, robot=ROBOT, engine=engine, steps=2, sample_period=1e-3)
-    samples, touchdown = found.samples, found.touchdowns["time"][0]
-    tick = 0.25 * math.ceil(touchdown / 0.25)
+    samples, _, touchdown, tick = constant(control_period=0.25)
     held = samples["torque"][(samples["time"] > touchdown - 1e-9) & (samples["time"] < tick - 1e-9)]
     assert len(held) > 20
-    np.testing.assert_array_equal(held, np.tile([0.0, -0.2, 0.0], (len(held), 1)))
+    np.testing.assert_array_equal(held, np.tile([0.0, -2e-6, 0.0], (len(held), 1)))
     assert not samples["torque"][samples["locked"] == 1, 2].any()
+
+
+def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
+    """The hip's torque acts after the touchdown with the other sign; the knee that it was for is locked by then."""
+    samples, end, touched, _ = constant(control_period=0.005, delay=0.1)
+    time, (hip, knee) = samples["time"], samples["torque"][:, 1:].T
+    before, after = (time > touched - 0.08) & (time < touched - 1e-9), (time > touched) & (time < touched + 0.09)
+    later = (time > touched + 0.106) & (time < end - 1e-9) & (samples["locked"] == 0)
+    assert (hip[before] == 2e-6).all()
+    assert (hip[after] == -2e-6).all()
+    assert not knee[before | after].any()  # it is locked
+    assert (hip[later] == 2e-6).all()
+    assert (knee[later] == 1e-7).all()
+
+
+def constant(**disturbances: Any) -> tuple[Any, float, float, float]:
+    """Samples of two steps under constant torques, their end, the first touchdown, and the tick behind it, s."""
+    loop = mjbiped.Disturbances(**disturbances)
+    start = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)).start
+    found = mjbiped.walk(
+        Constant(),
+        mjbiped.Terrain.incline(2.5),
+        robot=ROBOT,
+        initial=start.tolist(),
+        steps=2,
+        sample_period=1e-3,
+        disturbances=loop,
+    )
+    first, last = found.touchdowns["time"]
+    period = disturbances["control_period"]
+    return found.samples, last, first, period * math.ceil(first / period)
 
 
 @pytest.mark.parametrize(
