@@ -35,7 +35,7 @@ WANTED = 0.95
 """Share of the mutants that the tests have to notice."""
 
 _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
-_WALKS, _EQUATIONS = "engines/conformance/test_golden.py", "engines/conformance/test_equations.py"
+_WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
 ROOMS = {
     "controllers/kneed.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py", _WALKS, _EQUATIONS),
