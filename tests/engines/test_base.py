@@ -80,8 +80,9 @@ def test_an_engine_of_ones_own(passive: Controller, capsys: pytest.CaptureFixtur
 
 def test_settings_stand_in_the_record_and_short_words_mean_the_defaults(passive: Controller) -> None:
     slope, settings = Terrain.incline(2.0), {"timestep": 4e-4, "control_period": 8e-4, "lands": False}
-    for engine, given in ((mjbiped.Mujoco, settings), (mjbiped.Hybrid, {"tolerance": 1e-10})):
-        walk = mjbiped.walk(passive, slope, engine=engine(**given), steps=1)  # type: ignore[operator]
+    engines: list[tuple[Any, dict[str, Any]]] = [(mjbiped.Mujoco, settings), (mjbiped.Hybrid, {"tolerance": 1e-10})]
+    for engine, given in engines:
+        walk = mjbiped.walk(passive, slope, engine=engine(**given), steps=1)
         assert {name: walk.settings[name] for name in given} == given
         short, long = (mjbiped.walk(passive, slope, engine=each, steps=1) for each in (engine.name, engine()))
         assert short == long

@@ -116,10 +116,10 @@ def steps_in(walk: mjbiped.Walk, bodies: FreeRobot) -> Iterator[Step]:
             angles = rows["knee_q"][row] + slope
             bent = float(robot.flexion(qpos, stance))
             rolled = bodies.radius * (rows["knee_q"][row][0] - first["q"][0]) * np.exp(-1j * slope)
-            end = bodies.ends[stance].place(qpos) + rolled
-            struck = np.array(robot.posture((end.real, end.imag), stance, angles, bent, slope))
-            before, after = (bodies.rates(struck, stance, rows[name][row], slope) for name in KNEE)
-            knee = struck, before, after
+            centre = bodies.ends[stance].place(qpos) + rolled
+            struck = np.array(robot.posture((centre.real, centre.imag), stance, angles, bent, slope))
+            free, locked = (bodies.rates(struck, stance, rows[name][row], slope) for name in KNEE)
+            knee = struck, free, locked
         end = last, bodies.rates(last, stance, rows["dq_before"][row], slope)
         first = {name: rows[name][row] for name in BEGINS}
         after = last, bodies.rates(last, int(first["stance"]), first["dq"], float(first["slope"]))

@@ -11,7 +11,6 @@ from simulations import started
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.engines.mujoco import contacts, feet
-from mjbiped.records import measures
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
@@ -23,17 +22,6 @@ SHORT = 1e-4  # s: the engine's longest step with feet
 def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
     law = BoundedAnkleController(robot, GAIT)
     return mjbiped.walk(law, ground, engine="mujoco", steps=steps, **more)
-
-
-@pytest.fixture(scope="module")
-def level() -> mjbiped.Walk:
-    return on(mjbiped.Terrain.level(), steps=1)
-
-
-def test_a_standing_foot_does_not_tip(level: mjbiped.Walk) -> None:
-    assert level.touchdowns["tipped"].max() < 1e-4  # contacts give by some micrometres over 24 cm
-    assert level.touchdowns["slip"].max() < 1e-4
-    assert measures.summary(level)["verdict"] == measures.THROUGH
 
 
 @pytest.mark.slow
@@ -80,13 +68,6 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
     assert np.abs(walk.samples["slope"] - math.radians(-2.0)).max() > 0.01
 
 
-def test_a_box_stands_on_level_ground_as_pads_do(level: mjbiped.Walk) -> None:
-    """Its four corners are where the pads are."""
-    walk = on(mjbiped.Terrain.level(), steps=1, robot=FootedCompass(underside="box"))
-    assert walk.settings["ground"] == "boxes"
-    np.testing.assert_allclose(walk.touchdowns["dq"], level.touchdowns["dq"], atol=1e-3)
-
-
 def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
     """A foot that landed on an edge turns to it; what holds it parallel to the ground so far must give."""
     simulation = started(LAW, mjbiped.Terrain.level())
@@ -122,12 +103,11 @@ class Asking(BoundedAnkleController):
         return float(memory[self.support])
 
 
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-@pytest.mark.parametrize("disturbances", [mjbiped.Disturbances(), mjbiped.Disturbances(delay=0.001)])
-def test_a_law_is_told_what_the_record_tells(engine: str, disturbances: mjbiped.Disturbances) -> None:
+@pytest.mark.parametrize(("engine", "delay"), [("hybrid", 0.0), ("hybrid", 1e-3), ("mujoco", 1e-3)])
+def test_a_law_is_told_what_the_record_tells(engine: str, delay: float) -> None:
     robot = FootedCompass(sole=(0.11, 0.12))
     law, ground = Asking(robot, GAIT), mjbiped.Terrain.level()
-    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=disturbances)
+    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=mjbiped.Disturbances(delay=delay))
     assert walk.touchdowns["slope_estimate_before"].tolist() == [0.0]
     np.testing.assert_array_equal(walk.touchdowns["slope_estimate"], walk.touchdowns["support_behind"])
     np.testing.assert_allclose(walk.touchdowns["support_behind"], 0.11, atol=1e-4)

@@ -1,5 +1,7 @@
 """The MJCF files by themselves: they load, step without a warning, and every part is named."""
 
+from typing import Any, cast
+
 import mujoco
 import numpy as np
 import pytest
@@ -61,15 +63,14 @@ def test_a_file_is_the_default_robot(file: str, robot: Robot) -> None:
 def test_keyframes_stand_on_their_ground(file: str, gait: mjbiped.Gait) -> None:
     """`gait` is the cycle's post-impact state, its stance foot at the origin; the files' numbers have 8 decimals."""
     model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml"))
-    data, found = mujoco.MjData(model), gait
-    legs, rates = [2, 3], [0, 1]
+    data, found, legs, rates = mujoco.MjData(model), cast(Any, gait), [2, 3], [2, 3]
     if file == "kneed":
         found, legs, rates = mjbiped.find_kneed_gait(mjbiped.KneedBiped(), np.radians(2.5)), [2, 4], [3, 4]
     mujoco.mj_resetDataKeyframe(model, data, model.key("gait").id)
     mujoco.mj_kinematics(model, data)
     assert data.geom("left_foot").xpos == pytest.approx([0, 0, 0], abs=1e-8)
     assert data.qpos[legs] - found.slope == pytest.approx(found.start[:2], abs=1e-8)
-    assert data.qvel[legs] == pytest.approx(found.start[rates if file == "kneed" else [2, 3]], abs=1e-8)
+    assert data.qvel[legs] == pytest.approx(found.start[rates], abs=1e-8)
     theta, rate = data.qpos[2], data.qvel[2]
     assert data.qvel[:2] == pytest.approx([np.cos(theta) * rate, -np.sin(theta) * rate], abs=1e-8)
 
