@@ -35,34 +35,32 @@ WANTED = 0.95
 """Share of the mutants that the tests have to notice."""
 
 _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
+_WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
 ROOMS = {
     "controllers/kneed.py": ("control_laws/test_kneed.py",),
-    _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py",),
+    _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py", _WALKS, _EQUATIONS),
     _HYBRID + "guards.py": (
         "engines/hybrid/test_events.py",
         "engines/hybrid/test_simulation.py",
         "engines/hybrid/test_feet.py",
+        _WALKS,
     ),
-    _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", "engines/hybrid/test_accounting.py"),
+    _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", _WALKS, _EQUATIONS),
     _HYBRID + "resets.py": (
         "engines/hybrid/test_sliding.py",
         "engines/hybrid/test_kneed_impacts.py",
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
-        "engines/hybrid/test_accounting.py",
         "engines/hybrid/test_feet.py",
+        _WALKS,
     ),
-    _MUJOCO + "bearing.py": ("engines/mujoco/test_bearing.py", "engines/mujoco/test_kneed.py"),
+    _MUJOCO + "bearing.py": ("engines/mujoco/test_bearing.py", _WALKS),
     _MUJOCO + "collisions.py": ("engines/mujoco/test_collisions.py", "engines/mujoco/test_simulation.py"),
     _MUJOCO + "contacts.py": ("engines/mujoco/test_contacts.py", "engines/mujoco/test_feet.py"),
-    _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py",),
-    _MUJOCO + "motors.py": (
-        "engines/mujoco/test_kneed_motors.py",
-        "engines/mujoco/test_observation.py",
-        "engines/mujoco/test_kneed_stance.py",
-    ),
-    _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py"),
-    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py"),
+    _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py", _WALKS),
+    _MUJOCO + "motors.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed_stance.py", _WALKS),
+    _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py", _WALKS),
+    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
     "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
     "mjbiped/gaits/pieces.py": (
@@ -74,10 +72,9 @@ ROOMS = {
     "mjbiped/dynamics/integrate.py": ("dynamics/test_integrate.py",),
     "mjbiped/dynamics/linkage.py": (
         "dynamics/test_linkage.py",
-        "engines/hybrid/test_kneed_motion.py",
         "engines/hybrid/test_kneed_impacts.py",
-        "engines/hybrid/test_kneed_posture.py",
-        "engines/hybrid/test_kneed.py",
+        _EQUATIONS,
+        "engines/conformance/test_impacts.py",
     ),
     "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py"),
 }

@@ -47,6 +47,10 @@ GROUNDS: dict[str, Terrain] = {
     "random": Terrain.random(seed=3),
     "8 down": Terrain.incline(8.0),
     "treads": Terrain.treads(seed=1, tread=0.3, deviation=0.01),
+    "riser": Terrain.from_segments([(0.6, -6.0), (5.0, -6.0, 0.05)]),
+    "early riser": Terrain.from_segments([(0.55, 0.0), (20.0, 0.0, 0.08)]),
+    "later riser": Terrain.from_segments([(0.7, 0.0), (20.0, 0.0, 0.08)]),
+    "breaks": Terrain.from_segments([(0.25, 2.0), (0.5, 0.0), (0.35, -2.0), (9.0, 1.0, -0.01)]),
 }
 DISTURBED = Disturbances(
     angle_noise=1e-3, rate_noise=1e-2, delay=2e-3, control_period=1e-3, torque_limit=30.0, pushes=((0.5, 1.0),), seed=1
@@ -98,19 +102,28 @@ def _cases() -> list[Case]:
         ("round kneed", "passive", ("2 down",), BOTH),
         ("wheel", "passive", ("8 down",), BOTH),
     ]
-    made = [
-        Case(robot, law, ground, engine)
-        for robot, law, grounds, engines in asked
-        for ground in grounds
-        for engine in engines
+    later: list[tuple[str, str, tuple[str, ...], tuple[str, ...]]] = [
+        ("compass", "adaptive", ("riser", "breaks"), BOTH),
+        ("kneed", "adaptive", ("early riser",), BOTH),
+        ("kneed", "adaptive", ("later riser", "breaks"), ("hybrid",)),
+        ("footed", "adaptive", ("downstairs",), ("hybrid",)),
     ]
-    return [*made, *(Case("compass", "adaptive", "mixed", engine, True) for engine in BOTH)]
+    made, more = (
+        [
+            Case(robot, law, ground, engine)
+            for robot, law, grounds, engines in part
+            for ground in grounds
+            for engine in engines
+        ]
+        for part in (asked, later)
+    )
+    return [*made, *(Case("compass", "adaptive", "mixed", engine, True) for engine in BOTH), *more]
 
 
 CASES = _cases()
 
 
-def walked(case: Case, *, heavier: float = 0.0) -> mjbiped.Walk:
+def walked(case: Case, *, steps: int = STEPS, heavier: float = 0.0, **terms: Any) -> mjbiped.Walk:
     """Walk a case, with a gravity that is greater by a share."""
     robot = ROBOTS[case.robot]
     return mjbiped.walk(
@@ -118,8 +131,9 @@ def walked(case: Case, *, heavier: float = 0.0) -> mjbiped.Walk:
         GROUNDS[case.ground],
         engine=ENGINES[case.engine],
         robot=dataclasses.replace(robot, gravity=robot.gravity * (1.0 + heavier)),  # type: ignore[type-var]  # subclasses
-        steps=STEPS,
+        steps=steps,
         disturbances=DISTURBED if case.disturbed else None,
+        **terms,
     )
 
 

@@ -130,7 +130,7 @@ def find_contacts(simulation: Simulation) -> None:
 
 def recorded(simulation: Simulation) -> dict[str, Any]:
     """Walk to the end: all that is recorded, and the final state."""
-    recorder = Recorder()
+    recorder = Recorder(robot=type(simulation.plan.robot))
     simulate(simulation, recorder)
     return {**recorder.samples(), **recorder.touchdowns(), "state": np.frombuffer(state_of(simulation))}
 

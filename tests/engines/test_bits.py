@@ -10,34 +10,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from golden_walks import DISTURBED, GROUNDS, ROBOTS
 
 import mjbiped
-from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.compiling import VARIABLE
-from mjbiped.robots.robot import Robot
 
-ROBOTS: dict[str, Robot] = {
-    "compass": mjbiped.Compass(),
-    "sole": mjbiped.Compass(sole=(0.1, 0.1)),
-    "kneed": mjbiped.KneedBiped(),
-    "kneed on soles": mjbiped.KneedBiped(sole=(0.1, 0.1)),
-    "footed": mjbiped.FootedCompass(),
-    "round": mjbiped.RoundCompass(),
-    "round kneed": mjbiped.RoundKneed(),
-    "wheel": mjbiped.RimlessWheel(),
-}
+COMPARISON = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")
 LAWS = {
-    "compass": (
-        "adaptive",
-        "passive",
-        "library",
-        "policy",
-        "passivity",
-        "energy-constraint",
-        "kinetic-energy",
-        "limit-cycle",
-    ),
+    "compass": ("adaptive", "passive", "library", "policy", *COMPARISON),
     "sole": ("adaptive", "bounded-ankle", "supervised"),
     "kneed": ("adaptive", "passive"),
     "kneed on soles": ("adaptive", "bounded-ankle"),
@@ -46,34 +27,20 @@ LAWS = {
     "round kneed": ("passive",),
     "wheel": ("passive",),
 }
-PLANES = {
-    "level": Terrain.level(),
-    "2 degrees": Terrain.incline(2.0),
-    "3 degrees": Terrain.incline(3.0),
-    "1 degree up": Terrain.incline(-1.0),
-}
-GROUNDS = {
-    **PLANES,
-    "mixed": Terrain.mixed(),
-    "downstairs": Terrain.stairs(tread=1.8, rise=-0.03),
-    "upstairs": Terrain.stairs(tread=1.8, rise=0.01),
-    "random": Terrain.random(seed=3),
-}
-DISTURBED = Disturbances(
-    angle_noise=1e-3, rate_noise=1e-2, delay=2e-3, control_period=1e-3, torque_limit=30.0, pushes=((0.5, 1.0),), seed=1
-)
+PLANES = ("level", "2 down", "3 down", "3 up")
+UNEVEN = ("mixed", "downstairs", "upstairs", "random", "early riser")
 QUICK = {
     ("hybrid", "compass", "adaptive", "upstairs", ""),
-    ("hybrid", "compass", "passive", "3 degrees", ""),
+    ("hybrid", "compass", "passive", "3 down", ""),
     ("mujoco", "compass", "adaptive", "mixed", "disturbed"),
-    ("mujoco", "kneed", "passive", "3 degrees", ""),
+    ("mujoco", "kneed", "passive", "3 down", ""),
 }
 
 
 def cases() -> Iterator[Any]:
     for robot, laws in LAWS.items():
         for law in laws:
-            for ground in PLANES if ROBOTS[robot].radius else GROUNDS:
+            for ground in PLANES if ROBOTS[robot].radius else (*PLANES, *UNEVEN):
                 for disturbed in ("", "disturbed") if ground == "mixed" else ("",):
                     for engine in ("hybrid", "mujoco"):
                         case = engine, robot, law, ground, disturbed
@@ -102,7 +69,7 @@ def test_both_ways_make_the_same_walk(
                 engine=engine,
                 robot=ROBOTS[robot],
                 steps=2 if robot == "footed" else 4,
-                initial="rest" if law == "passive" and "degrees" not in ground else "gait",
+                initial="rest" if law == "passive" and "down" not in ground else "gait",
                 disturbances=DISTURBED if disturbed else None,
             )
         except mjbiped.MjbipedError as error:  # such as no gait on this ground
@@ -110,3 +77,11 @@ def test_both_ways_make_the_same_walk(
         else:
             found.append(everything(walk))
     assert found[0] == found[1]
+
+
+def test_again_it_is_the_same_walk() -> None:
+    """And in threads."""
+    for engine in ("hybrid", "mujoco"):
+        law, ground = make_controller("adaptive", ROBOTS["kneed"], {}), GROUNDS["3 up"]
+        first = mjbiped.walk(law, ground, engine=engine, steps=1)
+        assert mjbiped.walk_many([law] * 3, ground, engine=engine, steps=1, workers=2) == [first] * 3

@@ -1,12 +1,10 @@
 """Feet set about every kind of break: which segment they stand on, in both engines, and what the impact is there."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from simulations import find_contacts, make_simulation
 
 import mjbiped
@@ -18,20 +16,15 @@ from mjbiped.terrain.profile import (
     BESIDE,
     EDGE,
     OVER,
-    Profile,
     height_of,
-    height_over_ground,
-    segment_met,
     segment_stood_on,
-    segment_under,
 )
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
 OFFSETS = (-1e-3, -1.1e-4, -8e-5, -5e-5, -2e-5, -3e-6, 3e-6, 2e-5, 5e-5, 8e-5, 1.1e-4, 1e-3)
 
 
-@dataclass(frozen=True)
-class Break:
+class Break(NamedTuple):
     """A break of the ground.
 
     Attributes:
@@ -123,25 +116,20 @@ def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dro
         assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge
 
 
+@pytest.mark.parametrize(
+    ("name", "upper"),
+    [
+        pytest.param(name, upper, marks=() if name in FEW and upper else pytest.mark.slow)
+        for name in BREAKS
+        for upper in (True, False)
+    ],
+)
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-@pytest.mark.parametrize("name", FEW)
-def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
-    made = BREAKS[name]
-    dropped = Dropped(gait, engine, made)
-    foothold = dropped.foothold(upper=True)
-    for offset in OFFSETS[1::2]:
-        check(made, engine, offset, foothold, dropped)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("upper", [True, False])
-@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-@pytest.mark.parametrize("name", BREAKS)
-def test_feet_about_every_kind_of_break(name: str, engine: str, upper: bool, gait: mjbiped.Gait) -> None:
+def test_feet_about_a_break(name: str, upper: bool, engine: str, gait: mjbiped.Gait) -> None:
     made = BREAKS[name]
     dropped = Dropped(gait, engine, made)
     foothold = dropped.foothold(upper=upper)
-    for offset in OFFSETS:
+    for offset in OFFSETS[1::2] if name in FEW else OFFSETS:
         check(made, engine, offset, foothold, dropped)
 
 
@@ -185,44 +173,6 @@ def test_normals_are_the_grounds(name: str) -> None:
     assert met == 10
 
 
-@settings(max_examples=300, deadline=None)
-@given(
-    rises=st.lists(st.sampled_from([0.0, 0.0, 2e-5, -2e-5, 1e-3, -1e-3, 0.03, -0.5]), min_size=1, max_size=4),
-    gradients=st.lists(st.floats(-0.7, 0.7), min_size=5, max_size=5),
-    widths=st.lists(st.sampled_from([5e-4, 0.01, 1.0]), min_size=4, max_size=4),
-    nearest=st.integers(0, 3),
-    away=st.floats(-2e-3, 2e-3),
-    lift=st.sampled_from([0.0, 1e-6, -1e-6, 0.9 * EDGE, -0.9 * EDGE, 2 * EDGE, -2 * EDGE, 1e-3, -1e-3, 0.4, -0.4]),
-)
-def test_a_foot_stands_under_itself(
-    rises: list[float], gradients: list[float], widths: list[float], nearest: int, away: float, lift: float
-) -> None:
-    """The segment under a foot, or, beside a face that it lies below the edge of, the lower one."""
-    x, z = [0.0], [0.0]
-    for rise, width, gradient in zip(rises, widths, gradients, strict=False):
-        x.append(x[-1] + width)
-        z.append(z[-1] + gradient * width + rise)
-    profile = Profile(x, z, gradients[: len(x)], len(x))
-    at = x[min(nearest, len(rises)) if nearest else 1] + away
-    height = height_of(profile, segment_under(profile, at), at) + lift
-    under, on = segment_under(profile, at), segment_stood_on(profile, at, height)
-    if on == under:
-        return
-    assert abs(on - under) == 1
-    face = x[max(on, under)]
-    assert abs(at - face) <= BESIDE
-    drop = height_of(profile, under, face) - height_of(profile, on, face)
-    if lift < -EDGE:
-        assert drop > EDGE
-    else:  # on the very edge
-        assert abs(at - face) <= OVER
-        assert drop < 0.0 < lift
-        assert lift + drop >= -EDGE - 1e-15  # rounding of heights below 1 m
-    met = segment_met(profile, at, height)
-    assert met in (on, under)
-    assert height_over_ground(profile, at, height) == height - height_of(profile, met, at)
-
-
 def test_a_foot_on_the_very_edge() -> None:
     """A step up of 30 mm at 1 m: feet on its edge, on its face, at its foot and in it."""
     profile = Terrain.from_segments([(1.0, 0.0), (1.0, 0.0, 0.03)]).profile
@@ -238,32 +188,6 @@ def test_a_foot_on_the_very_edge() -> None:
         (math.nan, 0.0, 1),
     ):
         assert segment_stood_on(profile, x, z) == on, (x, z)
-
-
-@pytest.mark.slow
-def test_slopes_of_random_grounds(controller: AdaptiveController) -> None:
-    """30 grounds of slopes and steps, 60 steps each: every slope that is told is there, and the engines agree."""
-    agreed, walked, parted = 0, 0, 0
-    for seed in range(30):
-        terrain = Terrain.random(seed=seed)
-        there = mjbiped.walk(controller, terrain, steps=60, sample_period=None)
-        here = mjbiped.walk(controller, terrain, steps=60, engine="hybrid", sample_period=None)
-        for walk in (there, here):
-            rows = walk.touchdowns
-            for x, z, slope in zip(rows["x"], rows["z"], rows["slope"], strict=True):
-                on = segment_stood_on(terrain.profile, x, z, *EXACT[walk.settings["engine"]])
-                assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
-                agreed += 1
-        assert there.outcome == here.outcome == "finished"
-        walked += 1
-        if there.cost_of_transport != pytest.approx(here.cost_of_transport, rel=2e-3):
-            # footholds differ by some 0.3 mm after 50 steps: one so near to a break may be on its other side
-            found = mjbiped.compare(controller, terrain, steps=60).divergence
-            assert found is not None, seed
-            assert any(cause.startswith("an edge") for cause in found.causes), (seed, found.causes)
-            parted += 1
-    assert (agreed, walked) == (3600, 30)
-    assert parted <= 1  # seed 18, whose 51st foothold is 0.1 mm from a break
 
 
 def test_friction_on_a_joint_of_the_ground_is_that_of_both_its_sides(controller: AdaptiveController) -> None:

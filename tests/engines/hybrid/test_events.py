@@ -4,15 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
-from simulations import hybrid_simulation
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.hybrid import guards, meeting
-from mjbiped.engines.hybrid.state import swing_foot
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -90,24 +85,6 @@ def struck(controller: AdaptiveController) -> mjbiped.Walk:
     return mjbiped.walk(controller, terrain, engine="hybrid", steps=5, sample_period=SAMPLE_PERIOD)
 
 
-@pytest.mark.slow
-def test_foot_leaves_the_face_when_it_presses_no_more(struck: mjbiped.Walk) -> None:
-    walk, face, rise = struck, FACE, RISE
-    assert walk.outcome == "finished"
-    assert walk.touchdowns["strikes"].tolist() == [0, 0, 1, 0, 0]
-    foot = SwingFoot(walk, 2, face)
-    foot.check_face_impact(face)
-    forces, last = foot.forces(), foot.last
-    assert (forces <= 0.0).all()  # the face pushes, it never pulls
-    # the press fades: its line through the last two samples is zero before the next sample, where the foot is free
-    fading = (forces[-1] - forces[-2]) / SAMPLE_PERIOD
-    assert 0.0 <= -forces[-1] / fading <= SAMPLE_PERIOD
-    # from there the free foot draws back on its own, and lands below before the face
-    assert (foot.speed[last + 1 :] < 0.0).all()
-    assert foot.z[last] < rise
-    assert walk.touchdowns["x"][2] < face - 1e-3
-
-
 @pytest.mark.parametrize("later", [1.5e-5, 5e-5])  # s; this integration step goes on for 50 to 100 us after the release
 def test_foot_leaves_the_face_before_it_lands_in_the_same_integration_step(
     later: float, struck: mjbiped.Walk, controller: AdaptiveController
@@ -153,51 +130,3 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     assert walk.touchdowns["strikes"].tolist() == [1, 0, 0, 0, 0]
     assert walk.touchdowns["x"][0] > face + 0.1
     assert walk.touchdowns["z"][0] == pytest.approx(rise, abs=1e-12)
-
-
-@given(
-    st.sampled_from([0.0, 0.03, -0.05]), st.tuples(*[st.floats(-0.3, 0.3)] * 2), st.tuples(*[st.floats(-3.0, 3.0)] * 2)
-)
-@settings(deadline=None, derandomize=True)
-def test_what_a_landing_is_polished_with_is_the_clearance_and_its_rate(
-    slope: float, q: tuple[float, float], dq: tuple[float, float]
-) -> None:
-    """Newton's iteration takes the rate for the clearance's derivative; of a face, that of the distance to it."""
-    simulation = hybrid_simulation(Terrain.incline(math.degrees(slope)), (-0.2, 0.2, 1.0, 0.5))
-    c, w = simulation.constants, simulation.state
-    w.face_x, w.landing = 0.7, 0
-
-    def told(h: float) -> NDArray[np.float64]:
-        w.out[:4] = [*np.add(q, h * np.array(dq)), *dq]
-        return np.array([guards._gap(c, w, event) for event in (meeting.TOUCHDOWN, meeting.FACE_IMPACT)])
-
-    h = 1e-6
-    expected = (told(h)[:, 0] - told(-h)[:, 0]) / (2.0 * h)
-    # third derivatives of some 1e2 m/s^3 times h squared, and rounding over h
-    np.testing.assert_allclose(told(0.0)[:, 1], expected, rtol=0, atol=1e-8)
-    x, z = swing_foot(c, w, w.out)
-    assert told(0.0)[:, 0] == pytest.approx([z + math.tan(slope) * x, x - 0.7], abs=1e-13)
-
-
-places = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.05, 0.05), st.integers(0, 1))
-
-
-@given(places, places, st.floats(0.0, 0.03), st.floats(0.0, 1.0), st.tuples(*[st.floats(-1.0, 1.0)] * 2))
-@settings(deadline=None, derandomize=True)
-def test_no_interval_is_passed_over_in_which_the_foot_could_have_met_something(
-    here: meeting.Place, there: meeting.Place, room: float, share: float, astray: tuple[float, float]
-) -> None:
-    """Of a foot that strays no more than its room from a straight line: and every other interval is looked into."""
-    reach = mjbiped.ScuffingRule().reach
-    rounding = 1e-15
-    ends = np.array([here[:2], there[:2]])
-    ahead, clearance = (1.0 - share) * ends[0] + share * ends[1] + room * np.array(astray)
-    lowest, highest, farthest = ends[:, 1].min() - room, ends[:, 1].max() + room, ends[:, 0].max() + room
-    same = here[2] == there[2]
-    assert meeting.keeps_clear(room, here, there) == (same and bool(lowest > 0.0))
-    if meeting.keeps_clear(room, here, there):
-        assert clearance > -rounding
-    never = meeting.cannot_be_enabled(reach, room, here, there)
-    assert never == bool(farthest < reach or (same and highest < 0.0))
-    if never:
-        assert ahead < reach + rounding or clearance < rounding

@@ -9,10 +9,10 @@ from simulations import UNEQUAL, hybrid_simulation
 
 import mjbiped
 from controllers import Controller, Memory
-from mjbiped.dynamics.modes import FREE, LOCKED, RESTING, bend_stance_knee
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
 from mjbiped.engines.hybrid.motion import enter_mode
-from mjbiped.engines.hybrid.resets import lands, strike_knee, transfer_support
-from mjbiped.engines.hybrid.state import Constants, State, swing_foot
+from mjbiped.engines.hybrid.resets import lands
+from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
@@ -60,50 +60,6 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
     # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
     kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
     assert min(seen.count(kind) for kind in kinds) > 30
-
-
-@pytest.mark.parametrize("bent", [0.0, 0.3])
-@pytest.mark.parametrize("flexion", [0.0, 0.5])
-def test_a_transfer_leaves_the_robot_where_it_is_and_strikes_the_new_foot(bent: float, flexion: float) -> None:
-    """From one slope onto another, on unequal links; the drawn robot is the same before and after."""
-    ground = Terrain((-1.0, 0.2), (0.0, 0.0), (0.02, -0.03))
-    simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
-    c, w = simulation.constants, simulation.state
-    q, dq = np.array([0.15, -0.4, -0.4 + flexion]), np.array([1.1, 0.4, 0.4 - 2.0 * (flexion > 0.0)])
-    w.y[:6] = [*q, *dq]
-    bend(c, w, FREE if flexion else LOCKED, bent)
-    old_x, slope = w.foot_x, w.slope
-    foot_x, foot_z = swing_foot(c, w, w.y)
-    c.z = [0.0, foot_z - c.gradient[1] * (foot_x - c.x[1])]  # the foot is on it
-    transfer_support(c, w)
-    (new, swing, shank), rates = w.y[:3], w.y[3:6]
-    expected = UNEQUAL.rates_after_touchdown(q, dq, bent)
-    assert rates == pytest.approx(expected.tolist(), abs=1e-12)
-    assert (w.stance, w.stance_flexion, shank - swing) == pytest.approx((1.0, flexion, bent), abs=1e-15)
-    length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, flexion)
-    old_length, _ = bent_leg(UNEQUAL.thigh_length, UNEQUAL.shank_length, bent)
-    line = new + w.slope
-    hip = [foot_x + length * math.sin(line), foot_z + length * math.cos(line)]
-    assert hip[0] == pytest.approx(old_x + old_length * math.sin(q[0] + slope), abs=1e-12)
-    thigh, below = swing + w.slope, shank + w.slope
-    back = hip[0] - UNEQUAL.thigh_length * math.sin(thigh) - UNEQUAL.shank_length * math.sin(below)
-    assert back == pytest.approx(old_x, abs=1e-12)
-    assert w.locked == (FREE if bent else RESTING)
-
-
-def test_a_knee_that_strikes_locks_as_the_robots_map_has_it() -> None:
-    simulation = hybrid_simulation(Terrain.incline(2.0), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=UNEQUAL)
-    c, w = simulation.constants, simulation.state
-    q, dq = [0.1, -0.2, -0.2 - 1e-12], [1.0, 0.8, -1.5]
-    w.y[:6], w.elapsed = [*q, *dq], 0.4
-    bend(c, w, FREE, 0.0)
-    strike_knee(c, w)
-    _, rates = UNEQUAL.knee_impact(q, dq)
-    assert w.y[3:6] == pytest.approx(rates[[0, 1, 1]].tolist(), abs=1e-10)
-    assert w.y[2] == w.y[1] == q[1]
-    assert (w.locked, w.strike_time) == (LOCKED, 0.4)
-    assert w.strike_dq[:3] == dq
-    assert w.struck_dq[:3] == w.y[3:6]
 
 
 class Clocks(Controller):

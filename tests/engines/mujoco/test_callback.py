@@ -1,7 +1,6 @@
 """`mjcb_control`, which is all that acts in a loop of one's own: whom it drives, and what it leaves alone."""
 
 import copy
-import math
 import re
 import textwrap
 import threading
@@ -12,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from golden_walks import GROUNDS, ROBOTS
 from simulations import put, started, state_of
 
 import mjbiped
@@ -21,7 +21,6 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.records.columns import index_of, tables_of
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
 Terrain = mjbiped.Terrain
@@ -44,15 +43,15 @@ def test_example_of_the_docstring_runs() -> None:
     assert names["simulation"].outcome is Outcome.WALKING
 
 
-EVERY: dict[str, tuple[Robot, str, Terrain]] = {
-    "compass": (mjbiped.Compass(), "adaptive", LEVEL),
-    "sole": (mjbiped.Compass(sole=(0.1, 0.1)), "adaptive", Terrain.mixed()),
-    "kneed": (mjbiped.KneedBiped(), "adaptive", Terrain.mixed()),
-    "pads": (mjbiped.FootedCompass(), "supervised", LEVEL),
-    "boxes": (mjbiped.FootedCompass(underside="box"), "supervised", LEVEL),
-    "round": (mjbiped.RoundCompass(), "passive", Terrain.incline(2.0)),
-    "round knees": (mjbiped.RoundKneed(), "passive", Terrain.incline(2.0)),
-    "wheel": (mjbiped.RimlessWheel(), "passive", Terrain.incline(8.0)),
+EVERY: dict[str, tuple[str, str]] = {
+    "compass": ("adaptive", "level"),
+    "sole": ("adaptive", "mixed"),
+    "kneed": ("adaptive", "mixed"),
+    "footed": ("supervised", "level"),
+    "boxes": ("supervised", "level"),
+    "round": ("passive", "2 down"),
+    "round kneed": ("passive", "2 down"),
+    "wheel": ("passive", "8 down"),
 }
 
 
@@ -61,7 +60,8 @@ EVERY: dict[str, tuple[Robot, str, Terrain]] = {
 @pytest.mark.parametrize("name", EVERY)
 def test_plain_steps_drive_every_robot(name: str) -> None:
     """Contacts are as the step before says: what that makes in six steps of a walk, against steps of stages."""
-    robot, law, ground = EVERY[name]
+    robot, (law, place) = ROBOTS[name], EVERY[name]
+    ground = GROUNDS[place]
     controller = make_controller(law, robot, {})
     simulation = mjbiped.Mujoco().simulation(controller, ground, steps=6, robot=robot)
     with simulation.callbacks():
@@ -117,17 +117,7 @@ def test_extra_forward_calls_change_nothing(compile: bool, length: int, controll
 
 
 @both
-def test_zeroed_userdata_does_nothing(compile: bool, controller: AdaptiveController) -> None:
-    simulation = started(controller, LEVEL, compile=compile, **PLAIN)
-    mujoco.mj_resetData(simulation.model, simulation.data)
-    with simulation.callbacks():
-        steps(simulation, 10)
-    assert not simulation.data.ctrl.any()
-    assert not simulation.data.userdata.any()
-
-
-@both
-def test_copies_are_left_alone(compile: bool, controller: AdaptiveController) -> None:
+def test_neither_zeroed_userdata_nor_copies_are_driven(compile: bool, controller: AdaptiveController) -> None:
     """Of the data, or of the model as well: what is copied with them names the walk of which they are no part."""
     simulation = started(controller, LEVEL, compile=compile, **PLAIN)
     with simulation.callbacks():
@@ -137,6 +127,10 @@ def test_copies_are_left_alone(compile: bool, controller: AdaptiveController) ->
             mujoco.mj_step(model, data, nstep=10)
             assert not data.ctrl.any()
             assert state_of(simulation) == before
+        mujoco.mj_resetData(simulation.model, simulation.data)
+        steps(simulation, 10)
+    assert not simulation.data.ctrl.any()
+    assert not simulation.data.userdata.any()
 
 
 FALLING = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
@@ -241,64 +235,16 @@ def test_walks_of_many_gains_in_threads_are_as_alone(controller: AdaptiveControl
     assert len(set(ends)) == 3
 
 
-def in_threads(*calls: Callable[[], object]) -> None:
-    threads = [threading.Thread(target=call) for call in calls]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-
-
-def test_walks_in_python_in_threads_are_as_alone(controller: AdaptiveController) -> None:
-    """They wait for each other."""
-    walks: list[mjbiped.Walk] = []
-
-    def walk() -> None:
-        walks.append(mjbiped.walk(controller, LEVEL, steps=1))
-
-    in_threads(walk, walk)
-    walk()
-    assert walks[0] == walks[1] == walks[2]
-
-
-def walkers(threads: int = 1, count: int = 2) -> Walkers:
-    made = Walkers(WalkTask("walk_level", residual=True), count, threads=threads)
-    for index in range(count):
+def walkers() -> Walkers:
+    """Two robots of an environment, stepped by two threads."""
+    made = Walkers(WalkTask("walk_level", residual=True), 2, threads=2)
+    for index in range(2):
         made.begin(index, np.random.default_rng(index))
     return made
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("threads", [1, 2])
-def test_rows_leave_others_callbacks_and_are_not_driven_by_them(threads: int) -> None:
-    """Those who hear MuJoCo's warnings, too, as dm_control does; the robots walk as without them, bit by bit."""
-    felt, seen = [], []
-
-    def theirs(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        seen.append(model)
-
-    for control, hears in ((None, None), (theirs, seen.append)):
-        made = walkers(threads)
-        mujoco.set_mjcb_control(control)
-        mujoco.set_mju_user_warning(hears)
-        try:
-            standing = mujoco.get_mju_user_warning()
-            for _ in range(30):
-                made.step()
-            assert mujoco.get_mjcb_control() is control
-            assert mujoco.get_mju_user_warning() == standing
-        finally:
-            mujoco.set_mjcb_control(None)
-            mujoco.set_mju_user_warning(None)
-        felt.append(made.felt.copy())
-        made.close()
-    np.testing.assert_array_equal(felt[0], felt[1])
-    assert not seen
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_rows_and_walks_go_on_within_and_between_each_other(threads: int, controller: AdaptiveController) -> None:
-    alone, made = walkers(threads), walkers(threads)
+def test_rows_and_walks_go_on_within_and_between_each_other(controller: AdaptiveController) -> None:
+    alone, made = walkers(), walkers()
     for _ in range(3):
         alone.step()
     simulation = started(controller, LEVEL, **PLAIN)
@@ -313,22 +259,6 @@ def test_rows_and_walks_go_on_within_and_between_each_other(threads: int, contro
     np.testing.assert_array_equal(made.felt, alone.felt)
     for each in (alone, made):
         each.close()
-
-
-def test_rows_in_two_threads_do_not_mix() -> None:
-    """Each is bitwise as alone."""
-    rows: list[list[bytes]] = [[], [], []]
-
-    def episodes(into: list[bytes]) -> None:
-        one = Walkers(WalkTask("walk_random", residual=True))
-        one.begin(0, np.random.default_rng(3))
-        for _ in range(150):
-            one.step()
-            into.append(one.felt.tobytes())
-
-    in_threads(lambda: episodes(rows[0]), lambda: episodes(rows[1]))
-    episodes(rows[2])
-    assert rows[0] == rows[1] == rows[2]
 
 
 class Constant(Controller):
@@ -360,15 +290,3 @@ def test_controller_ticks_once_per_control_period(how: str) -> None:
         else:
             simulation.advance(20)
     assert asked == pytest.approx([0.0, 2e-3, 4e-3, 6e-3, 8e-3], abs=1e-15)
-
-
-def test_work_is_torque_times_way() -> None:
-    """Independent of the engine's own sums: a constant torque's work is the torque times the angle it moved through."""
-    simulation = started(Constant(), LEVEL, **PLAIN)
-    with simulation.callbacks():
-        steps(simulation, 401)
-        mujoco.mj_forward(simulation.model, simulation.data)  # counts the last step's work
-    left, right = simulation.data.qpos[2:]
-    # sums of 400 roundings
-    assert simulation.state.work_net == pytest.approx(0.5 * (right - left), rel=1e-10)
-    assert math.isclose(simulation.data.time, 401e-4, rel_tol=1e-9)

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulations import make_simulation, started, state_of
+from simulations import started
 
 import mjbiped
-from controllers import AdaptiveController, BoundedAnkleController, PassiveController
+from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.engines.mujoco import contacts, feet
-from mjbiped.records import measures
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
@@ -23,52 +22,6 @@ SHORT = 1e-4  # s: the engine's longest step with feet
 def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
     law = BoundedAnkleController(robot, GAIT)
     return mjbiped.walk(law, ground, engine="mujoco", steps=steps, **more)
-
-
-@pytest.fixture(scope="module")
-def level() -> mjbiped.Walk:
-    return on(mjbiped.Terrain.level(), steps=1)
-
-
-def impact_errors(walk: mjbiped.Walk) -> list[float]:
-    table = walk.touchdowns
-    rows = zip(table["q_before"], table["dq_before"], table["dq"], strict=True)
-    found = [(dq, walk.robot.rates_after_touchdown(q, before)) for q, before, dq in rows]
-    return [float(np.abs(dq - wanted).max() / np.abs(wanted).max()) for dq, wanted in found]
-
-
-@pytest.mark.slow
-def test_on_level_ground_it_walks_as_on_an_ideal_sole() -> None:
-    """But for the ankle's height, by which the ground's friction turns the leg: 2 cm of a leg of 1 m, on 0.35 %."""
-    level = on(mjbiped.Terrain.level())
-    ideal = mjbiped.walk(
-        BoundedAnkleController(mjbiped.Compass(sole=(0.12, 0.12)), GAIT),
-        mjbiped.Terrain.level(),
-        engine="hybrid",
-        steps=4,
-    )
-    assert level.cost_of_transport == pytest.approx(ideal.cost_of_transport, rel=0.01)
-    np.testing.assert_allclose(np.diff(level.touchdowns["x"]), np.diff(ideal.touchdowns["x"]), atol=1e-3)
-    np.testing.assert_allclose(level.touchdowns["dq"], ideal.touchdowns["dq"], atol=4e-3)
-
-
-def test_a_touchdown_is_the_impact_map(level: mjbiped.Walk) -> None:
-    """Within what half a step of 0.1 ms leaves of rates that change by 5 rad/s²: 0.07 % measured, 0.04 with 0.05 ms."""
-    assert max(impact_errors(level)) < 2e-3
-    assert np.nanmax(level.touchdowns["slap"]) <= 2.5 * SHORT  # heel and toe come down together
-
-
-def test_a_standing_foot_does_not_tip(level: mjbiped.Walk) -> None:
-    assert level.touchdowns["tipped"].max() < 1e-4  # contacts give by some micrometres over 24 cm
-    assert level.touchdowns["slip"].max() < 1e-4
-    assert measures.summary(level)["verdict"] == measures.THROUGH
-
-
-@pytest.mark.slow
-def test_the_slope_is_told_by_the_ankles() -> None:
-    """Within two contacts' micrometres: without a word of the terrain in it."""
-    walk = on(mjbiped.Terrain.incline(3.0), steps=3)
-    np.testing.assert_allclose(walk.touchdowns["slope"], math.radians(3.0), atol=1e-4)
 
 
 @pytest.mark.slow
@@ -107,31 +60,12 @@ def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
     assert borne.shear == pytest.approx(-4.0)
 
 
-@pytest.mark.slow
-def test_plain_python_lands_as_compiled_code_does() -> None:
-    """Bit by bit, over a touchdown, to which a passive motion leads in 0.13 s."""
-    q, dq, _ = (each.tolist() for each in GAIT.reference(0.83 * GAIT.period))
-    start: dict[str, Any] = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), "robot": ROBOT}
-    made = [make_simulation(**start, q=q, dq=dq, timestep=SHORT, compile=compile) for compile in (True, False)]
-    for simulation in made:
-        assert simulation.advance(1600) == 1600
-    assert made[0].state.count >= 1.0
-    assert state_of(made[0]) == state_of(made[1])
-
-
 def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
     """The paper's law knows no sole: on a short one it asks for more uphill, and rolls over the heel."""
     robot = FootedCompass(sole=(0.03, 0.03))
     walk = mjbiped.walk(AdaptiveController(robot, GAIT), mjbiped.Terrain.incline(-2.0), engine="mujoco", steps=3)
     assert walk.samples["ankle_asked"].tobytes() == walk.samples["torque"][:, 0].tobytes()
     assert np.abs(walk.samples["slope"] - math.radians(-2.0)).max() > 0.01
-
-
-def test_a_box_stands_on_level_ground_as_pads_do(level: mjbiped.Walk) -> None:
-    """Its four corners are where the pads are."""
-    walk = on(mjbiped.Terrain.level(), steps=1, robot=FootedCompass(underside="box"))
-    assert walk.settings["ground"] == "boxes"
-    np.testing.assert_allclose(walk.touchdowns["dq"], level.touchdowns["dq"], atol=1e-3)
 
 
 def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
@@ -169,22 +103,11 @@ class Asking(BoundedAnkleController):
         return float(memory[self.support])
 
 
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-@pytest.mark.parametrize("disturbances", [mjbiped.Disturbances(), mjbiped.Disturbances(delay=0.001)])
-def test_a_law_is_told_what_the_record_tells(engine: str, disturbances: mjbiped.Disturbances) -> None:
+@pytest.mark.parametrize(("engine", "delay"), [("hybrid", 0.0), ("hybrid", 1e-3), ("mujoco", 1e-3)])
+def test_a_law_is_told_what_the_record_tells(engine: str, delay: float) -> None:
     robot = FootedCompass(sole=(0.11, 0.12))
     law, ground = Asking(robot, GAIT), mjbiped.Terrain.level()
-    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=disturbances)
+    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=mjbiped.Disturbances(delay=delay))
     assert walk.touchdowns["slope_estimate_before"].tolist() == [0.0]
     np.testing.assert_array_equal(walk.touchdowns["slope_estimate"], walk.touchdowns["support_behind"])
     np.testing.assert_allclose(walk.touchdowns["support_behind"], 0.11, atol=1e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("ground", ["mixed", "stairs"])
-def test_it_walks_where_an_ideal_sole_does(ground: str) -> None:
-    """Forty steps; the study has thirteen grounds and three phases."""
-    terrain = {"mixed": mjbiped.Terrain.mixed(), "stairs": mjbiped.Terrain.stairs(tread=1.8, rise=0.02)}[ground]
-    walk = on(terrain, steps=40)
-    assert measures.summary(walk)["verdict"] == measures.THROUGH
-    assert np.median(impact_errors(walk)) < 5e-3

@@ -7,11 +7,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from simulations import InPython, assert_same, build_scene, started
+from simulations import started
 
 import mjbiped
 from controllers import KneedController, PassiveController
-from mjbiped.engines.mujoco import servo
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.errors import InputError
@@ -76,21 +75,6 @@ def test_the_torque_of_the_lock_is_mujocos_constraint_force() -> None:
     np.testing.assert_allclose(measured, expected, rtol=0, atol=0.05)  # measured 0.03
 
 
-@pytest.mark.parametrize("robot", [ROBOT, mjbiped.KneedBiped.halved_rods()], ids=["light shanks", "halved rods"])
-def test_the_servo_moves_what_hangs_on_the_knee_in_the_air(robot: mjbiped.KneedBiped) -> None:
-    model = build_scene(robot, mjbiped.Terrain.level(), timestep=1e-3, reach=2.0).model
-    data, M = mujoco.MjData(model), np.empty((6, 6))
-    mujoco.mj_forward(model, data)  # upright, with straight legs
-    mujoco.mj_fullM(model, data, M)
-    inertia = 1.0 / np.linalg.inv(M)[3, 3]
-    # a massless hip is not quite massless there: 1e-5 of the robot
-    assert servo.free_inertia(robot) == pytest.approx(inertia, rel=1e-4)
-    stiffness, damping = servo.servo_of(robot)
-    assert stiffness == pytest.approx(30.0 * robot.weight * robot.leg_length)
-    assert damping == pytest.approx(2.0 * math.sqrt(stiffness * inertia), rel=1e-4)  # critical
-    assert servo.frequency_of(robot) == pytest.approx(math.sqrt(stiffness / inertia), rel=1e-4)
-
-
 STAIRS = mjbiped.Terrain.stairs(rise=0.02, first=0.7)
 
 
@@ -152,92 +136,10 @@ def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
     assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
 
 
-def test_energy_is_what_motors_put_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Over the free swing of a step: ankle on the shank, hip on the thigh, and a soft servo between them."""
-    monkeypatch.setattr(servo, "STIFFNESS", 3.0)
-    simulation = simulated(STAIRS, 2, stance_knee="motor", timestep=5e-5)
-    legs, found = simulation.constants.legs, []
-    for u in stepped(simulation, 10):
-        if u.count != 1.0 or u.locked != 0.0:
-            continue
-        stance = int(u.stance)
-        chain = [part for leg in (legs[stance], legs[1 - stance]) for part in (leg.hip, leg.knee)]
-        thigh, bent, swing, below = (u.q[index] for index in chain)
-        turning, bending, swinging, closing = (u.rates[index] for index in chain)
-        q, dq = (thigh + bent, thigh, swing, swing + below), (turning + bending, turning, swinging, swinging + closing)
-        found.append((u.work_net, u.work_hold, ROBOT.energy(q, dq, 0.0)))
-    net, own, energy = np.array(found).T
-    assert np.ptp(energy) > 1.0
-    assert np.ptp(own) > 0.05
-    # steps are of a second order, but for the knee's rate, which is told of the middle of a step: half of a step's
-    # length of the servo's swinging after the landing; measured 6e-3
-    assert np.ptp(energy - net) < 8e-3
-
-
-def test_a_knee_that_lands_bent_is_held_so_compiled_and_in_python() -> None:
-    engine, grip = mjbiped.Mujoco(stance_knee="motor"), mjbiped.Disturbances(friction=5.0)
-    found, plain = (
-        mjbiped.walk(kind(ROBOT, LAW.gait), ONTO_BENT_KNEES, engine=engine, steps=3, disturbances=grip)
-        for kind in (KneedController, InPython)
-    )
-    assert found.outcome == "finished"
-    landed, stands = found.touchdowns["qpos"][:, 4:], found.touchdowns["stance"].astype(int)
-    bends = landed[np.arange(3), stands]
-    assert (bends > 0.4).tolist() == [False, True, True]
-    time, flexion = found.samples["time"], stance_knee.flexion(found)
-    during = (time > found.touchdowns["time"][1] + 1e-9) & (time < found.touchdowns["time"][2] - 1e-9)
-    assert np.abs(flexion[during] - bends[1]).max() < 0.01
-    hip, foot = found.samples["qpos"][:, :2], ROBOT.limbs(found.samples["qpos"])
-    line = np.arctan2(*(hip - foot[np.arange(len(time)), found.samples["stance"], -1]).T)
-    np.testing.assert_allclose(found.samples["q"][:, 0], line, rtol=0, atol=1e-12)  # whatever the sag; level ground
-    assert_same(found.samples, plain.samples)
-    assert_same(found.touchdowns, plain.touchdowns)
-
-
-def test_the_knee_is_locked_in_the_heel_strike_alone() -> None:
-    simulation = simulated(STAIRS, 2, stance_knee="motor")
-    legs, struck = simulation.constants.legs, 0
-    assert simulation.data.eq_active.tolist() == [0, 0]
-    for u in stepped(simulation, 1):
-        if simulation.over:
-            break
-        impact = u.noted != 0.0
-        assert simulation.data.eq_active[legs[int(u.stance)].lock] == impact
-        struck += impact
-    assert struck == 2
-
-
-def test_a_lock_stays_as_bent_as_it_is_where_the_ground_is_built_anew() -> None:
-    """What a model is to have written into it follows from the state at each step."""
-    simulation = simulated(ONTO_BENT_KNEES, 3)
-    for u in stepped(simulation, 1):
-        if u.count == 2.0 and u.time > u.transfer_time:
-            break
-    lock = simulation.constants.legs[int(u.stance)].lock
-    bend = float(simulation.model.eq_data[lock, 0])
-    assert bend > 0.4
-    simulation.model.eq_data[:] = 0.0
-    simulation.advance(1)
-    assert simulation.model.eq_data[lock, 0] == bend
-
-
 def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -> None:
-    with pytest.raises(InputError, match=r"unknown stance_knee 'free': valid are locked, motor"):
-        mjbiped.Mujoco(stance_knee="free")
     ground, motor = mjbiped.Terrain.incline(2.0), mjbiped.Mujoco(stance_knee="motor")
     with pytest.raises(InputError, match=r'stance_knee = "motor" needs a robot with knees'):
         mjbiped.walk(PassiveController(), ground, engine=motor, steps=1)
     slow = mjbiped.Mujoco(stance_knee="motor", timestep=2e-3)
     with pytest.raises(InputError, match=r"timestep = 0.002 s: steps of at most 0.0012 s follow the servo"):
         mjbiped.walk(LAW, ground, engine=slow, steps=1)
-
-
-def test_both_engines_ask_the_same_of_a_stance_knee_straight_and_bent() -> None:
-    grip = mjbiped.Disturbances(friction=5.0)  # as in the hybrid engine, whose foot cannot slide
-    here = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="mujoco", steps=4, disturbances=grip)
-    there = mjbiped.walk(LAW, ONTO_BENT_KNEES, engine="hybrid", steps=4)
-    assert (here.outcome, there.outcome) == ("finished", "finished")
-    assert stance_knee.flexion(there).max() > 0.4
-    # contacts leave 1e-4 of an impact; the law answers with some 1e3 N m per rad
-    assert stance_knee.peak_torque(here) == pytest.approx(stance_knee.peak_torque(there), rel=0.01)
-    assert stance_knee.torque(here).min() == pytest.approx(stance_knee.torque(there).min(), rel=0.02)

@@ -1,20 +1,31 @@
 """The MJCF files by themselves: they load, step without a warning, and every part is named."""
 
-from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
 import pytest
+from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, models_folder
+from mjbiped.engines.mujoco.scene import models_folder
+from mjbiped.robots.robot import Robot
 
+OBJECTS = {
+    "body": mujoco.mjtObj.mjOBJ_BODY,
+    "geom": mujoco.mjtObj.mjOBJ_GEOM,
+    "jnt": mujoco.mjtObj.mjOBJ_JOINT,
+    "sensor": mujoco.mjtObj.mjOBJ_SENSOR,
+    "cam": mujoco.mjtObj.mjOBJ_CAMERA,
+    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
+    "key": mujoco.mjtObj.mjOBJ_KEY,
+    "eq": mujoco.mjtObj.mjOBJ_EQUALITY,
+}
 FILES = ("compass.xml", "kneed.xml", "scene.xml", "kneed_scene.xml")
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_loads_and_steps_without_warning(name: str) -> None:
+def test_loads_and_steps_without_warning_and_everything_is_named(name: str) -> None:
     model = mujoco.MjModel.from_xml_path(str(models_folder() / name))
     data = mujoco.MjData(model)
     for key in range(model.nkey):
@@ -22,53 +33,67 @@ def test_loads_and_steps_without_warning(name: str) -> None:
         mujoco.mj_step(model, data, nstep=200)
         assert not data.warning.number.any()
         assert np.isfinite(data.qpos).all()
+    for kind in ("body", "geom", "jnt", "sensor", "cam", "tendon", "key", "eq"):
+        assert all(mujoco.mj_id2name(model, OBJECTS[kind], k) for k in range(getattr(model, f"n{kind}"))), kind
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_everything_is_named(name: str) -> None:
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / name))
-    for kind, count in (
-        (model.body, model.nbody),
-        (model.geom, model.ngeom),
-        (model.joint, model.njnt),
-        (model.actuator, model.nu),
-        (model.sensor, model.nsensor),
-        (model.camera, model.ncam),
-        (model.tendon, model.ntendon),
-        (model.key, model.nkey),
-        (model.equality, model.neq),
-    ):
-        assert all(kind(index).name for index in range(count))
+FIELDS = ("body_mass", "body_ipos", "body_pos", "jnt_range", "jnt_solref", "eq_solref", "body_inertia")
+"""Of the model; and of the geoms of the robot's feet and joints "size", "pos", "solref" and "friction"."""
 
 
-def test_robot_file_is_table_one(robot: mjbiped.Compass) -> None:
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / "compass.xml"))
-    for side in ("left", "right"):
-        assert model.body(f"{side}_leg").mass == robot.leg_mass
-        assert model.body(f"{side}_leg").inertia[1] == robot.leg_inertia
-        assert model.body(f"{side}_leg").ipos[2] == -robot.upper_length
-        assert model.geom(f"{side}_foot").pos[2] == -robot.leg_length
-        assert model.geom(f"{side}_foot").size[0] == FOOT_RADIUS
-        assert model.geom(f"{side}_foot").solref[1] == -1.0 / model.opt.timestep  # a plastic impact
-    assert model.body("hip").mass == SMALLEST_HIP_MASS * robot.total_mass
+@pytest.mark.parametrize(("file", "robot"), [("compass", mjbiped.Compass()), ("kneed", mjbiped.KneedBiped())], ids=str)
+def test_a_file_is_the_default_robot(file: str, robot: Robot) -> None:
+    """Filled with the defaults, the scene is the file, but for what MuJoCo's compiler rounds."""
+    model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml"))
+    filled = build_scene(robot, mjbiped.Terrain.level(), timestep=1e-4, reach=2.0).model
+    for name in FIELDS:
+        mine, theirs = (getattr(each, name) for each in (filled, model))
+        if name == "body_inertia":
+            mine, theirs = mine[1:, 1], theirs[1:, 1]
+        np.testing.assert_allclose(mine, theirs, rtol=1e-15, atol=1e-18, err_msg=name)
+    for name in ("left_foot", "right_foot"):
+        for what in ("size", "pos", "solref", "friction"):
+            mine, theirs = (getattr(each.geom(name), what) for each in (filled, model))
+            np.testing.assert_allclose(mine, theirs, rtol=1e-12, err_msg=name)
     assert model.opt.gravity[2] == -robot.gravity
+    assert model.geom("left_foot").solref[1] == -1.0 / model.opt.timestep  # a plastic impact
 
 
-def test_keyframes_stand_on_their_ground(gait: mjbiped.Gait) -> None:
-    """`rest` has both feet at the origin; `gait` is the cycle's post-impact state on 2 degrees, stance foot there."""
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / "compass.xml"))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, model.key("rest").id)
-    mujoco.mj_kinematics(model, data)
-    assert data.geom("left_foot").xpos == pytest.approx([0, 0, 0], abs=1e-15)
+@pytest.mark.parametrize("file", ["compass", "kneed"])
+def test_keyframes_stand_on_their_ground(file: str, gait: mjbiped.Gait) -> None:
+    """`gait` is the cycle's post-impact state, its stance foot at the origin; the files' numbers have 8 decimals."""
+    model = mujoco.MjModel.from_xml_path(str(models_folder() / f"{file}.xml"))
+    data, found, legs, rates = mujoco.MjData(model), cast(Any, gait), [2, 3], [2, 3]
+    if file == "kneed":
+        found, legs, rates = mjbiped.find_kneed_gait(mjbiped.KneedBiped(), np.radians(2.5)), [2, 4], [3, 4]
     mujoco.mj_resetDataKeyframe(model, data, model.key("gait").id)
     mujoco.mj_kinematics(model, data)
-    # the file's numbers have 8 decimals
     assert data.geom("left_foot").xpos == pytest.approx([0, 0, 0], abs=1e-8)
-    assert data.qpos[2:] - gait.slope == pytest.approx(gait.start[:2], abs=1e-8)
-    assert data.qvel[2:] == pytest.approx(gait.start[2:], abs=1e-8)
+    assert data.qpos[legs] - found.slope == pytest.approx(found.start[:2], abs=1e-8)
+    assert data.qvel[legs] == pytest.approx(found.start[rates], abs=1e-8)
     theta, rate = data.qpos[2], data.qvel[2]
     assert data.qvel[:2] == pytest.approx([np.cos(theta) * rate, -np.sin(theta) * rate], abs=1e-8)
+
+
+def test_a_locked_knee_holds_and_a_free_one_stops() -> None:
+    """Under the robot's weight a locked knee bends by some 1e-6 rad; a knee that closes at 3 rad/s does not rebound."""
+    model = build_scene(mjbiped.KneedBiped(), mjbiped.Terrain.level(), timestep=1e-3, reach=2.0).model
+    data = mujoco.MjData(model)
+    data.qpos[:] = [-0.18, np.cos(0.18), -0.18, 0.0, 0.2, 0.3]
+    data.qvel[:] = [0.9, 0.0, 0.9, 0.0, 0.3, -3.0]
+    data.ctrl[model.actuator("right_knee").id] = -0.5
+    model.geom_contype[model.geom("right_foot").id] = 0  # it swings
+    assert data.eq_active.tolist() == [1, 0]
+    flexion = []
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        assert abs(data.qpos[3]) < 1e-5
+        flexion.append(float(data.qpos[5]))
+    closed = int(np.argmin(np.array(flexion) > 0.0))
+    assert 0 < closed < 150
+    assert max(flexion[closed:]) < 1e-4
+    assert min(flexion) > -5e-3  # the step in which it comes to its stop: 1 ms of 4 rad/s
+    assert not data.warning.number.any()
 
 
 def test_runs_in_dm_control() -> None:
@@ -81,8 +106,3 @@ def test_runs_in_dm_control() -> None:
     physics.step(nstep=50)
     assert np.isfinite(physics.named.data.qpos["left"]).all()
     assert physics.named.data.sensordata["clock"] == pytest.approx(50 * physics.timestep())
-
-
-def test_models_are_found_beside_the_package() -> None:
-    assert {path.name for path in models_folder().iterdir()} >= {*FILES, "README.md"}
-    assert Path(models_folder()).is_dir()

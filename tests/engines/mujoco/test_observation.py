@@ -3,17 +3,14 @@
 import math
 from typing import Any
 
-import numpy as np
 import pytest
-from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from standing import GROUND, LENGTH, SLOPE, Posture, begun, constants, standing_at
 
 from mjbiped.disturbances.pushes import Pushes
 from mjbiped.engines.mujoco import motors, observation
-from mjbiped.engines.mujoco.state import State, put
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Floats
-from mjbiped.records.columns import TOUCHDOWNS, index_of
 from mjbiped.rules.termination import Outcome
 
 angles, rates = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
@@ -25,102 +22,6 @@ def observe(u: State, time: float, state: Posture, **changed: Any) -> Floats:
     c = constants(state, **changed)
     observation.observe(c, u, time)
     return c.row
-
-
-def told(row: Floats, name: str, width: int = 1) -> list[float]:
-    first = index_of(TOUCHDOWNS, name)
-    return [*row[first : first + width]]
-
-
-@given(angles, angles, st.tuples(rates, rates), st.tuples(rates, rates))
-@settings(deadline=None, derandomize=True)
-def test_a_support_transfer_tells_both_roles_each_from_its_own_ground(
-    stance: float, swing: float, before: tuple[float, float], after: tuple[float, float]
-) -> None:
-    """The new foot is on the segment behind the edge; rates before are of the observation before, angles of now."""
-    u = begun(standing_at(0.0, stance, swing, before))
-    u.noted, u.enabled = 1.0, 1.0
-    put(u.torque, (3.0, 2.0, 0.0))
-    u.normal_force, u.friction, u.work_net, u.count = 50.0, 0.3, -1.5, 4.0
-    now = standing_at(0.45, swing, stance, after[::-1], left=False)  # on the right foot, with the same angles
-    row = observe(u, 0.7, now)
-    here, there = GROUND.slope_at(0.0), GROUND.slope_at(0.45)
-    assert (here, there) == pytest.approx((SLOPE, -0.03))
-    expected = {
-        "time": 0.7, "x": 0.45, "z": GROUND.height_at(0.45), "stance": 1.0, "slope": there,
-        "friction": 0.3, "normal_force": 50.0, "work_net": -1.5,
-    }  # fmt: skip
-    for name, value in expected.items():
-        assert told(row, name) == pytest.approx([value], abs=1e-12), name
-    pairs = {
-        "q_before": (stance - here, swing - here),
-        "q": (swing - there, stance - there),
-        "dq": after[::-1],
-        "dq_before": before,
-    }
-    for name, pair in pairs.items():
-        assert told(row, name, 2) == pytest.approx(pair, abs=1e-12)
-    for field, name in ((u.told_before, "q_before"), (u.told_q, "q"), (u.told_dq, "dq")):
-        assert field[:2] == told(row, name, 2)
-    assert u.torque[:2] == [0.0, -2.0]  # the hip's motor goes on, between legs in new roles
-    assert (u.stance, u.count, u.transferred, u.transfer_time) == (1, 5, 1, 0.7)
-    assert (u.noted, u.friction, u.normal_force) == (0.0, 0.0, math.inf)
-    assert u.slope == pytest.approx(there)
-    assert u.outcome == 0.0
-
-
-@pytest.mark.parametrize("off", [-0.03, 0.03])
-def test_a_touchdown_off_the_ground_is_no_row(off: float) -> None:
-    u = begun(standing_at(0.0, 0.1, -0.2))
-    u.noted = 1.0
-    state = standing_at(0.45, -0.2, 0.1, left=False)
-    state[0][1] += off * LENGTH
-    observe(u, 0.5, state)
-    assert (u.outcome, u.count) == (float(Outcome.DIVERGED), 0.0)
-
-
-@given(st.tuples(angles, angles), st.tuples(angles, angles), torques, torques, st.booleans())
-@settings(deadline=None, derandomize=True)
-def test_work_is_torque_times_what_was_turned(
-    before: tuple[float, float],
-    now: tuple[float, float],
-    first: tuple[float, float],
-    last: tuple[float, float],
-    right: bool,
-) -> None:
-    """Of the mean of both ends' torques, or of those that a digital controller holds; the hip turns the legs apart."""
-    for held in (False, True):
-        u = State()
-        u.stance = u.count = float(right)
-        u.old_q[2:4], u.q[2:4], u.torque[:2] = before, now, last
-        motors.count_work(constants(sampled=held), u, (*first, 0.0), 0.0)
-        turned = np.subtract(now, before)[:: -1 if right else 1]
-        acting = np.array(first) if held else 0.5 * np.add(first, last)
-        works = acting * [turned[0], turned[1] - turned[0]]
-        assert u.work_net == pytest.approx(works.sum(), abs=1e-12)
-        assert u.work_absolute == pytest.approx(np.abs(works).sum(), abs=1e-12)
-        assert u.work_positive == pytest.approx(np.maximum(works, 0.0).sum(), abs=1e-12)
-
-
-@given(st.booleans(), st.floats(0.0, 0.08), st.floats(-0.01, 0.01), st.floats(-0.3, 0.3))
-@example(True, 1.0e-3, 0.0, 0.0)  # more than a thousandth of a leg of 0.9 m
-@settings(deadline=None, derandomize=True)
-def test_a_foot_slips_along_the_ground_but_for_what_it_rolls(
-    lands: bool, along: float, across: float, turned: float
-) -> None:
-    u, c = begun(standing_at(0.0, 0.1, -0.2)), constants(lands=lands)
-    place = np.array([0.0, GROUND.height_at(0.0)])
-    place += along * np.array([math.cos(SLOPE), -math.sin(SLOPE)]) + across * np.array(
-        [math.sin(SLOPE), math.cos(SLOPE)]
-    )
-    u.time, u.q[:3] = 0.1, (0.05, 1.2, 0.1 + turned)
-    observation.judge(c, u, *place.tolist())
-    slip = abs(along - (0.0 if lands else c.foot_radius * turned))
-    assert u.slip == pytest.approx(slip, abs=1e-12)
-    assert u.slides == float(slip > observation.SLID * LENGTH)
-    assert u.outcome == 0.0
-    observation.judge(c, u, *place.tolist())
-    assert u.slides == float(slip > observation.SLID * LENGTH)  # counted once a step
 
 
 def fallen(low: float) -> tuple[float, float]:
@@ -196,13 +97,6 @@ def test_the_scuffing_rule_counts_from_the_support_transfer() -> None:
     for time, expected in ((0.14, 0), (0.16, 1)):
         observe(u, time, ahead(0.2))
         assert u.enabled == expected
-
-
-def test_a_foot_that_slid_is_told_in_words() -> None:
-    u = begun(standing_at(0.0, 0.1, -0.2))
-    assert observation.warned({"other": 2}, u) == {"other": 2}
-    u.slides = 3.0
-    assert observation.warned({"other": 2}, u) == {"other": 2, observation.SLIDING_WORDS: 3}
 
 
 @pytest.mark.parametrize("late", [-1e-12, 0.0, 1e-12])

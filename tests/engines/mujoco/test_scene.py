@@ -1,13 +1,10 @@
 """The scene against the terrain and the robot it was built from."""
 
 import math
-from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from simulations import build_scene
 
 import mjbiped
@@ -17,7 +14,6 @@ from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.errors import InputError
 from mjbiped.robots.robot import Robot
-from mjbiped.terrain.segments import GROUND_FRICTION
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),
@@ -75,39 +71,6 @@ def test_auto_chooses_plane_boxes_and_heightfields() -> None:
     assert kinds["mixed"] == {"mjGEOM_BOX", "mjGEOM_HFIELD"}
 
 
-def test_rough_ground_shares_heightfields() -> None:
-    """Equidistant samples lie in one heightfield; only there can columns be shared."""
-    x = np.arange(0.0, 10.25, 0.25)
-    z = 0.003 * np.sin(x)
-    terrain = mjbiped.Terrain(tuple(x[:-1]), tuple(z[:-1]), tuple(-np.arctan(np.diff(z) / 0.25)))
-    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0).model
-    assert model.nhfield <= 3  # the backward run, the samples, the forward run
-    assert max(model.hfield_ncol) >= 38
-
-
-@settings(max_examples=20, deadline=None)
-@given(
-    leg_mass=st.floats(0.1, 50.0),
-    hip_mass=st.floats(0.01, 50.0),
-    lower_length=st.floats(0.1, 1.0),
-    upper_length=st.floats(0.1, 1.0),
-    leg_inertia=st.floats(1e-3, 2.0),
-    gravity=st.floats(1.0, 20.0),
-)
-def test_robot_has_its_parameters(**parameters: Any) -> None:
-    robot = mjbiped.Compass(**parameters)
-    model = scene_of(TERRAINS["level"], robot=robot).model
-    # the compiler stores what it was given; products of it are rounded once or twice
-    assert model.body("hip").subtreemass == pytest.approx(robot.total_mass, rel=1e-14)
-    for side in ("left", "right"):
-        assert model.body(f"{side}_leg").inertia == pytest.approx([robot.leg_inertia] * 3, rel=1e-14)
-        assert model.body(f"{side}_leg").ipos[2] == -robot.upper_length
-        assert model.geom(f"{side}_foot").pos[2] == -robot.leg_length
-        assert model.geom(f"{side}_foot").friction[0] == GROUND_FRICTION
-        assert model.geom(f"{side}_foot").solref[1] == -1e4
-    assert model.opt.gravity[2] == -robot.gravity
-
-
 def test_massless_parts_get_what_the_compiler_needs() -> None:
     model = scene_of(TERRAINS["level"], robot=mjbiped.Compass(hip_mass=0.0, leg_inertia=0.0)).model
     assert 0.0 < model.body("hip").mass[0] <= 1e-4
@@ -125,17 +88,6 @@ def test_risers_are_frictionless_and_foremost() -> None:
     # the end of the leg, a foot's radius before the plate, meets it at the step's face
     assert up.pos[0] - up.size[0] == pytest.approx(2.0 + FOOT_RADIUS)
     assert down.pos[0] + down.size[0] == pytest.approx(4.0 - FOOT_RADIUS)
-
-
-def test_ends_where_the_terrain_ends() -> None:
-    terrain = mjbiped.Terrain((0.0,), (0.0,), (0.0,), end=3.0)
-    scene = scene_of(terrain)
-    assert scene.end == 3.0
-
-
-def test_unknown_ground_is_refused() -> None:
-    with pytest.raises(mjbiped.InputError, match="heightfield"):
-        scene_of(TERRAINS["level"], "mesh")
 
 
 LIGHT: dict[str, tuple[Robot, str]] = {

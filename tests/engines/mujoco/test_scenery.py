@@ -48,26 +48,10 @@ def test_the_section_is_the_terrain_and_only_for_the_eye(name: str) -> None:
     assert np.abs(heights - surface[:, 2:]).min(axis=1).max() < 3e-5 * steepness**2
     earth = corners(model, "earth")
     assert np.allclose(earth[:, 1], -CUT, atol=1e-4)
-
-
-@pytest.mark.parametrize("name", TERRAINS)
-def test_level_lines_are_level_and_under_the_ground(name: str) -> None:
-    terrain = TERRAINS[name]
-    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0, scenery=True).model
-    lines = corners(model, "level_line")
+    lines = corners(model, "level_line")  # level, and under the ground
     assert len(lines) > 8
-    steepness = max(1.0, max(abs(gradient) for gradient in terrain.gradients))
     over = lines[:, 2] - np.array([max(terrain.height_at(x - 1e-4), terrain.height_at(x + 1e-4)) for x in lines[:, 0]])
     assert over.max() < 3e-4 * steepness**2  # single precision, and the places asked for lie 1e-4 m apart
     pitch = 10.0 ** round(math.log10(0.1))
     upper = lines[len(lines) // 2 :, 2] / pitch  # upper corners come last
     assert np.abs(upper - np.round(upper)).max() < 1e-3 * steepness
-
-
-def test_lines_follow_the_robots_size() -> None:
-    def count(lower_length: float) -> int:
-        robot = mjbiped.Compass(lower_length=lower_length, upper_length=lower_length)
-        model = build_scene(robot, Terrain.incline(3.0), timestep=1e-4, reach=5.0, scenery=True).model
-        return int(model.mesh("level_line").vertnum[0])
-
-    assert count(0.05) > 2 * count(0.5) > 0

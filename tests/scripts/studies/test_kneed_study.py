@@ -89,6 +89,6 @@ def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch
     assert "| +6 cm | no |" in stairs
     assert "straight legs" in walks
     assert "straight legs" not in mujoco
-    # both engines walk the passive gait at c_mt within 0.0001: tests/engines/mujoco/test_kneed.py holds them together
+    # both engines walk the passive gait at c_mt within 0.0001: tests/engines/conformance holds them together
     level = next(line for line in mujoco.splitlines() if line.startswith("| level |"))
     assert "(+0.0000" in level or "(−0.0000" in level

@@ -1,0 +1,108 @@
+"""How walks end, in both engines, and what their records say then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped import Terrain
+
+BOTH = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+
+
+class Torques(Controller):
+    """Ankle and hip torque by a function of time, angles and rates."""
+
+    def __init__(self, law: Callable[[float, Sequence[float], Sequence[float]], tuple[float, float]]) -> None:
+        self.law_of = law
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return self.law_of(t, q, dq)
+
+
+BALANCE = Torques(lambda _, q, dq: (-200.0 * q[0] - 20.0 * dq[0], -20.0 * dq[1]))
+PASSIVE = PassiveController()
+FALLS, SHORT = (-0.19, 0.19, 0.3, 0.0), Terrain((-1.0,), (0.0,), (math.radians(2.0),), end=0.5)
+STALLED = 10.0 / math.sqrt(9.81)  # s
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("outcome", "law", "ground", "terms"),
+    [
+        ("fell", PASSIVE, Terrain.level(), {"initial": FALLS}),
+        ("stalled", BALANCE, Terrain.level(), {"initial": "rest"}),
+        ("finished", PASSIVE, Terrain.incline(2.0), {"steps": 2}),
+        ("finished", PASSIVE, Terrain.incline(2.0), {"distance": 0.5}),
+        ("left the terrain", PASSIVE, SHORT, {"steps": 20}),
+        ("diverged", Torques(lambda t, *_: (math.nan if t > 0.3 else 0.0, 0.0)), Terrain.incline(2.0), {"steps": 5}),
+    ],
+)
+def test_outcomes(
+    outcome: str,
+    law: Controller,
+    ground: Terrain,
+    terms: Any,
+    engine: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo would leave its log
+    walk = mjbiped.walk(law, ground, engine=engine, **terms)
+    assert (walk.outcome, walk.fell) == (outcome, outcome == "fell")
+    assert walk.end == (walk.samples["time"][-1], walk.samples["qpos"][-1, 0])
+    assert np.isfinite(walk.samples["q"]).all()
+    assert not Path("MUJOCO_LOG.TXT").exists()
+    if outcome == "fell":  # the hip is at half a leg's height; MuJoCo looks each millisecond
+        assert walk.steps == 0
+        assert walk.samples["qpos"][-1, 1] == pytest.approx(0.5, abs=1e-6 if engine == "hybrid" else 5e-3)
+    elif outcome == "stalled":
+        assert walk.end[0] == pytest.approx(STALLED, abs=1e-9 if engine == "hybrid" else 1e-3)
+    elif outcome == "diverged":
+        assert walk.end[0] == pytest.approx(0.3, abs=1e-6 if engine == "hybrid" else 2e-3)
+        assert any("nan for the ankle torque" in text for text in walk.warnings)
+    elif "distance" in terms:
+        assert [0.0, *walk.touchdowns["x"]][-2] < 0.5 <= walk.distance
+
+
+@pytest.mark.parametrize(
+    ("law", "start"),
+    [(Torques(lambda t, *_: (500.0 if t > 0.0 else 0.0, 0.0)), "rest"), (PASSIVE, (0.0, 0.0, 0.0, 20.0))],
+    ids=["along the ground", "off the ground"],
+)
+def test_a_foot_of_mujoco_slips(law: Controller, start: Any) -> None:
+    """500 N m at the ankle ask for more than friction holds; a swing leg that is thrown up takes the robot with it."""
+    walk = mjbiped.walk(law, Terrain.level(), initial=start)
+    assert (walk.outcome, walk.steps) == ("slipped", 0)
+
+
+@BOTH
+def test_a_walk_that_is_broken_off_is_not_lost(engine: str) -> None:
+    def failing(t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, float]:
+        if t > 0.3:
+            raise ZeroDivisionError("gain")
+        return 0.0, 0.0
+
+    with pytest.raises(mjbiped.WalkStopped, match="gain") as caught:
+        mjbiped.walk(Torques(failing), Terrain.level(), engine=engine, initial=(-0.19, 0.19, 1.1, 0.8))
+    # what was recorded ends with the last whole integration step, of some 0.05 s
+    assert 0.2 < caught.value.walk.end[0] <= 0.301
+
+
+@BOTH
+def test_samples_change_no_result(engine: str, controller: AdaptiveController) -> None:
+    often, rarely = (
+        mjbiped.walk(controller, Terrain.level(), engine=engine, steps=2, sample_period=period)
+        for period in (1e-3, 100.0)
+    )
+    for name, column in often.touchdowns.items():
+        assert np.array_equal(rarely.touchdowns[name], column, equal_nan=True), name
+    assert np.array_equal(rarely.peak_torque, often.peak_torque)
+    assert often.end == rarely.end
