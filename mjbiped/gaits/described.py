@@ -9,10 +9,10 @@ from typing import Any
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.gaits.gait import Passive, Periodic
 from mjbiped.gaits.kneed import find_kneed_gait
-from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.rolling import find_rolling
+from mjbiped.gaits.steps import Goal
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped

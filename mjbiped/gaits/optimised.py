@@ -20,10 +20,10 @@ import numpy as np
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import store
 from mjbiped.gaits.gait import Branched, Gait, Periodic
-from mjbiped.gaits.optimisation import HALF_ANGLE, Goal, StepModel, Told, motion_of, optimise, tell
+from mjbiped.gaits.optimisation import HALF_ANGLE, Told, motion_of, optimise, tell
 from mjbiped.gaits.pieces import DEGREE, closing_on, count_of_pieces, curve, curve_in_pieces, hold, in_pieces
 from mjbiped.gaits.reference import table_of
-from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, KneedStep, flexion_points
+from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, StepModel, flexion_points
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.chain import segment_force
 from mjbiped.robots.model import solve_pair
 from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
@@ -120,27 +119,6 @@ def inverse_dynamics(
     force1 = (c1 + gc1 * sin_slope + gs1 * cos_slope) + m11 * ddq1 + m12 * ddq2
     force2 = (c2 + gc2 * sin_slope + gs2 * cos_slope) + m12 * ddq1 + m22 * ddq2
     return force1, force2
-
-
-def ground_force(
-    constants: Constants, mass: float, gravity: float, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
-) -> tuple[float, float]:
-    """Force of the ground on the robot, forward and upward, N: the rate of its momentum, and its weight.
-
-    Args:
-        constants: Of the robot.
-        mass: Of the whole robot, kg.
-        gravity: m/s^2.
-        legs: Of the angles from the vertical, not from the ground's normal.
-        dq1: Rate of the stance leg, rad/s.
-        dq2: Rate of the swing leg, rad/s.
-        ddq1: Acceleration of the stance leg, rad/s^2.
-        ddq2: Acceleration of the swing leg, rad/s^2.
-    """
-    sine1, cosine1, sine2, cosine2 = legs
-    ahead1, above1 = segment_force(constants[3] / gravity, sine1, cosine1, dq1, ddq1)
-    ahead2, above2 = segment_force(constants[4] / gravity, sine2, cosine2, dq2, ddq2)
-    return ahead1 - ahead2, above1 - above2 + mass * gravity
 
 
 def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:

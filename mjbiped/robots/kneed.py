@@ -14,18 +14,15 @@ is shank less thigh, q[2] - q[1] of three, and is 0 where the knee has struck it
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.dynamics.linkage import END, WEIGHT, stand
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array, Chain
-from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
+from mjbiped.robots.chain import Array
+from mjbiped.robots.kneed_legs import KneedLegs, rates_of
 from mjbiped.utils import domains
 
 
@@ -96,29 +93,6 @@ class KneedBiped(KneedLegs):
         thigh = Segment("thigh", self.thigh_mass, self.thigh_length, self.thigh_centre, self.thigh_inertia)
         shank = Segment("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia)
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
-
-    def chains_on(self, flexion: float) -> tuple[Mapping[int, Chain], float]:
-        """The chains of two and of three angles on a stance leg whose knee is locked at a flexion, rad.
-
-        Also the moment of its weight beside its line, N m.
-        """
-        found = {n: self._chain_on(flexion, n) for n in (2, 3)}
-        return found, float(found[3].across[0])
-
-    def _chain_on(self, flexion: float, n: int) -> Chain:
-        linkage, motion = self._standing(flexion)
-        motion.free, motion.follows = n, 1.0
-        stand(linkage, motion)
-        E = SWING_LOCKED if n == 2 else np.eye(3)
-        levers = np.array(motion.levers)[:, :3] @ E
-        return Chain(
-            weights=np.array(motion.even)[:n, :n],
-            moments=levers[WEIGHT],
-            reach=levers[END],
-            mass=self.total_mass,
-            gravity=self.gravity,
-            across=levers[WEIGHT + 1],
-        )
 
     def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus), each of shape (2,), after the straight swing leg's impact, with the legs exchanged.

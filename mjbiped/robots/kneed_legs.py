@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.chain import Array
+from mjbiped.robots.chain import SWING_LOCKED, Array
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
-SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 

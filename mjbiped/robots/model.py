@@ -16,7 +16,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from mjbiped.robots.chain import Array, Chain, coupled, pulled
+from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.chain import Array, Chain
 
 Numbers: TypeAlias = tuple[float, ...]
 """A number for each of the robot's angles: one, two or three."""
@@ -94,6 +95,18 @@ def rates_after_knee_strike(model: Model, q: Numbers, dq: Numbers) -> Numbers:
     """Rates after the swing knee's plastic impact on its stop, rad/s, of three; see `KneedBiped.knee_impact`."""
     swing, stance = _impact(model.weights, model.weights, q, dq)
     return stance, swing, swing
+
+
+def coupled(weight: float, angle: float) -> tuple[float, float]:
+    """A_ij cos(q_i - q_j), of M, and A_ij sin(q_i - q_j), of C, for one A_ij and the angle q_i - q_j, rad."""
+    sine, cosine = sine_cosine(angle)
+    return weight * cosine, weight * sine
+
+
+def pulled(moment: float, angle: float) -> float:
+    """Gravity's pull -b_i sin(angle) on a segment, N m, for its b_i (N m) and its angle from the vertical, rad."""
+    sine, _ = sine_cosine(angle)
+    return -moment * sine
 
 
 def solve_pair(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:

@@ -12,11 +12,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.dynamics.linkage import PIVOT, ROOM, Linkage, Motion, accelerate, ground_force, room, stand
-from mjbiped.dynamics.modes import bend_stance_knee, land, opens, partner
+from mjbiped.dynamics.linkage import Linkage, Motion, room
+from mjbiped.dynamics.modes import bend_stance_knee, land, opens
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies
-from mjbiped.robots.chain import Chain, chain_by
+from mjbiped.robots.chain import SWING_LOCKED, Chain, chain_by
 from mjbiped.robots.mechanism import linkages_of
 from mjbiped.robots.model import Model, model_of
 from mjbiped.utils import domains
@@ -115,7 +115,16 @@ class Robot(ABC):
         Two angles of a robot with knees are those of straight legs; three have the swing knee free; four are of stance
         shank, stance thigh, swing thigh and swing shank.
         """
-        return {max(groups) + 1: chain_by(self.linkages[0], groups) for groups in _GROUPS[self.linkages[0].segments]}
+        return self.chains_on(0.0)
+
+    def chains_on(self, flexion: float) -> Mapping[int, Chain]:
+        """The same on a stance leg whose knee is locked at a flexion, rad; four angles are absolute."""
+        linkage, motion = self._standing(flexion)
+        found, offsets = {}, motion.offsets[: linkage.segments]
+        for groups in _GROUPS[linkage.segments]:
+            n = max(groups) + 1
+            found[n] = chain_by(linkage, groups, offsets if n < linkage.segments else 0.0)
+        return found
 
     @property
     def model(self) -> Model:
@@ -247,23 +256,15 @@ class Robot(ABC):
             locked: Whether the swing knee is locked; straight legs count as always locked.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
-        angles = domains.ANGLE.array("q", q, (len(self.angles),)).tolist()
-        rates = domains.RATE.array("dq", dq, (len(self.angles),)).tolist()
-        linkage, motion = self._standing(stance_flexion)
-        motion.free = 2 if locked and linkage.knees else len(self.angles)
-        motion.follows = 1.0 if linkage.knees else 0.0
-        slope = domains.ANGLE.check("slope", slope)
-        motion.sine, motion.cosine = math.sin(slope), math.cos(slope)
-        stand(linkage, motion)
-        forces: Any = motion.ddq
-        forces[: len(angles)] = (self.input_matrix @ np.asarray(torque, dtype=np.float64)).tolist()
-        flat = [0.0] * (ROOM - len(angles))
-        accelerate(linkage, motion, angles + flat, rates + flat)
-        along, normal = ground_force(linkage, motion, angles + flat, rates + flat, motion.ddq)
-        return (
-            along * motion.cosine + normal * motion.sine,
-            normal * motion.cosine - along * motion.sine,
-        )
+        n = len(self.angles)
+        angles, rates = domains.ANGLE.array("q", q, (n,)), domains.RATE.array("dq", dq, (n,))
+        forces, slope = self.input_matrix @ np.asarray(torque, dtype=np.float64), domains.ANGLE.check("slope", slope)
+        if locked and n == 3:
+            angles, rates, forces = angles[:2], rates[:2], SWING_LOCKED.T @ forces
+        chain = (self.chains_on(stance_flexion) if stance_flexion else self.chains)[len(angles)]
+        ddq = chain.accelerations(forces, angles, rates, slope)
+        forward, upward = chain.ground_force(angles, rates, ddq, slope).tolist()
+        return forward, upward
 
     def _standing(self, stance_flexion: float) -> tuple[Linkage, Motion]:
         """The linkage on its flat foot, and room for its motion on a stance leg that is bent so far, rad."""
@@ -297,8 +298,9 @@ class Robot(ABC):
         (linkage, motion), n = self._standing(stance_flexion), len(self.angles)
         tip = [0.0] * (linkage.angles - n)  # of a foot
         state = [*np.asarray(q).tolist(), *tip, *np.asarray(dq).tolist(), *tip]
-        land(linkage, motion, state, not (self.knee_opens and opens(linkage, motion, state)))
-        return np.array([motion.right[PIVOT + partner(linkage, i)] for i in range(n)])
+        held = not (self.knee_opens and opens(linkage, linkage, motion, state))
+        land(linkage, linkage, motion, state, held)
+        return np.array(motion.right[:n])
 
     def flexion(self, qpos: Any, leg: Any) -> Array:
         """Knee flexion of the leg with a given number in postures `qpos`, shape (...,), rad; 0 for straight legs."""

@@ -10,12 +10,12 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.dynamics.linkage import PIVOT, Motion, room
-from mjbiped.dynamics.modes import land, partner
+from mjbiped.dynamics.linkage import Motion, room
+from mjbiped.dynamics.modes import land
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array
-from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
+from mjbiped.robots.chain import SWING_LOCKED, Array
+from mjbiped.robots.kneed_legs import KneedLegs, rates_of
 from mjbiped.robots.model import Model
 from mjbiped.utils import domains
 
@@ -139,8 +139,8 @@ class RoundKneed(KneedLegs):
         for leg in np.unique(places[..., 0]):
             linkage, motion, after = self.linkages[0], Motion(**room()), []
             for moved in SWING_LOCKED.T.tolist():
-                land(linkage, motion, [-leg, leg, leg, *moved], False)
-                after.append([motion.right[PIVOT + partner(linkage, i)] for i in range(3)])
+                land(linkage, linkage, motion, [-leg, leg, leg, *moved], False)
+                after.append(motion.right[:3])
             stance, swing, shank = np.transpose(after)
             there = places[..., 0] == leg
             earlier = np.linalg.solve([stance, swing], places[there][..., 1:].T)

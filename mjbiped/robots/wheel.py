@@ -74,8 +74,8 @@ class RimlessWheel(Robot):
                 next_foot,
                 np.zeros(1, dtype=np.complex128),
                 angles=1,
-                radius=0.0,
                 gravity=self.gravity,
+                between=self.between,
             ),
         )
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.gaits.optimisation import Goal, Motion, evaluate
-from mjbiped.gaits.steps import KNEE_STRIKE, KneedStep
+from mjbiped.gaits.optimisation import evaluate
+from mjbiped.gaits.steps import KNEE_STRIKE, Goal, KneedStep, Motion
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOT = KneedBiped(

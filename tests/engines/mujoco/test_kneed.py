@@ -19,7 +19,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.records import measures
-from mjbiped.robots.kneed_legs import SWING_LOCKED
+from mjbiped.robots.chain import SWING_LOCKED
 from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
