@@ -24,7 +24,7 @@ from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.ahead import AHEAD
 from mjbiped.errors import GaitError, InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.records.settings import described
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS
@@ -273,7 +273,7 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
         )
     if controller.robot is not None:
         check_robot(f"{name}.robot", controller.robot)
-    if not isinstance(controller.gait, Gait | Branched | None):
+    if not isinstance(controller.gait, Gait | None):
         raise InputError(
             f"{name}.gait is of type {type(controller.gait).__name__}; must be a gait that find_passive_gait, "
             "find_kneed_gait or find_reference gives"
@@ -320,14 +320,14 @@ def _first_state(
         except InputError as error:
             wanted = _numbers_of(robot).replace("numbers", "finite numbers")
             raise InputError(f"an initial state is {wanted}: {error}") from error
-    if isinstance(gait, Gait):
+    if gait is not None and not gait.robot.collides_from_lift_off:
         check_landing(gait, slope, rule)
     q, dq = tuple(start[:count]), tuple(start[count:])
     _check_start(robot, terrain, q, rule)
     return q, dq
 
 
-def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodic:
+def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Gait:
     """Find the passive gait of a slope, for a controller that imitates none.
 
     Raises:

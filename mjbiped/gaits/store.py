@@ -71,7 +71,8 @@ def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str,
     if kept is None or not _repeats(robot, kept):
         kept = search(robot, slope)
         save(asked, kept)
-    return kept
+    tables = tuple(np.asarray(kept.pop(name)).tolist() for name in ("table", "bent", "straight") if name in kept)
+    return {**kept, "tables": tables}
 
 
 def _repeats(robot: Robot, gait: Mapping[str, Any]) -> bool:
@@ -93,6 +94,7 @@ def _made_with() -> list[str]:
     sources = [
         *here.glob("*.py"),
         *here.with_name("robots").glob("*.py"),
+        *here.with_name("dynamics").glob("*.py"),
         here.with_name("numerics") / "trigonometry.py",
     ]
     digests = [hashlib.sha256(source.read_bytes()).hexdigest() for source in sorted(sources)]

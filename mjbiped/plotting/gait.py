@@ -79,7 +79,7 @@ def plot_gait(gait: Any, path: str | Path | None = None) -> Figure:
 
 def _course(gait: Any) -> _Course:
     """Sample a step of a gait."""
-    strike = getattr(gait, "knee_strike", None)
+    strike = gait.knee_strike
     if strike is None:
         times = [np.linspace(0.0, gait.period, _SAMPLES)]
         motions = [gait.reference(times[0])]
@@ -98,7 +98,7 @@ def _course(gait: Any) -> _Course:
 
 def _title(gait: Any) -> str:
     """Kind of the gait and its main numbers."""
-    knees = " with knees" if hasattr(gait, "knee_strike") else ""
+    knees = " with knees" if gait.knee_strike else ""
     strike = [f"knee strike at {gait.knee_strike:.4f}\u00a0s"] if knees else []
     parts = [
         f"period {gait.period:.4f}\u00a0s",
@@ -109,7 +109,7 @@ def _title(gait: Any) -> str:
     if hasattr(gait, "goal"):
         parts.append(f"clearance {100 * gait.goal.clearance:.3g}\u00a0cm")
         return f"Optimised gait{knees}: {C_MT} {gait.measures.cost_of_transport:.4f}, {', '.join(parts)}"
-    if hasattr(gait, "energy"):
+    if not knees:
         parts.append(f"energy {gait.energy:.3f}\u00a0J")
     if hasattr(gait, "clearance"):
         parts.append(f"clearance {100 * gait.clearance:.2f}\u00a0cm")

@@ -64,15 +64,15 @@ def stance_knee_torque(
     def column(values: ArrayLike) -> Array:
         return np.broadcast_to(np.asarray(values, dtype=np.float64), leading)
 
-    line, swing, shank = np.moveaxis(domains.ANGLE.array("q", rows(q), (*leading, 3)), -1, 0)
-    turning, swinging, kicking = np.moveaxis(domains.RATE.array("dq", rows(dq), (*leading, 3)), -1, 0)
+    angles, rates = domains.ANGLE.array("q", rows(q), (*leading, 3)), domains.RATE.array("dq", rows(dq), (*leading, 3))
     ankle, hip, knee = np.moveaxis(rows(torque), -1, 0)
     lean = domains.ANGLE.array("slope", column(slope), leading)
     flexion = domains.ANGLE.array("stance_flexion", column(stance_flexion), leading)
     upper, lower = (segment.length for segment in robot.bodies.leg)
-    shin = line + np.arctan2(upper * np.sin(flexion), lower + upper * np.cos(flexion))
-    angles, rates = np.stack([shin, shin - flexion, swing, shank], -1), np.stack([turning, turning, swinging, kicking], -1)
-    # the equations of all four segments, and a row for each knee: the swing knee's is zero where it is free
+    angles, rates = angles[..., [0, 0, 1, 2]], rates[..., [0, 0, 1, 2]]  # of all four segments, stance shank first
+    angles[..., :2] += np.arctan2(upper * np.sin(flexion), lower + upper * np.cos(flexion))[..., None]
+    angles[..., 1] -= flexion
+    # the equations, and a row for each knee: the swing knee's is zero where it is free
     whole, equations = robot.chains[4], np.zeros((*leading, 6, 6))
     equations[..., :4, :4] = whole.mass_matrix(angles)
     equations[..., 4, :2], equations[..., 5, 2:4] = (1.0, -1.0), np.multiply.outer(column(locked), (-1.0, 1.0))

@@ -17,9 +17,9 @@ from controllers import AdaptiveController, KineticEnergyController, LimitCycleC
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, passive, store
 from mjbiped.gaits.described import gait_from, parse_reference, words_of
-from mjbiped.gaits.optimisation import TOLERANCE, Goal, _grid, _hindrance, _lower, motion_of, optimise, tell
+from mjbiped.gaits.optimisation import TOLERANCE, _grid, _hindrance, _lower, motion_of, optimise, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
-from mjbiped.gaits.steps import CompassStep
+from mjbiped.gaits.steps import CompassStep, Goal
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
 # phase: ours, which chooses the phase, must not cost more
@@ -231,7 +231,7 @@ def test_a_description_is_the_gait_bit_by_bit(high: OptimisedGait) -> None:
     again = gait_from(json.loads(json.dumps(high.describe())))
     assert isinstance(again, OptimisedGait)
     assert again == high
-    assert again.table == high.table
+    assert again.tables[0] == high.tables[0]
     assert hash(again) == hash(high)
     assert again != replace(high, clearance_phase=0.5)
 
@@ -334,7 +334,7 @@ def test_it_is_kept_and_read_again_bit_by_bit(
         patched.setattr(optimised, "optimise", None)  # not called
         again = find_reference(robot, clearance=0.0)
     assert again == first
-    assert again.table == first.table
+    assert again.tables[0] == first.tables[0]
     file.write_bytes(whole[:100])
     optimised._find.cache_clear()
     assert find_reference(robot, clearance=0.0) == first  # searched for again: the same, bit by bit
@@ -379,7 +379,7 @@ def test_a_passive_gait_is_kept_and_verified_when_it_is_read(
         patched.setattr(passive, "_search", None)  # not called
         again = mjbiped.find_passive_gait(robot, slope)
     assert again is not first
-    assert again.table == first.table
+    assert again.tables[0] == first.tables[0]
     for name in ("start", "end", "multipliers"):
         assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
     assert (again.period, again.step_length) == (first.period, first.step_length)

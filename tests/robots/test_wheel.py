@@ -18,7 +18,7 @@ from mjbiped.cli.main import main
 from mjbiped.control.controller import Controller, Memory
 from mjbiped.control.registry import make_controller
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.rolling import find_rolling
+from mjbiped.gaits.passive import find_rolling
 from mjbiped.limit_cycles.basin import basin_of_attraction
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
