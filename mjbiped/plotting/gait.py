@@ -19,7 +19,8 @@ from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
 from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
-from mjbiped.robots.robot import ARC, Array
+from mjbiped.robots.robot import Array
+from mjbiped.robots.shape import ARC
 from mjbiped.rules.scuffing import ScuffingRule
 
 APART = 0.5  # distance between two postures of a step, leg lengths

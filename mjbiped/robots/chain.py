@@ -58,13 +58,19 @@ class Chain(NamedTuple):
 
     @property
     def onto_end(self) -> Array:
-        """Weights of the momentum about the swing foot that strikes, by the rates before: A - reach b'/g, kg m^2."""
-        return self.weights - np.outer(self.reach, self.moments) / self.gravity
+        """Weights of the momentum about the swing foot that strikes, by the rates before: A - reach b'/g, kg m^2.
+
+        A foot or masses beside the segments' lines count where there is one angle.
+        """
+        beside = np.outer(self.reach, self.moments) + np.outer(self.beside, self.across)
+        return np.asarray(self.weights - beside / self.gravity)
 
     @property
     def about_end(self) -> Array:
         """A about the swing foot: A - (reach b' + b reach')/g + m reach reach', shape (n, n), kg m^2."""
-        return self.onto_end + np.outer(self.mass * self.reach - self.moments / self.gravity, self.reach)
+        along, across = ((self.reach, self.moments), (self.beside, self.across))
+        moved = [np.outer(self.mass * foot - pull / self.gravity, foot) for foot, pull in (along, across)]
+        return np.asarray(self.onto_end + moved[0] + moved[1])
 
     def mass_matrix(self, q: Array) -> Array:
         """M(q), shape (..., n, n), kg m^2, for angles of shape (..., n)."""

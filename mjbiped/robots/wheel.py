@@ -24,7 +24,6 @@ from mjbiped.dynamics.linkage import Linkage
 from mjbiped.robots.bodies import Bodies, Limb, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.mechanism import linkage_with
-from mjbiped.robots.model import Model, model_of, rows
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -89,12 +88,6 @@ class RimlessWheel(Robot):
         """Ratio of the rate after the impact of a spoke to the rate before it."""
         hub = self.mass * self.length**2
         return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
-
-    @property
-    def model(self) -> Model:
-        """The constants of the wheel's equations; see `Robot.model`. The next spoke's foot is off its chain's line."""
-        chain = self.chains[1]
-        return model_of(chain)._replace(about_end=rows(chain.weights), onto_end=rows(self.kept * chain.weights))
 
     @property
     def levers(self) -> tuple[float, float]:
