@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.gaits.reference import HORIZON, Table, motion_at
-from mjbiped.robots.robot import Array, Robot
+from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 
 
@@ -36,7 +36,7 @@ class Gait:
             of the straight one.
     """
 
-    robot: Robot
+    robot: Any
     slope: float
     start: Array
     end: Array

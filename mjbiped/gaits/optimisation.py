@@ -134,7 +134,7 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
     from scipy.optimize import minimize
 
     @lru_cache(maxsize=1)
-    def at(x: bytes) -> Evaluation:
+    def at(x: bytes) -> tuple[float, Array, Array, Array]:
         return evaluate(model, goal, smoothing, np.frombuffer(x))
 
     bounds = [
@@ -144,36 +144,24 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
         *model.own,
     ]
     done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
-        lambda x: at(x.tobytes()).cost,
+        lambda x: at(x.tobytes())[0],
         x,
-        jac=lambda x: at(x.tobytes()).gradient,
+        jac=lambda x: at(x.tobytes())[1],
         bounds=bounds,
-        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes()).kept, "jac": lambda x: at(x.tobytes()).jacobian},
+        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes())[2], "jac": lambda x: at(x.tobytes())[3]},
         method="SLSQP",
         options={"maxiter": 150, "ftol": 1e-9},
     )
     x = np.clip(done.x, *np.array(bounds).T)
-    return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf
+    return x, float(at(x.tobytes())[2].min()) if np.isfinite(x).all() else -math.inf
 
 
-class Evaluation(NamedTuple):
-    """Cost and constraints for one set of numbers.
+def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[float, Array, Array, Array]:
+    """Cost and constraints with their derivatives by complex steps.
 
-    Attributes:
-        cost: The cost.
-        gradient: Its gradient, shape (n,).
-        kept: Values of the constraints, >= 0 where they hold, shape (m,).
-        jacobian: Its Jacobian, shape (m, n).
+    Returns:
+        The cost and its gradient, shape (n,); the constraints, >= 0 where they hold, shape (m,), and their Jacobian.
     """
-
-    cost: float
-    gradient: Array
-    kept: Array
-    jacobian: Array
-
-
-def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evaluation:
-    """Cost and constraints with their derivatives by complex steps."""
     numbers = x + 1j * _COMPLEX_STEP * np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
     motion = motion_of(model, goal, numbers)
     course, phases, weights, second = _walked(model, motion, numbers, 1)
@@ -183,7 +171,7 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evalua
     cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
     kept = np.concatenate(list(_constraints(model, goal, motion, course, phases, second).values()), axis=-1)
     derivative, jacobian = cost.imag / _COMPLEX_STEP, kept.imag / _COMPLEX_STEP
-    return Evaluation(float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T)
+    return float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T
 
 
 def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:

@@ -23,8 +23,6 @@ import scipy
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
 
-_REPEATS = 1e-7  # largest error of the rates after the impact with which a stored gait is used, sqrt(g/l)
-
 
 def folder() -> Path:
     """Return the folder of stored gaits: the environment variable MJBIPED_CACHE_DIR, or one in the user's cache."""
@@ -68,18 +66,11 @@ def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str,
     robot = robot.mechanism
     asked = {"passive": robot.to_dict(), "slope": slope}
     kept = load(asked)
-    if kept is None or not _repeats(robot, kept):
+    if kept is None:
         kept = search(robot, slope)
         save(asked, kept)
     tables = tuple(np.asarray(kept.pop(name)).tolist() for name in ("table", "bent", "straight") if name in kept)
     return {**kept, "tables": tables}
-
-
-def _repeats(robot: Robot, gait: Mapping[str, Any]) -> bool:
-    """Whether the impact leads from a gait's end to its start."""
-    half = len(robot.angles)
-    rates = robot.rates_after_touchdown(gait["end"][:half], gait["end"][half:])
-    return bool(np.abs(rates - gait["start"][half:]).max() < _REPEATS * np.sqrt(robot.gravity / robot.leg_length))
 
 
 def _file(asked: Mapping[str, Any]) -> Path:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 from functools import cache
 
-import mujoco
 import numpy as np
 import pytest
 import sympy as sp
@@ -139,52 +138,6 @@ def test_a_chain_about_its_end_is_the_same_robot_seen_from_the_other_foot() -> N
         for n in (2, 4):
             chain = robot.chains[n]
             close(chain.about_end[::-1, ::-1], chain.weights)
-
-
-@pytest.mark.parametrize("n", LENGTHS)
-def test_mujoco_has_the_same_mass_matrix_and_bias(n: int) -> None:
-    for robot in ROBOTS:
-        model = mujoco_chain(robot, n)
-        data = mujoco.MjData(model)
-        relative = np.eye(n) - np.eye(n, k=-1)  # MuJoCo's hinges turn between segments
-        absolute = np.linalg.inv(relative)
-        for q, dq, slope in states(n, 5):
-            tilt = robot.gravity * np.array([math.sin(slope), 0.0, -math.cos(slope)])
-            model.opt.gravity[:] = tilt  # the ground's normal is MuJoCo's z
-            data.qpos[:], data.qvel[:] = relative @ q, relative @ dq
-            mujoco.mj_forward(model, data)
-            M = np.empty((n, n))
-            mujoco.mj_fullM(model, data, M)
-            close(absolute.T @ robot.mass_matrix(q) @ absolute, M)
-            bias = absolute.T @ (robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope))
-            close(bias, data.qfrc_bias, scale=25 * float(np.abs(robot.chains[n].weights).sum()))
-
-
-def mujoco_chain(robot: KneedBiped, n: int) -> mujoco.MjModel:
-    """The robot on a pinned foot, with a hinge about +y at the foot of each segment's first link."""
-    spec = mujoco.MjSpec()
-    spec.compiler.boundmass = 0.0
-    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    upper, lower = robot.thigh_length, robot.shank_length
-    shank, thigh = (robot.shank_mass, robot.shank_inertia), (robot.thigh_mass, robot.thigh_inertia)
-    links = [
-        (*shank, lower - robot.shank_centre, lower),
-        (*thigh, upper - robot.thigh_centre, upper),
-        (*thigh, -robot.thigh_centre, -upper),
-        (*shank, -robot.shank_centre, -lower),
-    ]
-    free = {2: (0, 2), 3: (0, 2, 3), 4: (0, 1, 2, 3)}[n]
-    parent, height = spec.worldbody, 0.0
-    for k, (mass, inertia, centre, length) in enumerate(links):
-        body = parent.add_body(pos=[0, 0, height], mass=mass, ipos=[0, 0, centre], inertia=[inertia] * 3)
-        body.explicitinertial = True
-        if k in free:
-            body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
-        if k == 1 and robot.hip_mass:
-            hip = body.add_body(pos=[0, 0, length], mass=robot.hip_mass, ipos=[0, 0, 0], inertia=[1e-12] * 3)
-            hip.explicitinertial = True
-        parent, height = body, length
-    return spec.compile()
 
 
 @pytest.mark.parametrize("n", LENGTHS)

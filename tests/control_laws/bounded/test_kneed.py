@@ -24,7 +24,7 @@ from mjbiped.controllers.memory import BENT, BENT_FREE, LEAN
 from mjbiped.controllers.room import ANGLES, FORCE, MOTION, NORMAL, TORQUE
 from mjbiped.controllers.tracking import track
 from mjbiped.errors import InputError
-from mjbiped.gaits.optimised import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait
 
 ANGLE, RATE = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 STATES = st.tuples(ANGLE, ANGLE, ANGLE, RATE, RATE, RATE)
@@ -41,12 +41,12 @@ def robot() -> mjbiped.KneedBiped:
 
 
 @pytest.fixture(scope="module")
-def gait(robot: mjbiped.KneedBiped) -> OptimisedKneedGait:
+def gait(robot: mjbiped.KneedBiped) -> OptimisedGait:
     return mjbiped.find_reference(robot, clearance=0.08)
 
 
 @pytest.fixture(scope="module")
-def law(robot: mjbiped.KneedBiped, gait: OptimisedKneedGait) -> BoundedKneedController:
+def law(robot: mjbiped.KneedBiped, gait: OptimisedGait) -> BoundedKneedController:
     return BoundedKneedController(robot, gait)
 
 
@@ -128,7 +128,7 @@ STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
-    law: BoundedKneedController, gait: OptimisedKneedGait, engine: str
+    law: BoundedKneedController, gait: OptimisedGait, engine: str
 ) -> None:
     walk, clipped = (
         mjbiped.walk(each, STAIRS, engine=engine, steps=16) for each in (law, KneedController(law.robot, gait))
@@ -182,7 +182,7 @@ def test_compiled_and_in_python_it_walks_the_same(law: BoundedKneedController, e
     np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
 
 
-def test_a_compass_is_refused(gait: OptimisedKneedGait) -> None:
+def test_a_compass_is_refused(gait: OptimisedGait) -> None:
     with pytest.raises(InputError, match=r"BoundedKneedController needs a mjbiped.KneedBiped"):
         BoundedKneedController(mjbiped.Compass(), gait)  # type: ignore[arg-type]
 
