@@ -101,7 +101,7 @@ class Gait:
 
     def __eq__(self, other: object) -> bool:
         """Whether it is the same gait of the same robot."""
-        return type(other) is type(self) and self.describe() == other.describe()  # type: ignore[attr-defined]
+        return type(other) is type(self) and self.describe() == other.describe()
 
     def __hash__(self) -> int:
         """Hash of what gaits that are equal have in common."""

@@ -81,7 +81,7 @@ class KneedGait(PassiveGait):
     @property
     def feet(self) -> Array:
         """Place of the swing foot from the stance foot at `times`, along the ground and its normal, shape (n, 2), m."""
-        return self.robot.swing_foot(self.states[:, :3])
+        return np.asarray(self.robot.swing_foot(self.states[:, :3]))
 
     @property
     def clearance(self) -> float:

@@ -76,7 +76,7 @@ class PassiveGait(Gait):
     def energy(self) -> float:
         """Kinetic plus potential energy about the stance foot just after a heel strike, J; constant without knees."""
         half = len(self.robot.angles)
-        return self.robot.energy(self.start[:half], self.start[half:], self.slope)
+        return float(self.robot.energy(self.start[:half], self.start[half:], self.slope))
 
 
 def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGait:

@@ -9,7 +9,7 @@ import pytest
 import mjbiped
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedKneedGait
 from mjbiped.gaits.steps import KneedStep
 
 LIGHT, HALVED = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods()
@@ -22,13 +22,15 @@ robots = pytest.mark.parametrize("gait", [LIGHT, pytest.param(HALVED, marks=pyte
 
 
 @pytest.fixture(scope="module")
-def gait(request: pytest.FixtureRequest) -> OptimisedGait:
+def gait(request: pytest.FixtureRequest) -> OptimisedKneedGait:
     robot: mjbiped.KneedBiped = request.param
-    return mjbiped.find_reference(robot, clearance=HIGH)
+    found = mjbiped.find_reference(robot, clearance=HIGH)
+    assert isinstance(found, OptimisedKneedGait)
+    return found
 
 
 @robots
-def test_it_repeats_itself_through_both_strikes(gait: OptimisedGait) -> None:
+def test_it_repeats_itself_through_both_strikes(gait: OptimisedKneedGait) -> None:
     robot, knee = gait.robot, np.concatenate(gait.branch(gait.knee_strike, bent=True)[:2])
     q, dq = robot.heel_impact(gait.end[:2], gait.end[3:5])
     np.testing.assert_allclose(np.concatenate([q[[0, 1, 1]], dq[[0, 1, 1]]]), gait.start, rtol=0, atol=1e-10)
@@ -47,7 +49,7 @@ def test_it_repeats_itself_through_both_strikes(gait: OptimisedGait) -> None:
 
 
 @robots
-def test_every_demand_is_kept_between_the_optimisers_points(gait: OptimisedGait) -> None:
+def test_every_demand_is_kept_between_the_optimisers_points(gait: OptimisedKneedGait) -> None:
     robot, model = gait.robot, KneedStep(gait.robot)
     s = np.linspace(0.0, 1.0, 4001)
     times = s * gait.period
@@ -74,7 +76,7 @@ def test_every_demand_is_kept_between_the_optimisers_points(gait: OptimisedGait)
 
 
 @robots
-def test_cost_by_another_quadrature(gait: OptimisedGait) -> None:
+def test_cost_by_another_quadrature(gait: OptimisedKneedGait) -> None:
     """The trapezoidal rule over the branches' pieces, with the robot's own matrices."""
     robot, work = gait.robot, 0.0
     for bent, first, last in ((True, 0.0, gait.knee_strike), (False, gait.knee_strike, gait.period)):
@@ -92,7 +94,7 @@ def test_cost_by_another_quadrature(gait: OptimisedGait) -> None:
 
 
 @pytest.mark.parametrize("gait", [LIGHT], indirect=True)
-def test_branches_reach_over_the_whole_step_and_beyond(gait: OptimisedGait) -> None:
+def test_branches_reach_over_the_whole_step_and_beyond(gait: OptimisedKneedGait) -> None:
     times = np.linspace(0.0, 0.999 * gait.horizon, 20001)
     for bent in (True, False):
         q, dq, ddq = gait.branch(times, bent=bent)
@@ -110,7 +112,7 @@ def test_branches_reach_over_the_whole_step_and_beyond(gait: OptimisedGait) -> N
 
 
 @pytest.mark.parametrize("gait", [LIGHT], indirect=True)
-def test_a_description_is_the_gait_bit_by_bit(gait: OptimisedGait) -> None:
+def test_a_description_is_the_gait_bit_by_bit(gait: OptimisedKneedGait) -> None:
     again = gait_from(json.loads(json.dumps(gait.describe())))
     assert isinstance(again, OptimisedKneedGait)
     assert again == gait
