@@ -81,11 +81,11 @@ def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
 
 
 def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
-    """Compute the rates of stages 1 to 6."""
+    """Compute the rates of stages 1 to 7."""
     n = c.size
     y, s = numbers(w.y, n), numbers(w.spare, n)
     k0, k1, k2, k3 = row(w.k, 0, n), row(w.k, 1, n), row(w.k, 2, n), row(w.k, 3, n)
-    k4, k5, k6 = row(w.k, 4, n), row(w.k, 5, n), row(w.k, 6, n)
+    k4, k5, k6, k7 = row(w.k, 4, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
     for i in range(n):
         s[i] = y[i] + h * (0.05260015195876773 * k0[i])
     rates(c, w, t + 0.05260015195876773 * h, s, k1)
@@ -106,15 +106,6 @@ def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
             0.037109375 * k0[i] + 0.17025221101954405 * k3[i] + 0.06021653898045596 * k4[i] - 0.017578125 * k5[i]
         )
     rates(c, w, t + 0.25 * h, s, k6)
-
-
-def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
-    """Compute the rates of stages 7 to 11."""
-    n = c.size
-    y, s = numbers(w.y, n), numbers(w.spare, n)
-    k0, k3, k4, k5 = row(w.k, 0, n), row(w.k, 3, n), row(w.k, 4, n), row(w.k, 5, n)
-    k6, k7, k8, k9 = row(w.k, 6, n), row(w.k, 7, n), row(w.k, 8, n), row(w.k, 9, n)
-    k10, k11 = row(w.k, 10, n), row(w.k, 11, n)
     for i in range(n):
         s[i] = y[i] + h * (
             0.03709200011850479 * k0[i]
@@ -124,6 +115,15 @@ def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
             + 0.008273789163814023 * k6[i]
         )
     rates(c, w, t + 0.3076923076923077 * h, s, k7)
+
+
+def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the rates of stages 8 to 11."""
+    n = c.size
+    y, s = numbers(w.y, n), numbers(w.spare, n)
+    k0, k3, k4, k5 = row(w.k, 0, n), row(w.k, 3, n), row(w.k, 4, n), row(w.k, 5, n)
+    k6, k7, k8, k9 = row(w.k, 6, n), row(w.k, 7, n), row(w.k, 8, n), row(w.k, 9, n)
+    k10, k11 = row(w.k, 10, n), row(w.k, 11, n)
     for i in range(n):
         s[i] = y[i] + h * (
             0.6241109587160757 * k0[i]

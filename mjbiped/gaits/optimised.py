@@ -233,17 +233,17 @@ def only_kept() -> Iterator[None]:
 def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait:
     kind = _KINDS[robot.kind]
     asked = {"robot": robot.to_dict(), "goal": dataclasses.asdict(goal)}
-    kept = store.load(asked)
-    if kept is None:
+
+    def search() -> dict[str, Any]:
         if _searches_forbidden.get():
             raise GaitError("this reference is not kept on this machine, and is not searched for here")
-        kept = {"x": optimise(kind.step(robot), goal)}
-        store.save(asked, kept)
-    return kind.of(robot, goal, **kept)
+        return {"x": optimise(kind.step(robot), goal)}
+
+    return kind.of(robot, goal, **store.kept(asked, search))
 
 
 def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
-    """Make the gait that `Optimised.describe` described, bitwise and without a new optimisation.
+    """Make the gait that `OptimisedGait.describe` described, bitwise and without a new optimisation.
 
     Raises:
         KeyError: Something is missing.

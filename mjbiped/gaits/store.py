@@ -52,6 +52,15 @@ def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
             np.savez(unfinished, **found)
 
 
+def kept(asked: Mapping[str, Any], search: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what is stored for a request, or what a search finds, which is then stored."""
+    found = load(asked)
+    if found is None:
+        found = search()
+        save(asked, found)
+    return found
+
+
 def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> dict[str, Any]:
     """Return the attributes of a passive gait by name, from the store or from a search.
 
@@ -65,12 +74,9 @@ def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str,
     """
     robot = robot.mechanism
     asked = {"passive": robot.to_dict(), "slope": slope}
-    kept = load(asked)
-    if kept is None:
-        kept = search(robot, slope)
-        save(asked, kept)
-    tables = tuple(np.asarray(kept.pop(name)).tolist() for name in ("table", "bent", "straight") if name in kept)
-    return {**kept, "tables": tables}
+    found = dict(kept(asked, lambda: search(robot, slope)))
+    tables = tuple(np.asarray(found.pop(name)).tolist() for name in ("table", "bent", "straight") if name in found)
+    return {**found, "tables": tables}
 
 
 def _file(asked: Mapping[str, Any]) -> Path:

@@ -40,7 +40,6 @@ def linkage_with(
     angles: int,
     gravity: float,
     radius: float = 0.0,
-    between: float = 0.0,
 ) -> Linkage:
     """The linkage of some bodies.
 
@@ -53,7 +52,6 @@ def linkage_with(
         angles: Number of the angles of a state.
         gravity: m/s^2.
         radius: Of round feet, m.
-        between: See `Linkage`, rad.
     """
     products, first, whole = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), 0.0
     for mass, inertia, segment, levers in masses:
@@ -71,7 +69,7 @@ def linkage_with(
         mass=whole,
         gravity=gravity,
         radius=radius,
-        between=between,
+        between=0.0,
         even=products.real.tolist(),
         odd=products.imag.tolist(),
         levers=points.tolist(),

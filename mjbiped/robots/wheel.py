@@ -66,17 +66,10 @@ class RimlessWheel(Robot):
     def linkages(self) -> tuple[Linkage, ...]:
         """The wheel on one spoke; its swing foot is that of the next spoke."""
         spoke, next_foot = np.array([self.length + 0j]), np.array([complex(*self.levers)])
-        return (
-            linkage_with(
-                [(self.mass, self.inertia, 0, spoke)],
-                spoke,
-                next_foot,
-                np.zeros(1, dtype=np.complex128),
-                angles=1,
-                gravity=self.gravity,
-                between=self.between,
-            ),
-        )
+        hub = [(self.mass, self.inertia, 0, spoke)]
+        made = linkage_with(hub, spoke, next_foot, np.zeros_like(spoke), angles=1, gravity=self.gravity)
+        made.between = self.between
+        return (made,)
 
     @property
     def between(self) -> float:
