@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from mjbiped.controllers import layout
 from mjbiped.controllers.settings import PaperSettings
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
@@ -77,6 +77,6 @@ class GaitLibrary(PaperSettings):
         own = {layout.UP: up, layout.DOWN: down, layout.CLIMBING_STEPS: float(self.climbing_steps)}
         return {**super().scalars(), **own}
 
-    def gaits(self) -> dict[int, Periodic]:
+    def gaits(self) -> dict[int, Gait]:
         """Return the gaits that are imitated, by the indices of their starts."""
         return {**super().gaits(), layout.CLIMBING_GAIT: self.climbing_gait or self.gait}

@@ -26,7 +26,7 @@ from mjbiped.controllers.replanning import next_discontinuity
 from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.slope_estimator import slope_estimate
 from mjbiped.errors import InputError
-from mjbiped.gaits.gait import Branched
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
@@ -44,7 +44,7 @@ class KneedController(PaperSettings, Tracking):
     """
 
     robot: KneedBiped
-    gait: Branched
+    gait: Gait
     knee_bump: Annotated[float, domains.KNEE_BUMP] = 0.5
     knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
 
@@ -53,7 +53,7 @@ class KneedController(PaperSettings, Tracking):
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""
-        if not isinstance(self.robot, KneedBiped) or not isinstance(self.gait, Branched):
+        if not isinstance(self.robot, KneedBiped) or not isinstance(self.gait, Gait) or self.gait.knee_strike is None:
             raise InputError(
                 f"{type(self).__name__} needs a mjbiped.KneedBiped and a gait with knees (see mjbiped.find_kneed_gait "
                 f"and mjbiped.find_reference), got {type(self.robot).__name__} and {type(self.gait).__name__}"

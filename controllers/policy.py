@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from mjbiped.control.controller import Law, LawController, Memory, Numbers, Room
 from mjbiped.controllers.settings import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 
 FEATURES = (
@@ -89,7 +89,7 @@ class PolicyController(LawController):
     """
 
     robot: Compass
-    gait: Periodic
+    gait: Gait
 
     memory_size: ClassVar[int] = 2
 

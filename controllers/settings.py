@@ -16,9 +16,8 @@ from mjbiped.controllers.layout import TRANSITION_TIME
 from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
 from mjbiped.controllers.room import ANGLES, REFERENCE
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait
-from mjbiped.gaits.reference import table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
@@ -51,7 +50,7 @@ class PaperSettings(LawController):
     """
 
     robot: Robot
-    gait: Periodic
+    gait: Gait
     position_gain: Annotated[float, domains.GAIN] = 5.0
     velocity_gain: Annotated[float, domains.GAIN] = 12.0
     adaptation_gain: Annotated[float, domains.ADAPTATION_GAIN] = 0.3
@@ -113,7 +112,7 @@ class PaperSettings(LawController):
         chain = self.robot.chains[2]
         return {layout.FREE: layout.chain_block(*chain[:3])}
 
-    def gaits(self) -> dict[int, Periodic]:
+    def gaits(self) -> dict[int, Gait]:
         """Return the gaits that are imitated, by the indices of their starts."""
         return {layout.GAIT: self.gait}
 
@@ -151,17 +150,12 @@ class PaperSettings(LawController):
         return angles, rates, accelerations
 
 
-def add_gait(parameters: list[float], index: int, gait: Periodic, delay: float | None) -> None:
+def add_gait(parameters: list[float], index: int, gait: Gait, delay: float | None) -> None:
     """Add a gait's block and trajectories behind a law's parameters; its start stands at an index."""
     first = len(parameters)
     parameters[index] = float(first)
     parameters += [(delay or 0.0) * gait.period, gait.slope, 0.0, 0.0, *np.asarray(gait.start).tolist()]
-    if isinstance(gait, Branched):
-        tables = [table_of(gait.rate, branch) for branch in (gait.bent, gait.straight)]
-    else:
-        assert isinstance(gait, Gait)
-        tables = [gait.table]
-    for place, table in zip((layout.BENT_TABLE, layout.STRAIGHT_TABLE), tables, strict=False):
+    for place, table in zip((layout.BENT_TABLE, layout.STRAIGHT_TABLE), gait.tables, strict=False):
         parameters[first + place] = float(len(parameters))
         parameters += table
 

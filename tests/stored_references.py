@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mjbiped.gaits import store
-from mjbiped.gaits.optimisation import Goal, StepModel, optimise
-from mjbiped.gaits.steps import CompassStep, KneedStep
+from mjbiped.gaits.optimisation import optimise
+from mjbiped.gaits.steps import CompassStep, Goal, KneedStep, StepModel
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 

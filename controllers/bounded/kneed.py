@@ -10,7 +10,7 @@ from mjbiped.controllers.adaptive import knee_strike
 from mjbiped.controllers.bounded.bounded_ankle import OnSole, next_discontinuity, torque, touchdown
 from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.kneed import KneedController
-from mjbiped.gaits.gait import Branched
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.kneed import KneedBiped
 
 
@@ -30,7 +30,7 @@ class BoundedKneedController(OnSole, KneedController):
     """
 
     robot: KneedBiped
-    gait: Branched
+    gait: Gait
 
     @cached_property
     def plain_law(self) -> Law:

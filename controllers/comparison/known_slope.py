@@ -85,7 +85,7 @@ class KnownSlopeController(LawController):
             float(self.gait.slope),
             self.gait.energy if isinstance(self.gait, PassiveGait) else math.nan,
             *map(float, gains),
-            *(self.gait.table if self.follows else ()),
+            *(self.gait.tables[0] if self.follows else ()),
         ]
 
     def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:

@@ -17,7 +17,7 @@ from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.gait import Branched, Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
 
@@ -156,14 +156,14 @@ def drawn_transitions(walk: Walk) -> list[Array]:
         return []
 
 
-def drawn_gait(walk: Walk) -> Gait | Branched | None:
+def drawn_gait(walk: Walk) -> Gait | None:
     """The gait that a walk's controller imitated, for pictures; None where the record has none for this robot."""
     described = walk.settings["controller"].get("gait")
     try:
         gait = None if described is None else gait_from(described)
     except MjbipedError:
         return None
-    return gait if isinstance(gait, Gait | Branched) and gait.robot.kind == walk.robot.kind else None
+    return gait if isinstance(gait, Gait) and gait.robot.kind == walk.robot.kind else None
 
 
 class TrackedReference:

@@ -13,11 +13,9 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.gaits.gait import Passive
 from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised import OptimisedGait, OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait
 from mjbiped.gaits.passive import PassiveGait
-from mjbiped.gaits.rolling import Rolling
 from mjbiped.records.measure_table import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
@@ -86,7 +84,7 @@ _THEOREM: tuple[Line, ...] = (
 )
 
 
-def gait_told(gait: PassiveGait | Rolling) -> Told:
+def gait_told(gait: PassiveGait) -> Told:
     """A passive gait without knees; states are the robot's angles (rad), then their rates (rad/s)."""
     angles = gait.robot.angles
     summary = {
@@ -153,7 +151,7 @@ def _filled(lines: Iterable[Line], results: Mapping[str, Any]) -> Table:
     return table_of((label, form.format_map(results), unit) for label, form, unit in lines)
 
 
-def _stability_of(gait: Passive) -> dict[str, Any]:
+def _stability_of(gait: PassiveGait) -> dict[str, Any]:
     """A gait's Floquet multipliers, and whether it is stable."""
     return {
         "multipliers": [
@@ -171,7 +169,7 @@ def _stability_lines(summary: Mapping[str, Any]) -> Iterator[Line]:
     yield "stable", "yes" if summary["stable"] else "no", ""
 
 
-def reference_told(gait: OptimisedGait | OptimisedKneedGait) -> Told:
+def reference_told(gait: OptimisedGait) -> Told:
     """Report an optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
     told, joints = gait.measures, gait.robot.joints
     summary = {
@@ -188,7 +186,7 @@ def reference_told(gait: OptimisedGait | OptimisedKneedGait) -> Told:
         "greatest_clearance_m": told.greatest_clearance,
         "state_after_impact": gait.start.tolist(),
         "state_before_impact": gait.end.tolist(),
-        **({"knee_strike_s": gait.knee_strike} if isinstance(gait, OptimisedKneedGait) else {}),
+        **({"knee_strike_s": gait.knee_strike} if gait.knee_strike else {}),
     }
     lines = [
         ("speed", "{speed_m_per_s:.4f}", "m/s"),

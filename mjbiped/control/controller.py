@@ -21,7 +21,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
-from mjbiped.gaits.gait import Branched, Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
@@ -112,7 +112,7 @@ class Controller(ABC):
     follows: ClassVar[bool] = True
     support: ClassVar[int] = -1
     robot: Robot | None = None
-    gait: Periodic | None = None
+    gait: Gait | None = None
 
     def driving(self, robot: Robot) -> Controller:
         """The controller that drives a given robot on behalf of this one: by default itself, whatever the robot."""
@@ -192,7 +192,7 @@ class Controller(ABC):
         if dataclasses.is_dataclass(self):
             for field in dataclasses.fields(self):
                 value = getattr(self, field.name)
-                if isinstance(value, Gait | Branched):
+                if isinstance(value, Gait):
                     value = value.describe()
                 elif isinstance(value, Robot):
                     value = value.to_dict()

@@ -28,7 +28,7 @@ from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_cla
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of, usual_gait
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
@@ -142,7 +142,7 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
 
 
-def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Periodic | None = None) -> Controller:
+def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
     """Make a controller by its name.
 
     Args:
@@ -196,7 +196,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         ) from error
 
 
-def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> Periodic:
+def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> Gait:
     """The gait that a controller imitates.
 
     Args:
@@ -215,7 +215,7 @@ def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> 
         raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
     if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    found: Periodic = find_reference(robot, **parse_reference(reference))
+    found: Gait = find_reference(robot, **parse_reference(reference))
     return found
 
 

@@ -26,6 +26,47 @@ PLACES = (0.0, 0.25, 0.3076923076923077, 0.3333333333333333, 0.6, 0.651282051282
 """Where these stages lie, in shares of the step."""
 
 
+STEPPED, ALL = (0, 5, 6, 7, 8, 9, 10, 11), (0, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
+"""Stages that make the end of a step and its errors, and its dense output."""
+
+ORDER_8 = (
+    0.054293734116568765, 4.450312892752409, 1.8915178993145003, -5.801203960010585, 0.3111643669578199,
+    -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
+)  # fmt: skip
+ERROR_3 = (
+    -0.18980075407240762, 4.450312892752409, 1.8915178993145003, -5.801203960010585, -0.4226823213237919,
+    -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
+)  # fmt: skip
+ERROR_5 = (
+    0.01312004499419488, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864, -0.35032884874997366,
+    0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
+)  # fmt: skip
+PLACES_BETWEEN = (0.1, 0.2, 0.7777777777777778)
+BETWEEN = ((0, 6, 7, 8, 9, 10, 11, 12), (0, 5, 6, 7, 10, 11, 12, 13), (0, 5, 6, 7, 8, 12, 13, 14))
+WEIGHTS_BETWEEN = (
+    (0.056167502283047954, 0.25350021021662483, -0.2462390374708025, -0.12419142326381637, 0.15329179827876568,
+     0.00820105229563469, 0.007567897660545699, -0.008298),
+    (0.03183464816350214, 0.028300909672366776, 0.053541988307438566, -0.05492374857139099, -0.00010834732869724932,
+     0.0003825710908356584, -0.00034046500868740456, 0.1413124436746325),
+    (-0.42889630158379194, -4.697621415361164, 7.683421196062599, 4.06898981839711, 0.3567271874552811,
+     -0.0013990241651590145, 2.9475147891527724, -9.15095847217987),
+)  # fmt: skip
+HIGH = (
+    (-8.428938276109013, 0.5667149535193777, -3.0689499459498917, 2.38466765651207, 2.117034582445028,
+     -0.871391583777973, 2.2404374302607883, 0.6315787787694688, -0.08899033645133331, 18.148505520854727,
+     -9.194632392478356, -4.436036387594894),
+    (10.427508642579134, 242.28349177525817, 165.20045171727028, -374.5467547226902, -22.113666853125306,
+     7.733432668472264, -30.674084731089398, -9.332130526430229, 15.697238121770845, -31.139403219565178,
+     -9.35292435884448, 35.81684148639408),
+    (19.985053242002433, -387.0373087493518, -189.17813819516758, 527.8081592054236, -11.57390253995963,
+     6.8812326946963, -1.0006050966910838, 0.7777137798053443, -2.778205752353508, -60.19669523126412,
+     84.32040550667716, 11.99229113618279),
+    (-25.69393346270375, -154.18974869023643, -231.5293791760455, 357.6391179106141, 93.40532418362432,
+     -37.45832313645163, 104.0996495089623, 29.8402934266605, -43.53345659001114, 96.32455395918828,
+     -39.17726167561544, -149.72683625798564),
+)  # fmt: skip
+
+
 def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
     """Integrate one step of length h from `w.y`, whose rates stand in the first row of `w.k` already, to `w.out`.
 
@@ -40,11 +81,11 @@ def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
 
 
 def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
-    """Compute the rates of stages 1 to 6."""
+    """Compute the rates of stages 1 to 7."""
     n = c.size
     y, s = numbers(w.y, n), numbers(w.spare, n)
     k0, k1, k2, k3 = row(w.k, 0, n), row(w.k, 1, n), row(w.k, 2, n), row(w.k, 3, n)
-    k4, k5, k6 = row(w.k, 4, n), row(w.k, 5, n), row(w.k, 6, n)
+    k4, k5, k6, k7 = row(w.k, 4, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
     for i in range(n):
         s[i] = y[i] + h * (0.05260015195876773 * k0[i])
     rates(c, w, t + 0.05260015195876773 * h, s, k1)
@@ -65,15 +106,6 @@ def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
             0.037109375 * k0[i] + 0.17025221101954405 * k3[i] + 0.06021653898045596 * k4[i] - 0.017578125 * k5[i]
         )
     rates(c, w, t + 0.25 * h, s, k6)
-
-
-def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
-    """Compute the rates of stages 7 to 11."""
-    n = c.size
-    y, s = numbers(w.y, n), numbers(w.spare, n)
-    k0, k3, k4, k5 = row(w.k, 0, n), row(w.k, 3, n), row(w.k, 4, n), row(w.k, 5, n)
-    k6, k7, k8, k9 = row(w.k, 6, n), row(w.k, 7, n), row(w.k, 8, n), row(w.k, 9, n)
-    k10, k11 = row(w.k, 10, n), row(w.k, 11, n)
     for i in range(n):
         s[i] = y[i] + h * (
             0.03709200011850479 * k0[i]
@@ -83,6 +115,15 @@ def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
             + 0.008273789163814023 * k6[i]
         )
     rates(c, w, t + 0.3076923076923077 * h, s, k7)
+
+
+def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+    """Compute the rates of stages 8 to 11."""
+    n = c.size
+    y, s = numbers(w.y, n), numbers(w.spare, n)
+    k0, k3, k4, k5 = row(w.k, 0, n), row(w.k, 3, n), row(w.k, 4, n), row(w.k, 5, n)
+    k6, k7, k8, k9 = row(w.k, 6, n), row(w.k, 7, n), row(w.k, 8, n), row(w.k, 9, n)
+    k10, k11 = row(w.k, 10, n), row(w.k, 11, n)
     for i in range(n):
         s[i] = y[i] + h * (
             0.6241109587160757 * k0[i]
@@ -133,175 +174,52 @@ def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
 
 def _end(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     """Compute the state at the end of a step, and its rates."""
-    n = c.size
-    y, z = numbers(w.y, n), numbers(w.out, n)
-    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
-    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
-    k12 = row(w.k, 12, n)
+    n, y, z = c.size, numbers(w.y, c.size), numbers(w.out, c.size)
     for i in range(n):
-        z[i] = y[i] + h * (
-            0.054293734116568765 * k0[i]
-            + 4.450312892752409 * k5[i]
-            + 1.8915178993145003 * k6[i]
-            - 5.801203960010585 * k7[i]
-            + 0.3111643669578199 * k8[i]
-            - 0.1521609496625161 * k9[i]
-            + 0.20136540080403034 * k10[i]
-            + 0.04471061572777259 * k11[i]
-        )
-    rates(c, w, t + h, z, k12)
+        z[i] = y[i] + h * _sum(w, n, i, STEPPED, ORDER_8)
+    rates(c, w, t + h, z, row(w.k, STAGES, n))
 
 
 def _error(c: Any, w: Any, h: float) -> float:
     """Estimate the error of a step from its two embedded formulas, of order 3 and 5."""
     n, norm3, norm5 = c.size, 0.0, 0.0
     y, z = numbers(w.y, n), numbers(w.out, n)
-    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
-    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
     for i in range(c.judged):
         scale = 1.0 / (c.tolerance * (1.0 + max(abs(y[i]), abs(z[i]))))
-        error3 = scale * (
-            -0.18980075407240762 * k0[i]
-            + 4.450312892752409 * k5[i]
-            + 1.8915178993145003 * k6[i]
-            - 5.801203960010585 * k7[i]
-            - 0.4226823213237919 * k8[i]
-            - 0.1521609496625161 * k9[i]
-            + 0.20136540080403034 * k10[i]
-            + 0.02265179219836082 * k11[i]
-        )
-        error5 = scale * (
-            0.01312004499419488 * k0[i]
-            - 1.2251564463762044 * k5[i]
-            - 0.4957589496572502 * k6[i]
-            + 1.6643771824549864 * k7[i]
-            - 0.35032884874997366 * k8[i]
-            + 0.3341791187130175 * k9[i]
-            + 0.08192320648511571 * k10[i]
-            - 0.022355307863886294 * k11[i]
-        )
+        error3, error5 = scale * _sum(w, n, i, STEPPED, ERROR_3), scale * _sum(w, n, i, STEPPED, ERROR_5)
         norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5
     if norm5 == 0.0 and norm3 == 0.0:
         return 0.0
     return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * c.judged)
 
 
+def _sum(w: Any, n: int, i: int, stages: Any, weights: Any) -> float:
+    """Sum of the rates of component i at some stages, weighted."""
+    total = weights[0] * row(w.k, stages[0], n)[i]
+    for j in range(1, len(stages)):
+        total += weights[j] * row(w.k, stages[j], n)[i]
+    return float(total)
+
+
 def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     """Compute the coefficients of a step's dense output."""
     n = c.size
     y, s, z = numbers(w.y, n), numbers(w.spare, n), numbers(w.out, n)
-    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
-    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
-    k12, k13, k14, k15 = row(w.k, 12, n), row(w.k, 13, n), row(w.k, 14, n), row(w.k, 15, n)
-    for i in range(n):
-        s[i] = y[i] + h * (
-            0.056167502283047954 * k0[i]
-            + 0.25350021021662483 * k6[i]
-            - 0.2462390374708025 * k7[i]
-            - 0.12419142326381637 * k8[i]
-            + 0.15329179827876568 * k9[i]
-            + 0.00820105229563469 * k10[i]
-            + 0.007567897660545699 * k11[i]
-            - 0.008298 * k12[i]
-        )
-    rates(c, w, t + 0.1 * h, s, k13)
-    for i in range(n):
-        s[i] = y[i] + h * (
-            0.03183464816350214 * k0[i]
-            + 0.028300909672366776 * k5[i]
-            + 0.053541988307438566 * k6[i]
-            - 0.05492374857139099 * k7[i]
-            - 0.00010834732869724932 * k10[i]
-            + 0.0003825710908356584 * k11[i]
-            - 0.00034046500868740456 * k12[i]
-            + 0.1413124436746325 * k13[i]
-        )
-    rates(c, w, t + 0.2 * h, s, k14)
-    for i in range(n):
-        s[i] = y[i] + h * (
-            -0.42889630158379194 * k0[i]
-            - 4.697621415361164 * k5[i]
-            + 7.683421196062599 * k6[i]
-            + 4.06898981839711 * k7[i]
-            + 0.3567271874552811 * k8[i]
-            - 0.0013990241651590145 * k12[i]
-            + 2.9475147891527724 * k13[i]
-            - 9.15095847217987 * k14[i]
-        )
-    rates(c, w, t + 0.7777777777777778 * h, s, k15)
+    for extra in range(STAGES_WITH_DENSE - STAGES - 1):
+        for i in range(n):
+            s[i] = y[i] + h * _sum(w, n, i, BETWEEN[extra], WEIGHTS_BETWEEN[extra])
+        rates(c, w, t + PLACES_BETWEEN[extra] * h, s, row(w.k, STAGES + 1 + extra, n))
+    k0, k12 = row(w.k, 0, n), row(w.k, STAGES, n)
     d0, d1, d2 = row(w.dense, 0, n), row(w.dense, 1, n), row(w.dense, 2, n)
     for i in range(n):
         change = z[i] - y[i]
         d0[i] = change
         d1[i] = h * k0[i] - change
         d2[i] = 2.0 * change - h * (k12[i] + k0[i])
-    _high_powers(c, w, h)
-
-
-def _high_powers(c: Any, w: Any, h: float) -> None:
-    """Compute the dense output's coefficients of the powers 3 to 6."""
-    n = c.size
-    d3, d4, d5, d6 = row(w.dense, 3, n), row(w.dense, 4, n), row(w.dense, 5, n), row(w.dense, 6, n)
-    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
-    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
-    k12, k13, k14, k15 = row(w.k, 12, n), row(w.k, 13, n), row(w.k, 14, n), row(w.k, 15, n)
-    for i in range(n):
-        d3[i] = h * (
-            -8.428938276109013 * k0[i]
-            + 0.5667149535193777 * k5[i]
-            - 3.0689499459498917 * k6[i]
-            + 2.38466765651207 * k7[i]
-            + 2.117034582445028 * k8[i]
-            - 0.871391583777973 * k9[i]
-            + 2.2404374302607883 * k10[i]
-            + 0.6315787787694688 * k11[i]
-            - 0.08899033645133331 * k12[i]
-            + 18.148505520854727 * k13[i]
-            - 9.194632392478356 * k14[i]
-            - 4.436036387594894 * k15[i]
-        )
-        d4[i] = h * (
-            10.427508642579134 * k0[i]
-            + 242.28349177525817 * k5[i]
-            + 165.20045171727028 * k6[i]
-            - 374.5467547226902 * k7[i]
-            - 22.113666853125306 * k8[i]
-            + 7.733432668472264 * k9[i]
-            - 30.674084731089398 * k10[i]
-            - 9.332130526430229 * k11[i]
-            + 15.697238121770845 * k12[i]
-            - 31.139403219565178 * k13[i]
-            - 9.35292435884448 * k14[i]
-            + 35.81684148639408 * k15[i]
-        )
-        d5[i] = h * (
-            19.985053242002433 * k0[i]
-            - 387.0373087493518 * k5[i]
-            - 189.17813819516758 * k6[i]
-            + 527.8081592054236 * k7[i]
-            - 11.57390253995963 * k8[i]
-            + 6.8812326946963 * k9[i]
-            - 1.0006050966910838 * k10[i]
-            + 0.7777137798053443 * k11[i]
-            - 2.778205752353508 * k12[i]
-            - 60.19669523126412 * k13[i]
-            + 84.32040550667716 * k14[i]
-            + 11.99229113618279 * k15[i]
-        )
-        d6[i] = h * (
-            -25.69393346270375 * k0[i]
-            - 154.18974869023643 * k5[i]
-            - 231.5293791760455 * k6[i]
-            + 357.6391179106141 * k7[i]
-            + 93.40532418362432 * k8[i]
-            - 37.45832313645163 * k9[i]
-            + 104.0996495089623 * k10[i]
-            + 29.8402934266605 * k11[i]
-            - 43.53345659001114 * k12[i]
-            + 96.32455395918828 * k13[i]
-            - 39.17726167561544 * k14[i]
-            - 149.72683625798564 * k15[i]
-        )
+    for power in range(3, POWERS):
+        high = row(w.dense, power, n)
+        for i in range(n):
+            high[i] = h * _sum(w, n, i, ALL, HIGH[power - 3])
 
 
 def value_at(c: Any, w: Any, component: int, x: float) -> float:

@@ -1,4 +1,4 @@
-"""Any planar linkage of rigid segments on one foot: its equations of motion, its forces, and its plastic impacts.
+"""Any planar linkage of rigid segments on one foot: its constants, how it moves in a mode, its points and momentum.
 
 Each segment has one angle, absolute: from the normal of the ground, rad, positive forward. A point of the robot stands
 at the sum, over the segments, of a lever along the segment's line and one a right angle ahead of it, so that
@@ -12,8 +12,7 @@ Summed up over the bodies k, with the levers as complex numbers l_kj = along + i
     C_ij = (A_ij sin(q_i - q_j) - B_ij cos(q_i - q_j)) dq_j,
 
 plus the inertia of segment i in A_ii; gravity, the ground's force and rolling take the first moments sum_k m_k l_kj.
-What holds the robot are rows of J (`mjbiped.dynamics.modes`): M ddq = f + J' force and J ddq = rest at once. An impact
-is the same in momenta, of the linkage whose pivot is free to move: M (u - u_before) = J' impulse and J u = 0.
+`mjbiped.dynamics.equations` solves the equations, and `mjbiped.dynamics.modes` has the rows that hold the robot.
 
 The functions run in plain Python and as machine code. `linkage` is a `Linkage`, `w` a block with a `Motion`'s fields.
 """
@@ -30,18 +29,14 @@ from mjbiped.numerics.trigonometry import sine_cosine
 ROOM = 4
 """Most angles, and most segments."""
 
-PIVOT = 2
-"""Coordinates of the pivot's place, which stand before the segments' angles in an impact: along the ground, up."""
+SYSTEM = ROOM + 2
+"""Most equations at once: angles, and rows that hold them."""
 
-SYSTEM = 12
-"""Most equations at once: coordinates, and rows that hold them."""
-
-HIP, END, BASE, MASS, WEIGHT = 0, 2, 4, 6, 8
+HIP, END, BASE, MASS = 0, 2, 4, 6
 """Rows of `levers` along the segments, those ahead of them follow: of the hip; of the swing foot (point, ankle, or its
-arc's centre); of the stance foot's ankle from the edge on which the foot turns; first moments of mass, kg m; and of
-weight, N m."""
+arc's centre); of the stance foot's ankle from the edge on which the foot turns; and first moments of mass, kg m."""
 
-POINTS = 10
+POINTS = 8
 
 
 @dataclass(slots=True)
@@ -56,6 +51,8 @@ class Linkage:
         mass: Of the robot, kg.
         gravity: m/s^2.
         radius: Of the feet, m.
+        between: Angle from the line of the stance leg back to that of the leg that stands next, rad, where both are one
+            rigid body; 0 for legs with angles of their own.
         even: A, shape (segments, segments), kg m^2.
         odd: B, likewise.
         levers: Shape (POINTS, segments), m, kg m or N m.
@@ -67,6 +64,7 @@ class Linkage:
     mass: float
     gravity: float
     radius: float
+    between: float
     even: list[list[float]]
     odd: list[list[float]]
     levers: list[list[float]]
@@ -172,189 +170,6 @@ def _folded(w: Any, angle: int) -> tuple[int, float]:
     return (angle, 1.0) if angle < w.free else (w.free - 1, w.follows)
 
 
-def accelerate(linkage: Any, w: Any, q: Any, dq: Any) -> None:
-    """Turn the generalised forces in `w.ddq` into accelerations, rad/s^2, where nothing holds the free angles."""
-    if w.closed:
-        fold(linkage, w)
-        _accelerate_legs(w, q, dq)
-        unfold(linkage, w)
-    else:
-        load(linkage, w, q, dq)
-        settle(linkage, w)
-
-
-def fold(linkage: Any, w: Any) -> None:
-    """Let the forces in `w.ddq` on angles that are not free act on the one that they follow."""
-    ddq = numbers(w.ddq, ROOM)
-    for i in range(w.free, linkage.angles):
-        ddq[w.free - 1] += w.follows * ddq[i]
-
-
-def unfold(linkage: Any, w: Any) -> None:
-    """Let the accelerations in `w.ddq` of angles that are not free be those of the one that they follow."""
-    ddq = numbers(w.ddq, ROOM)
-    for i in range(w.free, linkage.angles):
-        ddq[i] = w.follows * ddq[w.free - 1]
-
-
-def _accelerate_legs(w: Any, q: Any, dq: Any) -> None:
-    """Equation (1) of the paper: two straight legs on a point."""
-    ddq, lumped = numbers(w.ddq, ROOM), numbers(w.lumped, 5)
-    s1, c1 = sine_cosine(q[0])
-    s2, c2 = sine_cosine(q[1])
-    m11, m22 = lumped[0], lumped[2]
-    m12, coupling = lumped[1] * (c1 * c2 + s1 * s2), lumped[1] * (s1 * c2 - c1 * s2)
-    f1 = ddq[0] - coupling * dq[1] * dq[1] + lumped[3] * (c1 * w.sine + s1 * w.cosine)
-    f2 = ddq[1] + coupling * dq[0] * dq[0] + lumped[4] * (c2 * w.sine + s2 * w.cosine)
-    share = 1.0 / (m11 * m22 - m12 * m12)
-    ddq[0], ddq[1] = (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
-
-
-def load(linkage: Any, w: Any, q: Any, dq: Any) -> None:
-    """Write the equations of the free angles: M, and the forces in `w.ddq` with gravity and what the rates make."""
-    fold(linkage, w)
-    free, mass, radius, gravity = w.free, linkage.mass, linkage.radius, linkage.gravity
-    sines, cosines, ddq, right = (
-        numbers(w.sines, ROOM),
-        numbers(w.cosines, ROOM),
-        numbers(w.ddq, ROOM),
-        numbers(w.right, SYSTEM),
-    )
-    along, ahead = row(w.pull, 0, ROOM), row(w.pull, 1, ROOM)
-    w.size, w.held = free, 0
-    swept = 0.0
-    for i in range(free):
-        sines[i], cosines[i] = sine_cosine(q[i])
-    for i in range(free):
-        even, odd, matrix = row(w.even, i, ROOM), row(w.odd, i, ROOM), row(w.matrix, i, SYSTEM)
-        force = 0.0
-        for j in range(free):
-            sine = sines[i] * cosines[j] - cosines[i] * sines[j]
-            cosine = cosines[i] * cosines[j] + sines[i] * sines[j]
-            matrix[j] = even[j] * cosine + odd[j] * sine
-            force += (even[j] * sine - odd[j] * cosine) * dq[j] * dq[j]
-        forward = along[i] * cosines[i] - ahead[i] * sines[i]
-        upward = -along[i] * sines[i] - ahead[i] * cosines[i]
-        right[i] = ddq[i] + gravity * (w.sine * forward - w.cosine * upward) - force
-        if radius != 0.0:
-            matrix[0] += radius * forward
-            row(w.matrix, 0, SYSTEM)[i] += radius * forward
-            swept += upward * dq[i] * dq[i]
-    if radius != 0.0:
-        row(w.matrix, 0, SYSTEM)[0] += radius * radius * mass
-        right[0] += radius * (gravity * w.sine * mass - swept)
-
-
-def settle(linkage: Any, w: Any) -> None:
-    """Solve the equations of the free angles; all accelerations then stand in `w.ddq`."""
-    solve(w)
-    ddq, right = numbers(w.ddq, ROOM), numbers(w.right, SYSTEM)
-    for i in range(w.free):
-        ddq[i] = right[i]
-    unfold(linkage, w)
-
-
-def hold(w: Any, rest: float) -> None:
-    """Let the row that stands behind the equations hold the motion from now on: row . motion = rest."""
-    place = w.size + w.held
-    added, right = row(w.matrix, place, SYSTEM), numbers(w.right, SYSTEM)
-    for i in range(w.size):
-        row(w.matrix, i, SYSTEM)[place] = -added[i]
-    for i in range(w.size, place + 1):
-        added[i] = row(w.matrix, i, SYSTEM)[place] = 0.0
-    right[place] = rest
-    w.held += 1
-
-
-def solve(w: Any) -> None:
-    """Solve [[M, -J'], [J, 0]] (motion, forces) = right in place; the matrix is lost.
-
-    M is positive definite, and so is J M^-1 J' of rows that do not depend on each other: no pivot is needed.
-    """
-    n = w.size + w.held
-    for j in range(n):
-        _eliminate(w, j, n)
-    _substitute(w, n)
-
-
-def _eliminate(w: Any, j: int, n: int) -> None:
-    """Take unknown j out of the equations behind the j-th of n."""
-    pivot, right = row(w.matrix, j, SYSTEM), numbers(w.right, SYSTEM)
-    for i in range(j + 1, n):
-        below = row(w.matrix, i, SYSTEM)
-        if below[j] != 0.0:
-            share = below[j] / pivot[j]
-            for k in range(j + 1, n):
-                below[k] -= share * pivot[k]
-            right[i] -= share * right[j]
-
-
-def solve_impact(w: Any) -> None:
-    """`solve` an impact, with pivots: M may be singular there, as of a point mass on a massless leg."""
-    n, right = w.size + w.held, numbers(w.right, SYSTEM)
-    for j in range(n):
-        greatest = j
-        for i in range(j + 1, n):
-            if abs(row(w.matrix, i, SYSTEM)[j]) > abs(row(w.matrix, greatest, SYSTEM)[j]):
-                greatest = i
-        if greatest != j:
-            first, second = row(w.matrix, j, SYSTEM), row(w.matrix, greatest, SYSTEM)
-            for k in range(j, n):
-                first[k], second[k] = second[k], first[k]
-            right[j], right[greatest] = right[greatest], right[j]
-        _eliminate(w, j, n)
-    _substitute(w, n)
-
-
-def _substitute(w: Any, n: int) -> None:
-    """Find n unknowns, the last one first, from equations whose earlier ones are taken out.
-
-    A row that no rate moves takes no force.
-    """
-    right = numbers(w.right, SYSTEM)
-    for j in range(n - 1, -1, -1):
-        pivot = row(w.matrix, j, SYSTEM)
-        for k in range(j + 1, n):
-            right[j] -= pivot[k] * right[k]
-        right[j] = right[j] / pivot[j] if pivot[j] != 0.0 else 0.0
-
-
-def load_impact(linkage: Any, w: Any, y: Any) -> None:
-    """Write the equations of an impact in a state: coordinates are the pivot's place and the angles of all segments.
-
-    Args:
-        linkage: The linkage.
-        w: Its motion; the momentum before the impact stands in `right`.
-        y: Angles, rad, and rates, rad/s.
-    """
-    n, size = linkage.segments, PIVOT + linkage.segments
-    sines, cosines, rates = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), numbers(w.ddq, ROOM)
-    offsets, right = numbers(w.offsets, ROOM), numbers(w.right, SYSTEM)
-    along, ahead = row(linkage.levers, MASS, n), row(linkage.levers, MASS + 1, n)
-    first, second, rolls = row(w.matrix, 0, SYSTEM), row(w.matrix, 1, SYSTEM), linkage.radius * y[linkage.angles]
-    w.size, w.held = size, 0
-    first[0], first[1], second[0], second[1] = linkage.mass, 0.0, 0.0, linkage.mass
-    for i in range(n):
-        angle = i if i < linkage.angles else 0
-        sines[i], cosines[i] = sine_cosine(y[angle] + offsets[i])
-        rates[i] = y[linkage.angles + angle]
-    right[0], right[1] = linkage.mass * rolls, 0.0
-    for i in range(n):
-        even, odd, matrix = row(linkage.even, i, n), row(linkage.odd, i, n), row(w.matrix, PIVOT + i, SYSTEM)
-        forward = along[i] * cosines[i] - ahead[i] * sines[i]
-        upward = -along[i] * sines[i] - ahead[i] * cosines[i]
-        matrix[0] = first[PIVOT + i] = forward
-        matrix[1] = second[PIVOT + i] = upward
-        right[0] += forward * rates[i]
-        right[1] += upward * rates[i]
-        right[PIVOT + i] = forward * rolls
-        for j in range(n):
-            sine = sines[i] * cosines[j] - cosines[i] * sines[j]
-            cosine = cosines[i] * cosines[j] + sines[i] * sines[j]
-            matrix[PIVOT + j] = even[j] * cosine + odd[j] * sine
-            right[PIVOT + i] += matrix[PIVOT + j] * rates[j]
-
-
 def ground_force(linkage: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
     """Force of the ground along it and normal to it, N: the rate of the robot's momentum, less its weight."""
     along, ahead = row(w.levers, MASS, ROOM), row(w.levers, MASS + 1, ROOM)
@@ -381,9 +196,27 @@ def point(linkage: Any, w: Any, q: Any, which: int) -> tuple[float, float]:
 
 def speed(linkage: Any, w: Any, q: Any, dq: Any, which: int) -> tuple[float, float]:
     """Rates of such a point's place, along the ground and normal to it, m/s; the pivot of a round foot rolls."""
-    along, ahead, x, z = row(w.levers, which, ROOM), row(w.levers, which + 1, ROOM), linkage.radius * dq[0], 0.0
+    x, z = _swept(linkage, w, q, dq, which)
+    return x + linkage.radius * dq[0], z
+
+
+def momentum(linkage: Any, w: Any, q: Any, dq: Any) -> tuple[float, float]:
+    """Momentum of the robot along the ground and normal to it, N s."""
+    x, z = _swept(linkage, w, q, dq, MASS)
+    return x + linkage.mass * linkage.radius * dq[0], z
+
+
+def _swept(linkage: Any, w: Any, q: Any, dq: Any, which: int) -> tuple[float, float]:
+    """What the rates make of a point's velocity, or of the momentum, about the pivot."""
+    along, ahead, x, z = row(w.levers, which, ROOM), row(w.levers, which + 1, ROOM), 0.0, 0.0
     for j in range(linkage.angles):
         sine, cosine = sine_cosine(q[j])
         x += (along[j] * cosine - ahead[j] * sine) * dq[j]
         z -= (along[j] * sine + ahead[j] * cosine) * dq[j]
     return x, z
+
+
+def partner(linkage: Any, segment: int) -> int:
+    """The segment that takes a segment's role in a support transfer."""
+    other = segment ^ 1
+    return other if other < linkage.segments else segment

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.dynamics.linkage import END, PIVOT, ROOM, SYSTEM, hold, load_impact, solve_impact
+from mjbiped.dynamics.equations import hold, solve
+from mjbiped.dynamics.linkage import END, MASS, ROOM, SYSTEM
 from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.trigonometry import sine_cosine
 
 FREE, LOCKED, RESTING = 0, 1, 2
 """How the swing knee is: it bends freely, is locked since it has struck its stop, or is straight and rests on it. A leg
@@ -18,68 +20,6 @@ without a knee is always locked."""
 
 HEEL, FLAT, TOE = -1, 0, 1
 """How the stance foot stands: flat, or on one of its edges, about which it turns. Feet without mass stand flat."""
-
-
-def hold_pivot(linkage: Any, w: Any) -> None:
-    """Let the stance foot stand, or roll, in an impact: two rows, the ground's impulse along it and normal to it."""
-    add_row(w)
-    added = row(w.matrix, w.size + w.held, SYSTEM)
-    added[0], added[PIVOT] = 1.0, -linkage.radius
-    hold(w, 0.0)
-    add_row(w)
-    row(w.matrix, w.size + w.held, SYSTEM)[1] = 1.0
-    hold(w, 0.0)
-
-
-def hold_end(linkage: Any, w: Any) -> None:
-    """Let the swing foot stand, or begin to roll, in an impact: two rows likewise."""
-    n, sines, cosines = linkage.segments, numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
-    along, ahead = row(linkage.levers, END, n), row(linkage.levers, END + 1, n)
-    add_row(w)
-    added = row(w.matrix, w.size + w.held, SYSTEM)
-    added[0] = 1.0
-    for i in range(n):
-        added[PIVOT + i] = along[i] * cosines[i] - ahead[i] * sines[i]
-    if n > 1:
-        added[PIVOT + 1] -= linkage.radius
-    hold(w, 0.0)
-    add_row(w)
-    added = row(w.matrix, w.size + w.held, SYSTEM)
-    added[1] = 1.0
-    for i in range(n):
-        added[PIVOT + i] = -along[i] * sines[i] - ahead[i] * cosines[i]
-    hold(w, 0.0)
-
-
-def hold_joint(w: Any, upper: int, lower: int, share: float = 1.0) -> None:
-    """Let a segment's rate be a share of another one's in an impact: 1 locks the joint, 0 stops the lower one."""
-    add_row(w)
-    added = row(w.matrix, w.size + w.held, SYSTEM)
-    added[PIVOT + upper] -= share
-    added[PIVOT + lower] += 1.0
-    hold(w, 0.0)
-
-
-def hold_mode(linkage: Any, w: Any) -> None:
-    """Let the stance foot stand, and the angles that are not free follow the others, in an impact."""
-    hold_pivot(linkage, w)
-    for i in range(linkage.angles, linkage.segments):
-        hold_joint(w, 0, i)
-    for i in range(w.free, linkage.angles):
-        hold_joint(w, w.free - 1, i, w.follows)
-
-
-def stop_end(linkage: Any, w: Any, along: float, normal: float) -> None:
-    """Let a surface stop the swing foot in an impact, without friction, along a direction in the ground's frame."""
-    add_row(w)
-    n, sines, cosines = linkage.segments, numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
-    added = row(w.matrix, w.size + w.held, SYSTEM)
-    line, ahead = row(linkage.levers, END, n), row(linkage.levers, END + 1, n)
-    added[0], added[1] = along, normal
-    for i in range(n):
-        added[PIVOT + i] = along * (line[i] * cosines[i] - ahead[i] * sines[i])
-        added[PIVOT + i] -= normal * (line[i] * sines[i] + ahead[i] * cosines[i])
-    hold(w, 0.0)
 
 
 def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> None:
@@ -102,10 +42,17 @@ def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> 
 
 
 def hold_stop(w: Any, upper: int, lower: int) -> None:
-    """Let a moving robot's knee rest on its stop: the row's force is the torque with which the stop bends it."""
+    """Let a knee be locked, or rest on its stop: the row's force is the torque with which the stop bends it."""
     add_row(w)
     added = row(w.matrix, w.size + w.held, SYSTEM)
     added[upper], added[lower] = -1.0, 1.0
+    hold(w, 0.0)
+
+
+def hold_angle(w: Any, angle: int) -> None:
+    """Let a foot lie flat."""
+    add_row(w)
+    row(w.matrix, w.size + w.held, SYSTEM)[angle] = 1.0
     hold(w, 0.0)
 
 
@@ -116,46 +63,115 @@ def add_row(w: Any) -> None:
         added[i] = 0.0
 
 
-def land(linkage: Any, w: Any, y: Any, held: bool) -> None:
-    """Solve the impact of a swing foot that comes to stand in a state; both knees are locked as they then are.
+def land(linkage: Any, flat: Any, w: Any, y: Any, held: bool) -> tuple[float, float, float]:
+    """Solve the impact of a swing foot that comes to stand in a state; its knee is locked as it then is.
 
-    Rates of the pivot and of all segments then stand in `right`, then the ground's impulse on the new stance foot.
+    The momenta of the segments about that foot, which the ground's impulse leaves as they are, make the rates after it.
+    Those stand in `right`, of the segments in their new roles.
 
     Args:
-        linkage: The linkage.
+        linkage: The linkage as it stands before the impact.
+        flat: The linkage on a flat foot, as which it stands after it.
         w: Its motion.
         y: Angles, rad, and rates, rad/s, before the impact.
         held: Whether the knee of the leg that leaves the ground is held as well.
+
+    Returns:
+        The ground's impulse on the new stance foot, along the ground and normal to it, N s, and the rate at which the
+        other foot leaves the ground, m/s.
     """
-    load_impact(linkage, w, y)
-    hold_end(linkage, w)
-    if linkage.knees:
-        hold_joint(w, 1, 2)
+    n, rates, right = linkage.segments, numbers(w.ddq, ROOM), numbers(w.right, SYSTEM)
+    x, z = _take_segments(linkage, w, y)
+    along, ahead = _moved(flat, w, MASS, rates)
+    along, ahead = along + flat.mass * x, ahead + flat.mass * z
+    for i in range(n):
+        forward, upward = _lever(flat, w, MASS, i)
+        matrix, even, odd = row(w.matrix, i, SYSTEM), row(flat.even, i, n), row(flat.odd, i, n)
+        right[i] = forward * x + upward * z
+        for j in range(n):
+            sine, cosine = _turned(w, i, j)
+            matrix[j] = even[j] * cosine + odd[j] * sine
+            right[i] += matrix[j] * rates[j]
+    _roll(flat, w, along)
+    w.size, w.held = n, 0
+    if flat.knees:
+        hold_stop(w, 0, 3)
         if held:
-            hold_joint(w, 0, 3)
-    solve_impact(w)
-    lumped = numbers(w.lumped, 5)
-    if w.closed and linkage.segments == 2 and lumped[2] != 0.0:
-        # The leg that leaves the ground keeps its angular momentum about the hip. The equations of the whole robot give
-        # its rate with few digits where the leg has almost no mass.
-        sines, cosines, rates = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), numbers(w.right, SYSTEM)
-        between = cosines[0] * cosines[1] + sines[0] * sines[1]
-        rates[PIVOT] = ((lumped[1] + lumped[2]) * y[linkage.angles] - lumped[1] * between * rates[PIVOT + 1]) / lumped[
-            2
-        ]
+            hold_stop(w, 1, 2)
+    solve(w)
+    if flat.knees:
+        right[3] = right[0]  # to the last digit
+        if held:
+            right[2] = right[1]
+    x, z = _moved(flat, w, MASS, right)
+    _, leaves = _moved(flat, w, END, right)
+    return x + flat.mass * flat.radius * right[0] - along, z - ahead, leaves
 
 
-def opens(linkage: Any, w: Any, y: Any) -> bool:
+def _take_segments(linkage: Any, w: Any, y: Any) -> tuple[float, float]:
+    """Write sine, cosine and rate of each segment in its role after a support transfer.
+
+    Returns:
+        Velocity of the foot that is to stand, along the ground and normal to it, m/s.
+    """
+    n, offsets, rates = linkage.segments, numbers(w.offsets, ROOM), numbers(w.ddq, ROOM)
+    sines, cosines = numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
+    for i in range(n):
+        angle = i if i < linkage.angles else 0
+        sines[i], cosines[i] = sine_cosine(y[angle] + offsets[i])
+        rates[i] = y[linkage.angles + angle]
+    x, z = _moved(linkage, w, END, rates)
+    x += linkage.radius * rates[0]
+    for i in range(0, n - 1, 2):
+        sines[i], sines[i + 1] = sines[i + 1], sines[i]
+        cosines[i], cosines[i + 1] = cosines[i + 1], cosines[i]
+        rates[i], rates[i + 1] = rates[i + 1], rates[i]
+    if linkage.between != 0.0:
+        sines[0], cosines[0] = sine_cosine(y[0] - linkage.between)
+    return x, z
+
+
+def _lever(linkage: Any, w: Any, which: int, i: int) -> tuple[float, float]:
+    """Derivatives of a point's place, or of the first moments of mass, by the angle of a segment."""
+    along, ahead = row(linkage.levers, which, linkage.segments)[i], row(linkage.levers, which + 1, linkage.segments)[i]
+    sine, cosine = numbers(w.sines, ROOM)[i], numbers(w.cosines, ROOM)[i]
+    return along * cosine - ahead * sine, -along * sine - ahead * cosine
+
+
+def _moved(linkage: Any, w: Any, which: int, rates: Any) -> tuple[float, float]:
+    """What rates of the segments make of a point's velocity, or of the momentum, about the pivot."""
+    x = z = 0.0
+    for i in range(linkage.segments):
+        forward, upward = _lever(linkage, w, which, i)
+        x += forward * rates[i]
+        z += upward * rates[i]
+    return x, z
+
+
+def _turned(w: Any, i: int, j: int) -> tuple[float, float]:
+    """Sine and cosine of the angle of a segment less that of another one."""
+    sines, cosines = numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
+    return sines[i] * cosines[j] - cosines[i] * sines[j], cosines[i] * cosines[j] + sines[i] * sines[j]
+
+
+def _roll(linkage: Any, w: Any, along: float) -> None:
+    """Let the new stance foot roll, which takes the robot's momentum along the ground, N s, into that of its leg."""
+    right, first = numbers(w.right, SYSTEM), row(w.matrix, 0, SYSTEM)
+    if linkage.radius == 0.0:
+        return
+    for i in range(linkage.segments):
+        forward, _ = _lever(linkage, w, MASS, i)
+        first[i] += linkage.radius * forward
+        row(w.matrix, i, SYSTEM)[0] += linkage.radius * forward
+    first[0] += linkage.radius * linkage.radius * linkage.mass
+    right[0] += linkage.radius * along
+
+
+def opens(linkage: Any, flat: Any, w: Any, y: Any) -> bool:
     """Whether that impact bends the knee of the leg that leaves the ground, where nothing but its stop holds it."""
-    land(linkage, w, y, False)
+    land(linkage, flat, w, y, False)
     result = numbers(w.right, SYSTEM)
-    return bool(result[PIVOT + 3] > result[PIVOT])
-
-
-def partner(linkage: Any, segment: int) -> int:
-    """The segment that takes a segment's role in a support transfer."""
-    other = segment ^ 1
-    return other if other < linkage.segments else segment
+    return bool(result[2] > result[1])
 
 
 def bend_stance_knee(w: Any, upper: float, lower: float, flexion: float) -> None:

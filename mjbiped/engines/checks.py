@@ -6,7 +6,7 @@ from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
-from mjbiped.gaits.gait import Branched, Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.records.settings import described
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
@@ -89,7 +89,7 @@ def _checked_parts(controller: Controller) -> dict[str, Any]:
         )
     if controller.robot is not None:
         check_robot(f"{name}.robot", controller.robot)
-    if not isinstance(controller.gait, Gait | Branched | None):
+    if not isinstance(controller.gait, Gait | None):
         raise InputError(
             f"{name}.gait is of type {type(controller.gait).__name__}; must be a gait that find_passive_gait, "
             "find_kneed_gait or find_reference gives"

@@ -25,7 +25,7 @@ from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule
 from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -229,14 +229,14 @@ def _first_state(
         except InputError as error:
             wanted = _numbers_of(robot).replace("numbers", "finite numbers")
             raise InputError(f"an initial state is {wanted}: {error}") from error
-    if isinstance(gait, Gait):
+    if gait is not None and not gait.robot.collides_from_lift_off:
         check_landing(gait, slope, rule)
     q, dq = tuple(start[:count]), tuple(start[count:])
     _check_start(robot, terrain, q, rule)
     return q, dq
 
 
-def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Periodic:
+def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Gait:
     """Find the passive gait of a slope, for a controller that imitates none.
 
     Raises:

@@ -21,7 +21,7 @@ from mjbiped.envs.driven import DrivenController
 from mjbiped.envs.recipes import TASKS, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.described import usual_gait
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
@@ -184,7 +184,7 @@ class WalkTask:
         return max(1, round(self.time_limit / self.control_period))
 
     @cached_property
-    def gait(self) -> Periodic:
+    def gait(self) -> Gait:
         """Gait with which episodes begin."""
         return _gait(self.model)
 
@@ -251,5 +251,5 @@ class WalkTask:
 
 
 @lru_cache(maxsize=16)
-def _gait(robot: Robot) -> Periodic:
+def _gait(robot: Robot) -> Gait:
     return usual_gait(robot, math.radians(IMITATED_DEG))

@@ -19,7 +19,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.exact import exact_xml
 from mjbiped.exchange.notes import notes_of
 from mjbiped.gaits.described import passive_gait_of, usual_gait
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -77,7 +77,7 @@ def _planned(robot: Robot, terrain: Terrain, initial: str | Sequence[float]) -> 
     return make_plan(terms, Unpowered(), terrain, initial)
 
 
-def _gait_of(robot: Robot, slope: float) -> Periodic:
+def _gait_of(robot: Robot, slope: float) -> Gait:
     """Return the passive gait on a slope (rad); where there is none, the gait that controllers imitate."""
     try:
         return passive_gait_of(robot, slope)

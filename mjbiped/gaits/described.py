@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.gaits.gait import Passive, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import find_kneed_gait
-from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import find_reference, optimised_from
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.gaits.rolling import find_rolling
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
+from mjbiped.gaits.steps import Goal
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -22,7 +21,7 @@ from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
-FINDERS: Mapping[str, Callable[[Any, float], Passive]] = {
+FINDERS: Mapping[str, Callable[[Any, float], PassiveGait]] = {
     Compass.kind: find_passive_gait,
     KneedBiped.kind: find_kneed_gait,
     RimlessWheel.kind: find_rolling,
@@ -35,7 +34,7 @@ _PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
 _WORDS = {"yes": True, "no": False}
 
 
-def passive_gait_of(robot: Robot, slope: float) -> Passive:
+def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
     """The passive gait of any robot on a slope, rad.
 
     Raises:
@@ -46,7 +45,7 @@ def passive_gait_of(robot: Robot, slope: float) -> Passive:
     return FINDERS[flat.kind](flat, slope)
 
 
-def usual_gait(robot: Any, slope: float) -> Periodic:
+def usual_gait(robot: Any, slope: float) -> Gait:
     """The gait that controllers of a robot imitate unless told otherwise: the passive one on a slope, rad.
 
     With knees it is an optimised one: passive gaits clear 2 cm, and not every such robot has one on gentle slopes.
@@ -58,8 +57,8 @@ def usual_gait(robot: Any, slope: float) -> Periodic:
     return find_reference(robot, clearance=0.08) if isinstance(robot, KneedBiped) else passive_gait_of(robot, slope)
 
 
-def gait_from(described: Mapping[str, Any]) -> Periodic:
-    """Make the gait that `Periodic.describe` described: a passive one is searched for, an optimised one is read.
+def gait_from(described: Mapping[str, Any]) -> Gait:
+    """Make the gait that `Gait.describe` described: a passive one is searched for, an optimised one is read.
 
     Raises:
         InputError: Something is missing, of another kind or outside its domain.

@@ -12,18 +12,17 @@ Everything is scaled by the robot's weight, leg length and gravity, so that alik
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from mjbiped.errors import GaitError, InputError, shown
+from mjbiped.errors import GaitError
 from mjbiped.gaits.pieces import DEGREE, Numbers
+from mjbiped.gaits.steps import Course, Goal, Motion, StepModel
 from mjbiped.robots.robot import Array
-from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
 LEAST_LOAD = 0.05  # least normal force, weights
@@ -39,141 +38,6 @@ _TORQUE_WEIGHT = 1e-3  # of the mean square torque in (weight x leg length)², b
 _FAR = 0.05  # violation of a constraint beyond which a search is given up, leg lengths or weights
 _COMPLEX_STEP = 1e-30  # so small that no derivative has any error but rounding
 TOLERANCE = 5e-4  # violation of a constraint that is tolerated between the optimiser's points, leg lengths or weights
-
-
-class Course(NamedTuple):
-    """Dynamics along a motion at m moments: shapes (..., m), torques and powers (..., m, actuators).
-
-    Attributes:
-        torques: Torques of the actuators, N m.
-        powers: Powers of the actuators, W.
-        tangential_force: Tangential force of the ground on the stance foot, N.
-        normal_force: Normal force of the ground on the stance foot, N.
-        ahead: Distance of the swing foot ahead of the stance foot, m.
-        height: Height of the swing foot over the ground, m.
-        ahead_rate: Rate of `ahead`, m/s.
-        height_rate: Rate of `height`, m/s.
-    """
-
-    torques: Numbers
-    powers: Numbers
-    tangential_force: Numbers
-    normal_force: Numbers
-    ahead: Numbers
-    height: Numbers
-    ahead_rate: Numbers
-    height_rate: Numbers
-
-
-class Motion(NamedTuple):
-    """A step that is tried; shapes may have further axes in front.
-
-    Attributes:
-        half: Half the angle between the legs at the impact, rad.
-        points: Control points, rad, shape (..., DEGREE + 1, joints).
-        own: Numbers that the robot adds, shape (..., n).
-        period: Duration of the step, s.
-    """
-
-    half: Numbers
-    points: Numbers
-    own: Numbers
-    period: Numbers
-
-
-@dataclass(frozen=True)
-class StepModel(ABC):
-    """A robot's step on level ground, which begins and ends on two straight legs.
-
-    Its functions take complex arrays, and are analytic in them.
-
-    Attributes:
-        robot: The robot that walks.
-        joints: Number of angles that are Bézier curves over the whole step.
-        own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
-        intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
-            phase and those of `breaks`. All even.
-        starts: Half angles (rad) and phases of clearance from which searches begin.
-        lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
-    """
-
-    robot: Any
-    joints: ClassVar[int] = 2
-    own: ClassVar[Sequence[tuple[float, float]]] = ()
-    intervals: ClassVar[Sequence[int]]
-    starts: ClassVar[Sequence[tuple[float, float]]]
-    lifted: ClassVar[float] = 0.0
-
-    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
-        """Angles after and before the impact, rad, shape half.shape + (joints,): the legs `half` from the vertical."""
-        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
-
-    def step_length(self, half: Numbers) -> Numbers:
-        """Distance between the feet, m."""
-        return np.asarray(2.0 * self.robot.leg_length * np.sin(half))
-
-    def guess(self, half: float) -> tuple[Array, Array]:
-        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers.
-
-        The stance leg turns evenly; the swing leg swings out and comes back.
-        """
-        stance = np.linspace(-half, half, DEGREE + 1)
-        swing = np.linspace(half, -half, DEGREE + 1)
-        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
-        return np.stack([stance, swing], axis=-1), np.empty(0)
-
-    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
-        """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
-        return ()
-
-    @abstractmethod
-    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
-        """Rates after the impact, in the new roles, of the rates before it (rad/s)."""
-
-    @abstractmethod
-    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """Dynamics of a motion at phases in each stretch between the breaks, each of shape (..., m)."""
-
-    @abstractmethod
-    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
-        """Constraints on the way that this robot swings its leg: scaled values >= 0, shapes (..., n), by name.
-
-        Args:
-            goal: What is asked.
-            motion: The motion that is tried.
-            course: Its dynamics.
-            phases: Phases of the course, shape (..., m).
-            second: Index of the moment at which the swing foot has its clearance.
-        """
-
-
-@dataclass(frozen=True)
-class Goal:
-    """Requirements on a reference.
-
-    Attributes:
-        speed: Mean speed, m/s.
-        clearance: Height of the swing foot over level ground at some moment, m; 0 for no demand on the foot's path but
-            that it lands where it shall.
-        retraction: Whether the foot goes no further forward from that moment on.
-        torque_limit: No actuator gives more, N m; None for no limit.
-        friction: Greatest ratio of tangential to normal force.
-
-    Raises:
-        InputError: One is outside its domain.
-    """
-
-    speed: Annotated[float, domains.SPEED]
-    clearance: Annotated[float, domains.CLEARANCE]
-    retraction: bool
-    torque_limit: Annotated[float | None, domains.TORQUE]
-    friction: Annotated[float, domains.NEEDED_FRICTION]
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        domains.check_fields(self)
-        if not isinstance(self.retraction, bool):
-            raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
 
 
 class Told(NamedTuple):
@@ -270,7 +134,7 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
     from scipy.optimize import minimize
 
     @lru_cache(maxsize=1)
-    def at(x: bytes) -> Evaluation:
+    def at(x: bytes) -> tuple[float, Array, Array, Array]:
         return evaluate(model, goal, smoothing, np.frombuffer(x))
 
     bounds = [
@@ -280,36 +144,24 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
         *model.own,
     ]
     done = minimize(  # type: ignore[call-overload]  # the stubs know no constraints with keys of type str
-        lambda x: at(x.tobytes()).cost,
+        lambda x: at(x.tobytes())[0],
         x,
-        jac=lambda x: at(x.tobytes()).gradient,
+        jac=lambda x: at(x.tobytes())[1],
         bounds=bounds,
-        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes()).kept, "jac": lambda x: at(x.tobytes()).jacobian},
+        constraints={"type": "ineq", "fun": lambda x: at(x.tobytes())[2], "jac": lambda x: at(x.tobytes())[3]},
         method="SLSQP",
         options={"maxiter": 150, "ftol": 1e-9},
     )
     x = np.clip(done.x, *np.array(bounds).T)
-    return x, float(at(x.tobytes()).kept.min()) if np.isfinite(x).all() else -math.inf
+    return x, float(at(x.tobytes())[2].min()) if np.isfinite(x).all() else -math.inf
 
 
-class Evaluation(NamedTuple):
-    """Cost and constraints for one set of numbers.
+def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[float, Array, Array, Array]:
+    """Cost and constraints with their derivatives by complex steps.
 
-    Attributes:
-        cost: The cost.
-        gradient: Its gradient, shape (n,).
-        kept: Values of the constraints, >= 0 where they hold, shape (m,).
-        jacobian: Its Jacobian, shape (m, n).
+    Returns:
+        The cost and its gradient, shape (n,); the constraints, >= 0 where they hold, shape (m,), and their Jacobian.
     """
-
-    cost: float
-    gradient: Array
-    kept: Array
-    jacobian: Array
-
-
-def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evaluation:
-    """Cost and constraints with their derivatives by complex steps."""
     numbers = x + 1j * _COMPLEX_STEP * np.vstack([np.zeros((1, len(x))), np.eye(len(x))])
     motion = motion_of(model, goal, numbers)
     course, phases, weights, second = _walked(model, motion, numbers, 1)
@@ -319,7 +171,7 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> Evalua
     cost = ((smooth + _TORQUE_WEIGHT * squares).sum(axis=-1) * weights).sum(axis=-1)
     kept = np.concatenate(list(_constraints(model, goal, motion, course, phases, second).values()), axis=-1)
     derivative, jacobian = cost.imag / _COMPLEX_STEP, kept.imag / _COMPLEX_STEP
-    return Evaluation(float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T)
+    return float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T
 
 
 def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:

@@ -7,23 +7,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar, Self, overload
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import store
-from mjbiped.gaits.gait import Branched, Gait, Periodic
-from mjbiped.gaits.optimisation import HALF_ANGLE, Goal, StepModel, Told, motion_of, optimise, tell
+from mjbiped.gaits.gait import Gait
+from mjbiped.gaits.optimisation import HALF_ANGLE, Told, motion_of, optimise, tell
 from mjbiped.gaits.pieces import DEGREE, closing_on, count_of_pieces, curve, curve_in_pieces, hold, in_pieces
 from mjbiped.gaits.reference import table_of
-from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, KneedStep, flexion_points
+from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, StepModel, flexion_points
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -39,37 +38,64 @@ FRICTION = 0.6
 _STEP, _BENT = 25, 22  # pieces of a step with knees, and those of them before the knee strike: KNEE_STRIKE of them
 
 
-class Optimised(Periodic):
-    """An optimised gait of any robot on level ground.
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class OptimisedGait(Gait):
+    """An optimised gait on level ground, made by `find_reference`.
+
+    Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
+    fallen 60 degrees (times for legs of 1 m).
 
     Attributes:
         goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
-        end: State just before the heel strike; the stance leg's angle stands first.
         clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and from which on it goes
             no further forward if retraction was asked for; of no meaning where no clearance was.
-        control_points: Control points of the Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
+        control_points: Control points of the Bézier curves of degree 7 of stance leg and swing leg, or thigh, rad,
+            shape (8, 2).
+        own: Numbers that the robot adds to those of all robots.
     """
 
-    step: ClassVar[type[StepModel]]
+    step: ClassVar[type[StepModel]] = CompassStep
     goal: Goal
-    end: Array
     clearance_phase: float
     control_points: Array
+    own: Array
 
     @classmethod
-    @abstractmethod
     def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
         """The gait of the numbers that the optimiser chooses; see `motion_of`."""
+        model: Any = cls.step(robot)
+        motion = motion_of(model, goal, x)
+        points, period = motion.points, float(motion.period)
+        (q0, q), (dq0, dq), _ = curve(points, np.array([0.0, 1.0]), period)
+        columns = [0, 1, 1][: len(robot.angles)]
+        followed = cls.followed(model, motion)
+        return cls(
+            robot=robot,
+            slope=0.0,
+            start=np.concatenate([q0[columns], dq0[columns]]),
+            end=np.concatenate([q[columns], followed.pop("rates", dq)[columns]]),
+            period=period,
+            step_length=float(model.step_length(motion.half)),
+            goal=goal,
+            clearance_phase=float(x[0]),
+            control_points=points,
+            own=motion.own,
+            **followed,
+        )
+
+    @classmethod
+    def followed(cls, model: Any, motion: Motion) -> dict[str, Any]:
+        """The gait's trajectories."""
+        period = float(motion.period)
+        (q,), (dq,), (ddq,) = curve(motion.points, np.array([1.0]), period)
+        count = count_of_pieces(period, model.robot.leg_length, model.robot.gravity)
+        after = hold(q, dq, ddq, period / count, count)
+        return {"tables": (table_of(count / period, np.concatenate([curve_in_pieces(motion.points, count), after])),)}
 
     @property
     def model(self) -> Any:
         """The robot's step as the optimiser takes it."""
         return self.step(self.robot)
-
-    @property
-    def own(self) -> Array:
-        """Numbers that the robot adds to those of all robots."""
-        return np.empty(0)
 
     @cached_property
     def measures(self) -> Told:
@@ -100,105 +126,29 @@ class Optimised(Periodic):
             f"c_mt {self.cost_of_transport:.4f}, period {self.period:.6g} s, step {self.step_length:.6g} m>"
         )
 
-    def __eq__(self, other: object) -> bool:
-        """Whether it is the same trajectory of the same robot, found for the same goal."""
-        return isinstance(other, Optimised) and type(other) is type(self) and self._key == other._key
 
-    def __hash__(self) -> int:
-        """Hash of what makes gaits equal."""
-        return hash(self._key)
-
-    @property
-    def _key(self) -> tuple[Any, ...]:
-        return self.robot, self.goal, self.clearance_phase, self.control_points.tobytes(), self.own.tobytes()
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class OptimisedGait(Optimised, Gait):
-    """An optimised gait of the compass biped on level ground, made by `find_reference`.
-
-    Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
-    fallen 60 degrees (times for legs of 1 m).
-
-    Attributes:
-        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
-        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and from which on it goes
-            no further forward if retraction was asked for; of no meaning where no clearance was.
-        control_points: Control points of the legs' Bézier curves of degree 7, stance leg first, rad, shape (8, 2).
-    """
-
-    step: ClassVar[type[StepModel]] = CompassStep
-    goal: Goal
-    clearance_phase: float
-    control_points: Array = field(repr=False)
-
-    @classmethod
-    def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
-        """The gait of the numbers that the optimiser chooses; see `motion_of`."""
-        model = CompassStep(robot)
-        motion = motion_of(model, goal, x)
-        points, period = motion.points, float(motion.period)
-        (q0, q), (dq0, dq), (_, ddq) = curve(points, np.array([0.0, 1.0]), period)
-        count = count_of_pieces(period, robot.leg_length, robot.gravity)
-        step = curve_in_pieces(points, count)
-        after = hold(q, dq, ddq, period / count, count)
-        return cls(
-            robot=robot,
-            slope=0.0,
-            start=np.concatenate([q0, dq0]),
-            end=np.concatenate([q, dq]),
-            period=period,
-            step_length=float(model.step_length(motion.half)),
-            table=table_of(count / period, np.concatenate([step, after])),
-            goal=goal,
-            clearance_phase=float(x[0]),
-            control_points=points,
-        )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class OptimisedKneedGait(Optimised, Branched):
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class OptimisedKneedGait(OptimisedGait):
     """An optimised gait with knees on level ground, made by `find_reference`.
 
-    States are the angles of stance leg, swing thigh and swing shank, rad, then their rates, rad/s.
-
-    Beyond the knee strike the branch of the bent knee drives on past the stop, as fast as the knee has closed. Before
-    it, the branch of the straight knee is that of the legs with the change of rates that the strike makes. Beyond the
-    period the swing leg comes to rest, and the stance leg goes on at an even rate, until it has fallen 60 degrees.
-
-    Attributes:
-        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
-        knee_state: State just before the knee strike, shape (6,).
-        clearance_phase: Phase of the step, 0 to 1, until which the swing foot has its clearance, and from which on it
-            goes no further forward if retraction was asked for.
-        control_points: Control points of the Bézier curves of stance leg and swing thigh, rad, shape (8, 2).
-        knee_flexion: Control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
+    Beyond the knee strike the trajectory of the bent knee drives on past the stop, as fast as the knee has closed.
+    Before it, that of the straight knee is that of the legs with the change of rates that the strike makes. Beyond the
+    period the swing leg comes to rest, and the stance leg goes on at an even rate, until it has fallen 60 degrees. The
+    robot's own numbers are the control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
     """
 
     step: ClassVar[type[StepModel]] = KneedStep
-    robot: KneedBiped
-    goal: Goal
-    knee_state: Array
-    clearance_phase: float
-    control_points: Array
-    knee_flexion: Array
-
-    @property
-    def own(self) -> Array:
-        """Numbers that the robot adds to those of all robots: `knee_flexion`."""
-        return self.knee_flexion
+    knee_strike: float
 
     @classmethod
-    def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
-        """The gait of the numbers that the optimiser chooses, its branches cut into pieces; see `motion_of`."""
-        model = KneedStep(robot)
-        motion = motion_of(model, goal, x)
-        points, period = motion.points, float(motion.period)
+    def followed(cls, model: Any, motion: Motion) -> dict[str, Any]:
+        """The gait's trajectories, and the rates of the legs with which they end."""
+        robot, points, period = model.robot, motion.points, float(motion.period)
         groups = math.ceil(count_of_pieces(period, robot.leg_length, robot.gravity) / _STEP)
         count, until = _STEP * groups, _BENT * groups
         width, strike = period / count, KNEE_STRIKE * period
-        (q0, q1), (dq0, dq1), (_, ddq1) = curve(points, np.array([0.0, 1.0]), period)
-        (knee_q,), (knee_dq,), (knee_ddq,) = model.bent(motion, np.array([KNEE_STRIKE]))
+        (q1,), (dq1,), (ddq1,) = curve(points, np.array([1.0]), period)
+        _, (knee_dq,), (knee_ddq,) = model.bent(motion, np.array([KNEE_STRIKE]))
         (q,), (dq,), (ddq,) = model.straight(motion, np.array([1.0]))
         legs = curve_in_pieces(points, count)
 
@@ -207,55 +157,22 @@ class OptimisedKneedGait(Optimised, Branched):
         closing, slowing = knee_dq[2] - knee_dq[1], knee_ddq[2] - knee_ddq[1]
         driven = closing_on(0.0, closing, slowing, width, len(base) - until)
         shank = base[..., 1] + np.concatenate([flexion, driven])
+        bent = np.concatenate([base, shank[..., None]], axis=-1)
 
         change = model.knee_strike(motion)
         early = in_pieces(lambda place: change * (width * place - strike)[:, None], range(until))
         locked = in_pieces(lambda place: model.straight(motion, place / count).q, range(until, count))
-        return cls(
-            robot=robot,
-            slope=0.0,
-            start=np.concatenate([q0, q0[1:], dq0, dq0[1:]]),
-            end=np.concatenate([q, q[1:], dq, dq[1:]]),
-            period=period,
-            step_length=float(model.step_length(motion.half)),
-            knee_strike=strike,
-            rate=count / period,
-            bent=np.concatenate([base, shank[..., None]], axis=-1),
-            straight=np.concatenate([legs[:until] + early, locked, hold(q, dq, ddq, width, count)]),
-            goal=goal,
-            knee_state=np.concatenate([knee_q, knee_dq]),
-            clearance_phase=float(x[0]),
-            control_points=points,
-            knee_flexion=motion.own,
-        )
+        straight = np.concatenate([legs[:until] + early, locked, hold(q, dq, ddq, width, count)])
+        tables = tuple(table_of(count / period, pieces) for pieces in (bent, straight))
+        return {"tables": tables, "knee_strike": strike, "rates": dq}
 
 
-_KINDS: Mapping[str, type[OptimisedGait | OptimisedKneedGait]] = {
+_KINDS: Mapping[str, type[OptimisedGait]] = {
     Compass.kind: OptimisedGait,
     KneedBiped.kind: OptimisedKneedGait,
 }
 
 
-@overload
-def find_reference(
-    robot: Compass,
-    *,
-    speed: float = ...,
-    clearance: float = ...,
-    retraction: bool = ...,
-    torque_limit: float | None = ...,
-    friction: float = ...,
-) -> OptimisedGait: ...
-@overload
-def find_reference(
-    robot: KneedBiped,
-    *,
-    speed: float = ...,
-    clearance: float = ...,
-    retraction: bool = ...,
-    torque_limit: float | None = ...,
-    friction: float = ...,
-) -> OptimisedKneedGait: ...
 def find_reference(
     robot: Compass | KneedBiped,
     *,
@@ -264,7 +181,7 @@ def find_reference(
     retraction: bool = True,
     torque_limit: float | None = None,
     friction: float = FRICTION,
-) -> OptimisedGait | OptimisedKneedGait:
+) -> OptimisedGait:
     """The gait on level ground with the least cost of transport for a speed and a clearance of the swing foot.
 
     A controller that tracks it climbs steps somewhat higher than the clearance. Results are kept in the user's cache
@@ -313,20 +230,20 @@ def only_kept() -> Iterator[None]:
 
 
 @lru_cache(maxsize=256)
-def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait | OptimisedKneedGait:
+def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait:
     kind = _KINDS[robot.kind]
     asked = {"robot": robot.to_dict(), "goal": dataclasses.asdict(goal)}
-    kept = store.load(asked)
-    if kept is None:
+
+    def search() -> dict[str, Any]:
         if _searches_forbidden.get():
             raise GaitError("this reference is not kept on this machine, and is not searched for here")
-        kept = {"x": optimise(kind.step(robot), goal)}
-        store.save(asked, kept)
-    return kind.of(robot, goal, **kept)
+        return {"x": optimise(kind.step(robot), goal)}
+
+    return kind.of(robot, goal, **store.kept(asked, search))
 
 
-def optimised_from(described: Mapping[str, Any]) -> OptimisedGait | OptimisedKneedGait:
-    """Make the gait that `Optimised.describe` described, bitwise and without a new optimisation.
+def optimised_from(described: Mapping[str, Any]) -> OptimisedGait:
+    """Make the gait that `OptimisedGait.describe` described, bitwise and without a new optimisation.
 
     Raises:
         KeyError: Something is missing.

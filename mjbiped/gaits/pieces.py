@@ -1,4 +1,4 @@
-"""Motions in pieces of polynomials: Bézier curves, the hold after a period, and the branches of a gait with knees.
+"""Motions in pieces of polynomials: Bézier curves, and what follows after a period.
 
 Where a touchdown is late, a reference comes to rest without a jerk. The swing leg's rate decays to zero, and the
 posture is held: a foot that is carried on would run away from the ground. The stance leg's acceleration decays to zero,
@@ -14,11 +14,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from mjbiped.robots.chain import Chain
-from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array
 
 DEGREE = 7
@@ -37,11 +34,6 @@ Numbers = NDArray[Any]
 NODES: Array = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 10))
 """Chebyshev's ten points of the second kind on 0 to 1, ends included."""
 
-FINE = 1e-11
-"""Tolerance of the integration of gaits with knees, relative and absolute."""
-
-_EARLY = 0.5  # of the time until the knee strike: further back no robot's knee strikes that is to walk on
-_ON = 0.15  # of the period after the knee strike, in which the motion of the bent knee goes on of itself
 _MATRIX = np.vander(NODES, increasing=True)
 
 
@@ -158,61 +150,3 @@ def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Arra
     of_rate = end * (u - u**3 + u**4 / 2)
     of_acceleration = end * end * (u**2 / 2 - 2 * u**3 / 3 + u**4 / 4)
     return np.asarray(rate * of_rate + acceleration * of_acceleration)
-
-
-def free_motion(chain: Chain, slope: float) -> Callable[[float, Array], Array]:
-    """The unpowered motion of a chain on a slope (rad): a function from the state to its rates."""
-    move = chain.free_motion
-
-    def rates(_: float, state: Array) -> Array:
-        n = len(state) // 2
-        return np.concatenate([state[n:], move(state[:n], state[n:], slope)])
-
-    return rates
-
-
-def passive_branches(
-    robot: KneedLegs, slope: float, start: Array, struck: Array, strike: float, period: float
-) -> tuple[float, Array, Array]:
-    """Pieces per second, and the branches of the bent and of the straight knee of a passive gait.
-
-    See `mjbiped.gaits.kneed.KneedGait`, and `in_pieces` for the coefficients.
-
-    Args:
-        robot: The robot that walks.
-        slope: Slope of the plane, rad.
-        start: State just after a heel strike, shape (6,).
-        struck: State of both legs just after the knee strike, shape (4,).
-        strike: Time of the knee strike, s.
-        period: Time between heel strikes, s.
-    """
-    count = count_of_pieces(period, robot.leg_length, robot.gravity)
-    width = period / count
-    free, locked = (free_motion(robot.chains[n], slope) for n in (3, 2))
-
-    def motion(law: Any, begin: float, end: float, state: Array) -> Any:
-        solution = scipy.integrate.solve_ivp(
-            law, (begin, end), state, method="DOP853", rtol=FINE, atol=FINE, dense_output=True
-        )
-        return solution.sol
-
-    bent_until = math.ceil(min(strike + _ON * period, period) / width)
-    bent = motion(free, 0.0, bent_until * width, start)
-    back_until = math.floor(_EARLY * strike / width)
-    ahead, back = motion(locked, strike, period, struck), motion(locked, strike, back_until * width, struck)
-
-    def straight(place: Array) -> Array:
-        return np.array([(ahead if t >= strike else back)(t)[:2] for t in width * place])
-
-    first, end, last = back(back_until * width), ahead(period), bent(bent_until * width)
-    ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]
-    early = in_pieces(
-        lambda place: first[:2] + first[2:] * (width * place - back_until * width)[:, None], range(back_until)
-    )
-    walked = in_pieces(straight, range(back_until, count))
-    straight_pieces = np.concatenate([early, walked, hold(end[:2], end[2:], ddq, width, count)])
-    legs = hold(last[:2], last[3:5], slowing[:2], width, len(straight_pieces) - bent_until)
-    flexion, closing, braking = np.diff([last[1:3], last[4:6], slowing[1:3]]).ravel().tolist()
-    shank = legs[..., 1] + closing_on(flexion, closing, braking, width, len(legs))
-    moved = in_pieces(lambda place: bent(width * place)[:3].T, range(bent_until))
-    return 1.0 / width, np.concatenate([moved, np.concatenate([legs, shank[..., None]], axis=-1)]), straight_pieces

@@ -1,4 +1,4 @@
-"""The steps of both robots as the reference optimiser takes them: their laws of motion on arrays.
+"""The steps of both robots as the reference optimiser takes them: what is asked of them, and their laws on arrays.
 
 With knees, stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows
 one until the knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's
@@ -10,19 +10,20 @@ or early.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from mjbiped.gaits.optimisation import Course, Goal, Motion, StepModel
+from mjbiped.errors import InputError, shown
 from mjbiped.gaits.pieces import DEGREE, Numbers, curve
-from mjbiped.robots import compass
+from mjbiped.robots.chain import SWING_LOCKED
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.kneed_legs import SWING_LOCKED
 from mjbiped.robots.robot import Array
+from mjbiped.utils import domains
 
 REACH = 0.2  # of the compass, leg lengths ahead of the stance foot: from there on the swing foot may touch the ground
 _CORNER = 1e-3  # leg lengths: how much the corner of "above the ground or not yet ahead" is rounded
@@ -35,22 +36,165 @@ STRAIGHTENS = 0.02  # least difference between the phases of clearance and knee 
 
 
 @dataclass(frozen=True)
-class CompassStep(StepModel):
-    """The step of the compass biped.
+class Goal:
+    """Requirements on a reference.
 
-    The laws are those of `mjbiped.robots.compass`, whose functions of plain numbers take arrays as well.
+    Attributes:
+        speed: Mean speed, m/s.
+        clearance: Height of the swing foot over level ground at some moment, m; 0 for no demand on the foot's path but
+            that it lands where it shall.
+        retraction: Whether the foot goes no further forward from that moment on.
+        torque_limit: No actuator gives more, N m; None for no limit.
+        friction: Greatest ratio of tangential to normal force.
+
+    Raises:
+        InputError: One is outside its domain.
     """
+
+    speed: Annotated[float, domains.SPEED]
+    clearance: Annotated[float, domains.CLEARANCE]
+    retraction: bool
+    torque_limit: Annotated[float | None, domains.TORQUE]
+    friction: Annotated[float, domains.NEEDED_FRICTION]
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        domains.check_fields(self)
+        if not isinstance(self.retraction, bool):
+            raise InputError(f"retraction = {shown(self.retraction)}: must be True or False")
+
+
+class Course(NamedTuple):
+    """Dynamics along a motion at m moments: shapes (..., m), torques and powers (..., m, actuators).
+
+    Attributes:
+        torques: Torques of the actuators, N m.
+        powers: Powers of the actuators, W.
+        tangential_force: Tangential force of the ground on the stance foot, N.
+        normal_force: Normal force of the ground on the stance foot, N.
+        ahead: Distance of the swing foot ahead of the stance foot, m.
+        height: Height of the swing foot over the ground, m.
+        ahead_rate: Rate of `ahead`, m/s.
+        height_rate: Rate of `height`, m/s.
+    """
+
+    torques: Numbers
+    powers: Numbers
+    tangential_force: Numbers
+    normal_force: Numbers
+    ahead: Numbers
+    height: Numbers
+    ahead_rate: Numbers
+    height_rate: Numbers
+
+
+class Motion(NamedTuple):
+    """A step that is tried; shapes may have further axes in front.
+
+    Attributes:
+        half: Half the angle between the legs at the impact, rad.
+        points: Control points, rad, shape (..., DEGREE + 1, joints).
+        own: Numbers that the robot adds, shape (..., n).
+        period: Duration of the step, s.
+    """
+
+    half: Numbers
+    points: Numbers
+    own: Numbers
+    period: Numbers
+
+
+@dataclass(frozen=True)
+class StepModel(ABC):
+    """A robot's step on level ground, which begins and ends on two straight legs.
+
+    Its functions take complex arrays, and are analytic in them.
+
+    Attributes:
+        robot: The robot that walks.
+        joints: Number of angles that are Bézier curves over the whole step.
+        own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
+        intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
+            phase and those of `breaks`. All even.
+        starts: Half angles (rad) and phases of clearance from which searches begin.
+        lifted: Leg lengths by which the foot is lifted even where no clearance is asked for; 0: it may scuff.
+    """
+
+    robot: Any
+    joints: ClassVar[int] = 2
+    own: ClassVar[Sequence[tuple[float, float]]] = ()
+    intervals: ClassVar[Sequence[int]]
+    starts: ClassVar[Sequence[tuple[float, float]]]
+    lifted: ClassVar[float] = 0.0
+
+    def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
+        """Angles after and before the impact, rad, shape half.shape + (joints,): the legs `half` from the vertical."""
+        return np.stack([-half, half], axis=-1), np.stack([half, -half], axis=-1)
+
+    def step_length(self, half: Numbers) -> Numbers:
+        """Distance between the feet, m."""
+        return np.asarray(2.0 * self.robot.leg_length * np.sin(half))
+
+    def guess(self, half: float) -> tuple[Array, Array]:
+        """Control points to begin the search with, shape (DEGREE + 1, joints), and the robot's own numbers.
+
+        The stance leg turns evenly; the swing leg swings out and comes back.
+        """
+        stance = np.linspace(-half, half, DEGREE + 1)
+        swing = np.linspace(half, -half, DEGREE + 1)
+        swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
+        return np.stack([stance, swing], axis=-1), np.empty(0)
+
+    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
+        """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
+        return ()
+
+    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
+        """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
+        chain, (_, before) = self.robot.chains[2], self.postures(half)
+        about, onto = (
+            chain._replace(weights=weights).mass_matrix(before) for weights in (chain.about_end, chain.onto_end)
+        )
+        return np.asarray(np.linalg.solve(about, onto @ rates[..., None])[..., ::-1, 0])
+
+    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
+        """Inverse dynamics (eq. 1) and the swing foot's path (eq. 4), for as many angles as are free."""
+        chain = self.robot.chains[q.shape[-1]]
+        forces = (chain.mass_matrix(q) @ ddq[..., None])[..., 0] + chain.pull(q, dq, 0.0)
+        torques = np.cumsum(forces[..., ::-1], axis=-1)[..., ::-1]  # each joint moves all segments beyond it
+        powers = torques * np.concatenate([dq[..., :1], np.diff(dq, axis=-1)], axis=-1)
+        for _ in range(len(self.robot.joints) - q.shape[-1]):  # the lock bears the knee's torque
+            torques, powers = (np.concatenate([each, 0.0 * each[..., :1]], axis=-1) for each in (torques, powers))
+        (forward, upward), (ahead, height) = (
+            np.moveaxis(each, -1, 0) for each in (chain.ground_force(q, dq, ddq, 0.0), chain.end(q))
+        )
+        ahead_rate, height_rate = (np.cos(q) * dq) @ chain.reach, -(np.sin(q) * dq) @ chain.reach
+        return Course(torques, powers, forward, upward, ahead, height, ahead_rate, height_rate)
+
+    @abstractmethod
+    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
+        """Dynamics of a motion at phases in each stretch between the breaks, each of shape (..., m)."""
+
+    @abstractmethod
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
+        """Constraints on the way that this robot swings its leg: scaled values >= 0, shapes (..., n), by name.
+
+        Args:
+            goal: What is asked.
+            motion: The motion that is tried.
+            course: Its dynamics.
+            phases: Phases of the course, shape (..., m).
+            second: Index of the moment at which the swing foot has its clearance.
+        """
+
+
+@dataclass(frozen=True)
+class CompassStep(StepModel):
+    """The step of the compass biped."""
 
     robot: Compass
     intervals: ClassVar[Sequence[int]] = (48, 32)
     starts: ClassVar[Sequence[tuple[float, float]]] = ((0.15, 0.86), (0.22, 0.80))
-
-    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
-        """Rates after the impact of rates before it (eq. 2), rad/s."""
-        legs: Any = (-np.sin(half), np.cos(half), np.sin(half), np.cos(half))
-        cosine: Any = np.cos(2.0 * half)
-        after = compass.rates_after_impact(self.robot.constants, legs, cosine, *np.moveaxis(rates, -1, 0))
-        return np.stack(after, axis=-1)
 
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
         """Dynamics of a motion at phases in all stretches."""
@@ -63,31 +207,6 @@ class CompassStep(StepModel):
         missing = REACH - course.ahead[..., :-1] / self.robot.leg_length
         greater = 0.5 * (height + missing + np.sqrt((height - missing) ** 2 + _CORNER**2) - _CORNER)
         return {"foot above the ground": greater + 0.5 * _CORNER}  # just above zero at the end, where the foot lands
-
-    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
-        """Inverse dynamics (eq. 1) and the swing foot's path (eq. 4)."""
-        constants, length = self.robot.constants, self.robot.leg_length
-        (q1, q2), (dq1, dq2), (ddq1, ddq2) = (tuple(np.moveaxis(each, -1, 0)) for each in (q, dq, ddq))
-        legs: Any = np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2)
-        m11, m12, m22 = compass.mass_terms(constants, legs)
-        c1, c2 = compass.coriolis_terms(constants, legs, dq1, dq2)
-        _, _, g1, g2 = compass.gravity_terms(constants, legs)
-        ankle, hip = compass.joint_torques(m11 * ddq1 + m12 * ddq2 + c1 + g1, m12 * ddq1 + m22 * ddq2 + c2 + g2)
-        forward, upward = compass.ground_force(
-            constants, self.robot.total_mass, self.robot.gravity, legs, dq1, dq2, ddq1, ddq2
-        )
-        sine1, cosine1, sine2, cosine2 = legs
-        ahead, height = compass.swing_foot(length, legs)
-        return Course(
-            torques=np.stack(np.broadcast_arrays(ankle, hip), axis=-1),
-            powers=np.stack([ankle * dq1, hip * (dq2 - dq1)], axis=-1),
-            tangential_force=np.asarray(forward),
-            normal_force=np.asarray(upward),
-            ahead=np.asarray(ahead),
-            height=np.asarray(height),
-            ahead_rate=length * (cosine1 * dq1 - cosine2 * dq2),
-            height_rate=length * (sine2 * dq2 - sine1 * dq1),
-        )
 
 
 class Moved(NamedTuple):
@@ -111,14 +230,6 @@ class KneedStep(StepModel):
     starts: ClassVar[Sequence[tuple[float, float]]] = ((0.22, 0.80), (0.15, 0.60))
     lifted: ClassVar[float] = 0.005
 
-    def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
-        """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
-        chain = self.robot.chains[2]
-        _, before = self.postures(half)
-        about, _ = _weighted(chain.about_end, before)
-        onto, _ = _weighted(chain.onto_end, before)
-        return _solved(about, _times(onto, rates))[..., ::-1]
-
     def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
         """The phase of the knee strike."""
         return (np.full_like(own[..., 0], KNEE_STRIKE),)
@@ -141,9 +252,7 @@ class KneedStep(StepModel):
     def knee_strike(self, motion: Motion) -> Numbers:
         """Change of the rates of stance leg and thigh in the knee strike, rad/s, shape (..., 2)."""
         q, dq, _ = (each[..., 0, :] for each in self.bent(motion, np.array([KNEE_STRIKE])))
-        matrix, _ = _weighted(self.robot.chains[3].weights, q)
-        groups = SWING_LOCKED
-        return _solved(groups.T @ matrix @ groups, _times(groups.T @ matrix, dq)) - dq[..., :2]
+        return np.asarray(self.robot.chains[3].joints_lock(SWING_LOCKED, q, dq) - dq[..., :2])
 
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
         """Dynamics of a motion whose knee is bent in all stretches but the last."""
@@ -151,28 +260,6 @@ class KneedStep(StepModel):
         straight = self.course(*self.straight(motion, stretches[-1]))
         axes = [-2 if name in ("torques", "powers") else -1 for name in Course._fields]
         return Course(*(np.concatenate(pair, axis) for *pair, axis in zip(bent, straight, axes, strict=True)))
-
-    def course(self, q: Numbers, dq: Numbers, ddq: Numbers) -> Course:
-        """Inverse dynamics and the swing foot's path, for three angles or, with the knee locked, for two."""
-        chain = self.robot.chains[q.shape[-1]]
-        even, odd = _weighted(chain.weights, q)
-        forces = _times(even, ddq) + _times(odd, dq * dq) - chain.moments * np.sin(q)
-        torques = np.cumsum(forces[..., ::-1], axis=-1)[..., ::-1]  # each joint moves all segments beyond it
-        powers = torques * np.concatenate([dq[..., :1], np.diff(dq, axis=-1)], axis=-1)
-        if q.shape[-1] == 2:  # the lock bears the knee's torque
-            torques, powers = (np.concatenate([each, 0.0 * each[..., :1]], axis=-1) for each in (torques, powers))
-        sine, cosine = np.sin(q), np.cos(q)
-        levers = chain.moments / chain.gravity
-        return Course(
-            torques=torques,
-            powers=powers,
-            tangential_force=(cosine * ddq - sine * dq * dq) @ levers,
-            normal_force=chain.mass * chain.gravity - (sine * ddq + cosine * dq * dq) @ levers,
-            ahead=sine @ chain.reach,
-            height=cosine @ chain.reach,
-            ahead_rate=(cosine * dq) @ chain.reach,
-            height_rate=-(sine * dq) @ chain.reach,
-        )
 
     def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
         """Keep the foot above the ground, with its clearance from `RISEN` on; the knee closes softly."""
@@ -201,20 +288,6 @@ def flexion_points(own: Numbers) -> Numbers:
     """
     zero = np.zeros_like(own[..., :1])
     return np.concatenate([zero, zero, own, zero], axis=-1)[..., None]
-
-
-def _weighted(weights: Array, q: Numbers) -> tuple[Numbers, Numbers]:
-    """`mjbiped.robots.chain.weighted` on arrays of angles, shape (..., n): two matrices, shape (..., n, n)."""
-    difference = q[..., :, None] - q[..., None, :]
-    return weights * np.cos(difference), weights * np.sin(difference)
-
-
-def _times(matrices: Numbers, vectors: Numbers) -> Numbers:
-    return (matrices @ vectors[..., None])[..., 0]
-
-
-def _solved(matrices: Numbers, vectors: Numbers) -> Numbers:
-    return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
 
 
 def _smoothly(x: Numbers) -> Numbers:

@@ -23,8 +23,6 @@ import scipy
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
 
-_REPEATS = 1e-7  # largest error of the rates after the impact with which a stored gait is used, sqrt(g/l)
-
 
 def folder() -> Path:
     """Return the folder of stored gaits: the environment variable MJBIPED_CACHE_DIR, or one in the user's cache."""
@@ -54,6 +52,15 @@ def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
             np.savez(unfinished, **found)
 
 
+def kept(asked: Mapping[str, Any], search: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what is stored for a request, or what a search finds, which is then stored."""
+    found = load(asked)
+    if found is None:
+        found = search()
+        save(asked, found)
+    return found
+
+
 def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> dict[str, Any]:
     """Return the attributes of a passive gait by name, from the store or from a search.
 
@@ -67,18 +74,9 @@ def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str,
     """
     robot = robot.mechanism
     asked = {"passive": robot.to_dict(), "slope": slope}
-    kept = load(asked)
-    if kept is None or not _repeats(robot, kept):
-        kept = search(robot, slope)
-        save(asked, kept)
-    return kept
-
-
-def _repeats(robot: Robot, gait: Mapping[str, Any]) -> bool:
-    """Whether the impact leads from a gait's end to its start."""
-    half = len(robot.angles)
-    rates = robot.rates_after_touchdown(gait["end"][:half], gait["end"][half:])
-    return bool(np.abs(rates - gait["start"][half:]).max() < _REPEATS * np.sqrt(robot.gravity / robot.leg_length))
+    found = dict(kept(asked, lambda: search(robot, slope)))
+    tables = tuple(np.asarray(found.pop(name)).tolist() for name in ("table", "bent", "straight") if name in found)
+    return {**found, "tables": tables}
 
 
 def _file(asked: Mapping[str, Any]) -> Path:
@@ -93,6 +91,7 @@ def _made_with() -> list[str]:
     sources = [
         *here.glob("*.py"),
         *here.with_name("robots").glob("*.py"),
+        *here.with_name("dynamics").glob("*.py"),
         here.with_name("numerics") / "trigonometry.py",
     ]
     digests = [hashlib.sha256(source.read_bytes()).hexdigest() for source in sorted(sources)]

@@ -26,7 +26,7 @@ from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.engines.plan import Plan, Terms
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Branched, Gait
+from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
 from mjbiped.limit_cycles.section import check_biped, check_scuffing
@@ -223,7 +223,7 @@ def basin_of_control(
     if robot is not None:
         check_robot("robot", robot)
     gait, walker = controller.gait, robot or controller.robot
-    if not isinstance(gait, Gait | Branched) or not isinstance(walker, Robot):
+    if not isinstance(gait, Gait) or not isinstance(walker, Robot):
         raise InputError(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"

@@ -13,7 +13,7 @@ import numpy as np
 
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Passive
+from mjbiped.gaits.passive import PassiveGait
 from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, walk_all
 from mjbiped.limit_cycles.section import OFF, check_scuffing, places_of
@@ -46,7 +46,7 @@ class MapSlices:
         settled: The gait of period 2, 4, 8 or 16 on which the walk settles; None where it is another motion.
     """
 
-    gait: Passive
+    gait: PassiveGait
     components: tuple[str, ...]
     before: Array = field(repr=False)
     after: Array = field(repr=False)

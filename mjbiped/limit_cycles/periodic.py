@@ -16,8 +16,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.passive import eigenvalues
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
 from mjbiped.limit_cycles.section import OFF, check_biped, guard_of, places_of, step_lengths
 from mjbiped.robots.robot import Array, Robot

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjbiped.engines.checks import check_robot, check_rule
 from mjbiped.errors import InputError
-from mjbiped.gaits.gait import Gait, Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 
@@ -34,14 +34,14 @@ def check_biped(robot: object) -> None:
         )
 
 
-def check_scuffing(gait: Periodic, slope: float, rule: ScuffingRule) -> None:
+def check_scuffing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
     """Refuse a scuffing rule that would never let a gait land on a slope, rad, or for a robot that needs none.
 
     Raises:
         InputError: It is such a rule.
     """
     check_rule(gait.robot, rule)
-    if isinstance(gait, Gait):
+    if not gait.robot.collides_from_lift_off:
         check_landing(gait, slope, rule)
 
 

@@ -19,7 +19,8 @@ from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
 from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
-from mjbiped.robots.robot import ARC, Array
+from mjbiped.robots.robot import Array
+from mjbiped.robots.shape import ARC
 from mjbiped.rules.scuffing import ScuffingRule
 
 APART = 0.5  # distance between two postures of a step, leg lengths
@@ -79,7 +80,7 @@ def plot_gait(gait: Any, path: str | Path | None = None) -> Figure:
 
 def _course(gait: Any) -> _Course:
     """Sample a step of a gait."""
-    strike = getattr(gait, "knee_strike", None)
+    strike = gait.knee_strike
     if strike is None:
         times = [np.linspace(0.0, gait.period, _SAMPLES)]
         motions = [gait.reference(times[0])]
@@ -98,7 +99,7 @@ def _course(gait: Any) -> _Course:
 
 def _title(gait: Any) -> str:
     """Kind of the gait and its main numbers."""
-    knees = " with knees" if hasattr(gait, "knee_strike") else ""
+    knees = " with knees" if gait.knee_strike else ""
     strike = [f"knee strike at {gait.knee_strike:.4f}\u00a0s"] if knees else []
     parts = [
         f"period {gait.period:.4f}\u00a0s",
@@ -109,7 +110,7 @@ def _title(gait: Any) -> str:
     if hasattr(gait, "goal"):
         parts.append(f"clearance {100 * gait.goal.clearance:.3g}\u00a0cm")
         return f"Optimised gait{knees}: {C_MT} {gait.measures.cost_of_transport:.4f}, {', '.join(parts)}"
-    if hasattr(gait, "energy"):
+    if not knees:
         parts.append(f"energy {gait.energy:.3f}\u00a0J")
     if hasattr(gait, "clearance"):
         parts.append(f"clearance {100 * gait.clearance:.2f}\u00a0cm")

@@ -14,8 +14,8 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import MjbipedError
 from mjbiped.gaits.described import words_of
-from mjbiped.gaits.optimisation import Goal
 from mjbiped.gaits.optimised import only_kept
+from mjbiped.gaits.steps import Goal
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED

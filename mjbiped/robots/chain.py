@@ -18,44 +18,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.dynamics.linkage import END, MASS, POINTS, WEIGHT, Linkage, Motion, room, stand
-from mjbiped.dynamics.linkage import accelerate as move
+from mjbiped.dynamics.equations import accelerate
+from mjbiped.dynamics.linkage import END, MASS, POINTS, Linkage, Motion, room, stand
 from mjbiped.numerics.blocks import packed, reader, share_arrays
 from mjbiped.numerics.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
 
+SWING_LOCKED: Array = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+"""Says with 1 which of three angles (rows) move as one (columns) while the swing knee is locked."""
+
 _NONE: Array = np.zeros(1)
 
 
-def coupled(weight: float, angle: float) -> tuple[float, float]:
-    """A_ij cos(q_i - q_j), of M, and A_ij sin(q_i - q_j), of C, for one A_ij and the angle q_i - q_j, rad."""
-    sine, cosine = sine_cosine(angle)
-    return weight * cosine, weight * sine
-
-
-def pulled(moment: float, angle: float) -> float:
-    """Gravity's pull -b_i sin(angle) on a segment, N m, for its b_i (N m) and its angle from the vertical, rad."""
-    sine, _ = sine_cosine(angle)
-    return -moment * sine
-
-
-def segment_force(moment: Any, sine: Any, cosine: Any, rate: Any, acceleration: Any) -> tuple[Any, Any]:
-    """Share of a segment in the force of the ground, forward and upward, N: rate of the momentum along its line.
-
-    Args:
-        moment: First moment of mass that moves with the segment, its b over gravity, kg m.
-        sine: Sine of its angle from the vertical.
-        cosine: Cosine of that angle.
-        rate: Rate of the angle, rad/s.
-        acceleration: Acceleration of the angle, rad/s^2.
-    """
-    square = rate * rate
-    return moment * (cosine * acceleration - sine * square), -moment * (sine * acceleration + cosine * square)
-
-
 class Chain(NamedTuple):
-    """A linkage of n angles on one foot.
+    """A linkage of n angles on one foot. Its functions take many postures at once, and complex angles.
 
     Attributes:
         weights: A, shape (n, n), kg m^2, symmetric.
@@ -81,36 +58,41 @@ class Chain(NamedTuple):
 
     @property
     def onto_end(self) -> Array:
-        """Weights of the momentum about the swing foot that strikes, by the rates before: A - reach b'/g, kg m^2."""
-        return self.weights - np.outer(self.reach, self.moments) / self.gravity
+        """Weights of the momentum about the swing foot that strikes, by the rates before: A - reach b'/g, kg m^2.
+
+        A foot or masses beside the segments' lines count where there is one angle.
+        """
+        beside = np.outer(self.reach, self.moments) + np.outer(self.beside, self.across)
+        return np.asarray(self.weights - beside / self.gravity)
 
     @property
     def about_end(self) -> Array:
         """A about the swing foot: A - (reach b' + b reach')/g + m reach reach', shape (n, n), kg m^2."""
-        return self.onto_end + np.outer(self.mass * self.reach - self.moments / self.gravity, self.reach)
+        along, across = ((self.reach, self.moments), (self.beside, self.across))
+        moved = [np.outer(self.mass * foot - pull / self.gravity, foot) for foot, pull in (along, across)]
+        return np.asarray(self.onto_end + moved[0] + moved[1])
 
     def mass_matrix(self, q: Array) -> Array:
-        """M(q), shape (n, n), kg m^2."""
-        turned, matrix = q[:, None] - q, np.zeros((len(q), len(q)))
-        matrix += self.weights * np.cos(turned) + self.odd * np.sin(turned)
-        forward, _ = self._moments(q)
-        matrix[0] += self.radius * forward
-        matrix[:, 0] += self.radius * forward
-        matrix[0, 0] += self.radius**2 * self.mass
-        return matrix
+        """M(q), shape (..., n, n), kg m^2, for angles of shape (..., n)."""
+        turned, (forward, _) = q[..., :, None] - q[..., None, :], self._moments(q)
+        matrix = self.weights * np.cos(turned) + self.odd * np.sin(turned)
+        matrix[..., 0, :] += self.radius * forward
+        matrix[..., :, 0] += self.radius * forward
+        matrix[..., 0, 0] += self.radius**2 * self.mass
+        return np.asarray(matrix)
 
     def coriolis_matrix(self, q: Array, dq: Array) -> Array:
-        """C(q, dq), shape (n, n), kg m^2/s; dM/dt - 2 C is skew."""
-        turned, matrix = q[:, None] - q, np.zeros((len(q), len(q)))
-        matrix += self.weights * np.sin(turned) - self.odd * np.cos(turned)
-        matrix[0] += self.radius * self._moments(q)[1]
-        return matrix * dq
+        """C(q, dq), shape (..., n, n), kg m^2/s; dM/dt - 2 C is skew."""
+        turned, (_, upward) = q[..., :, None] - q[..., None, :], self._moments(q)
+        matrix = self.weights * np.sin(turned) - self.odd * np.cos(turned)
+        matrix[..., 0, :] += self.radius * upward
+        return np.asarray(matrix * dq[..., None, :])
 
-    def gravity_vector(self, q: Array, slope: float) -> Array:
-        """g(q, slope), shape (n,), N m."""
-        forward, upward = self._moments(q)
-        forces = self.gravity * (np.cos(slope) * upward - np.sin(slope) * forward)
-        forces[0] -= self.gravity * self.radius * self.mass * np.sin(slope)
+    def gravity_vector(self, q: Array, slope: ArrayLike) -> Array:
+        """g(q, slope), shape (..., n), N m."""
+        (forward, upward), lean = self._moments(q), np.asarray(slope)[..., None]
+        forces = self.gravity * (np.cos(lean) * upward - np.sin(lean) * forward)
+        forces[..., 0] -= self.gravity * self.radius * self.mass * np.sin(slope)
         return np.asarray(forces)
 
     def kinetic_energy(self, q: Array, dq: Array) -> float:
@@ -128,48 +110,64 @@ class Chain(NamedTuple):
         along, up = sine @ self.reach, cosine @ self.reach
         return np.stack([along + (cosine * self.beside).sum(-1), up - (sine * self.beside).sum(-1)], axis=-1)
 
-    def accelerations(self, forces: Array, q: Array, dq: Array, slope: float) -> Array:
-        """Accelerations under generalised forces, N m: shape (n,), rad/s^2."""
-        pull = forces - self.coriolis_matrix(q, dq) @ dq - self.gravity_vector(q, slope)
-        return np.linalg.solve(self.mass_matrix(q), pull).astype(np.float64)
+    def pull(self, q: Array, dq: Array, slope: ArrayLike) -> Array:
+        """C dq + g, shape (..., n), N m: the forces that keep the rates as they are."""
+        return (self.coriolis_matrix(q, dq) @ dq[..., None])[..., 0] + self.gravity_vector(q, slope)
 
-    @property
-    def linkage(self) -> Linkage:
-        """The linkage of the chain's angles alone."""
-        n, levers = len(self.reach), np.zeros((POINTS, len(self.reach)))
-        levers[MASS], levers[MASS + 1] = self.moments / self.gravity, self.across / self.gravity
-        even, odd = self.weights.tolist(), np.broadcast_to(self.odd, (n, n)).tolist()
-        return Linkage(n, n, False, self.mass, self.gravity, self.radius, even, odd, levers.tolist())
+    def accelerations(self, forces: Array, q: Array, dq: Array, slope: ArrayLike) -> Array:
+        """Accelerations under generalised forces, N m: shape (..., n), rad/s^2."""
+        right = (forces - self.pull(q, dq, slope))[..., None]
+        return np.asarray(np.linalg.solve(self.mass_matrix(q), right)[..., 0])
+
+    def ground_force(self, q: Array, dq: Array, ddq: Array, slope: float) -> Array:
+        """Force of the ground on the stance foot, forward and upward, shape (..., 2), N."""
+        (forward, upward), square = self._moments(q), dq * dq
+        along = (forward * ddq + upward * square).sum(-1) + self.mass * self.radius * ddq[..., 0]
+        normal, sine, cosine = (upward * ddq - forward * square).sum(-1), np.sin(slope), np.cos(slope)
+        weight = self.mass * self.gravity
+        return np.stack([along * cosine + normal * sine, normal * cosine - along * sine + weight], axis=-1)
+
+    def joints_lock(self, groups: ArrayLike, q: Array, dq: Array) -> Array:
+        """Rates after joints have locked at once, shape (..., k), rad/s.
+
+        Args:
+            groups: Says with 1 which angles (rows) move as one afterwards (columns), shape (n, k).
+            q: Angles, shape (..., n), rad.
+            dq: Rates before, shape (..., n), rad/s.
+        """
+        E = np.asarray(groups, dtype=np.float64)
+        momentum = E.T @ self.mass_matrix(q)
+        return np.asarray(np.linalg.solve(momentum @ E, momentum @ dq[..., None])[..., 0])
 
     @property
     def free_motion(self) -> Callable[[Array, Array, float], Array]:
-        """The motion without torques, compiled: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
-        n, linkage = len(self.reach), self.linkage
+        """The motion without torques: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
+        n, levers = len(self.reach), np.zeros((POINTS, len(self.reach)))
+        levers[MASS], levers[MASS + 1] = self.moments / self.gravity, self.across / self.gravity
+        even, odd = self.weights.tolist(), np.broadcast_to(self.odd, (n, n)).tolist()
+        linkage = Linkage(n, n, False, self.mass, self.gravity, self.radius, 0.0, even, odd, levers.tolist())
         motion = Motion(free=n, **room())
         stand(linkage, motion)
+        if motion.closed or n == 1:  # so short that plain Python will do
+
+            def moved(q: Array, dq: Array, slope: float) -> Array:
+                motion.ddq[:n] = [0.0] * n
+                motion.sine, motion.cosine = sine_cosine(slope)
+                accelerate(linkage, motion, q.tolist(), dq.tolist())
+                return np.array(motion.ddq[:n])
+
+            return moved
         share_arrays(motion)
         (fixed, below), (made, _) = packed(linkage), packed(motion)
-        moved = _machine_code()
+        code = _machine_code()
 
         def accelerations(q: Array, dq: Array, slope: float) -> Array:
             motion.ddq[:] = 0.0
-            moved(fixed.ctypes.data, made.ctypes.data, slope, q, dq)
+            code(fixed.ctypes.data, made.ctypes.data, slope, q, dq)
             return np.array(motion.ddq[:n])
 
         accelerations.kept = below  # type: ignore[attr-defined]  # lives as long as machine code reads it
         return accelerations
-
-    def joints_lock(self, groups: ArrayLike, q: Array, dq: Array) -> Array:
-        """Rates after joints have locked at once, shape (k,), rad/s.
-
-        Args:
-            groups: Says with 1 which angles (rows) move as one afterwards (columns), shape (n, k).
-            q: Angles, shape (n,), rad.
-            dq: Rates before, shape (n,), rad/s.
-        """
-        E = np.asarray(groups, dtype=np.float64)
-        momentum = E.T @ self.mass_matrix(q)
-        return np.linalg.solve(momentum @ E, momentum @ dq).astype(np.float64)
 
     def _moments(self, q: Array) -> tuple[Array, Array]:
         """Derivatives of the first moments of mass by the angles, along the ground and along its normal, kg m."""
@@ -182,7 +180,7 @@ def moved_at(linkage: int, motion: int, slope: float, q: Array, dq: Array) -> No
     """Turn the forces of a motion into accelerations on a slope, rad; linkage and motion are addresses."""
     w = _motion_at(motion, 0)
     w.sine, w.cosine = sine_cosine(slope)
-    move(_linkage_at(linkage, 0), w, q, dq)
+    accelerate(_linkage_at(linkage, 0), w, q, dq)
 
 
 _linkage_at, _motion_at = reader(Linkage), reader(Motion)
@@ -196,43 +194,27 @@ def _machine_code() -> Any:
     return compiled(moved_at, "void(int64, int64, float64, float64[::1], float64[::1])")
 
 
-def chain_by(linkage: Linkage, groups: Sequence[int]) -> Chain:
+def chain_by(linkage: Linkage, groups: Sequence[int], offsets: ArrayLike = 0.0) -> Chain:
     """A linkage by fewer angles.
 
     Args:
         linkage: The linkage.
-        groups: With which angle each segment moves; -1: it rests.
+        groups: With which angle each segment moves.
+        offsets: Angle of each segment less that with which it moves, rad.
     """
-    E = (np.asarray(groups)[:, None] == np.arange(max(groups) + 1)).astype(np.float64)
-    levers = np.asarray(linkage.levers) @ E
+    moves = np.asarray(groups)[:, None] == np.arange(max(groups) + 1)
+    E = moves * np.exp(1j * np.broadcast_to(offsets, len(groups)))[:, None]
+    levers = (np.array(linkage.levers[::2]) + 1j * np.array(linkage.levers[1::2])) @ E
+    products = E.conj().T @ (np.array(linkage.even) + 1j * np.array(linkage.odd)) @ E
+    (reach, moments), gravity = levers[[END // 2, MASS // 2]], linkage.gravity
     return Chain(
-        weights=E.T @ linkage.even @ E,
-        moments=levers[WEIGHT],
-        reach=levers[END],
+        weights=products.real,
+        moments=gravity * moments.real,
+        reach=reach.real,
         mass=linkage.mass,
-        gravity=linkage.gravity,
-        odd=E.T @ linkage.odd @ E,
-        across=levers[WEIGHT + 1],
-        beside=levers[END + 1],
+        gravity=gravity,
+        odd=products.imag,
+        across=gravity * moments.imag,
+        beside=reach.imag,
         radius=linkage.radius,
     )
-
-
-def chain_of(
-    bodies: Sequence[tuple[float, float, int | None, Sequence[float]]], reach: Sequence[float], gravity: float
-) -> Chain:
-    """The chain of some bodies.
-
-    Args:
-        bodies: Of each its mass (kg), its inertia about its own centre of mass (kg m^2), the segment that it turns with
-            (None for a point mass), and the levers of its centre of mass, one of each segment (m).
-        reach: Levers of the chain's far end, m.
-        gravity: m/s^2.
-    """
-    weights, moments = np.zeros((len(reach), len(reach))), np.zeros(len(reach))
-    for mass, inertia, segment, levers in bodies:
-        weights += mass * np.outer(levers, levers)
-        moments += gravity * mass * np.asarray(levers)
-        if segment is not None:
-            weights[segment, segment] += inertia
-    return Chain(weights, moments, np.array(reach, dtype=np.float64), sum(body[0] for body in bodies), gravity)

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.robots.chain import segment_force
 from mjbiped.robots.model import solve_pair
 from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
@@ -57,17 +56,11 @@ def mass_terms(constants: Constants, legs: Legs) -> tuple[float, float, float]:
     return constants[0], -constants[1] * cosine, constants[2]
 
 
-def coriolis_entries(constants: Constants, legs: Legs, dq1: float, dq2: float) -> tuple[float, float]:
-    """Off-diagonal entries (C12, C21) of C(q, dq) of eq. (1), kg m^2/s; the diagonal is zero."""
-    sine, _ = between_legs(legs)
-    coupling = constants[1] * sine
-    return -coupling * dq2, coupling * dq1
-
-
 def coriolis_terms(constants: Constants, legs: Legs, dq1: float, dq2: float) -> tuple[float, float]:
     """The vector C(q, dq) dq of eq. (1), N m."""
-    c12, c21 = coriolis_entries(constants, legs, dq1, dq2)
-    return c12 * dq2, c21 * dq1
+    sine, _ = between_legs(legs)
+    coupling = constants[1] * sine
+    return -coupling * dq2 * dq2, coupling * dq1 * dq1
 
 
 def gravity_terms(constants: Constants, legs: Legs) -> tuple[float, float, float, float]:
@@ -122,27 +115,6 @@ def inverse_dynamics(
     return force1, force2
 
 
-def ground_force(
-    constants: Constants, mass: float, gravity: float, legs: Legs, dq1: float, dq2: float, ddq1: float, ddq2: float
-) -> tuple[float, float]:
-    """Force of the ground on the robot, forward and upward, N: the rate of its momentum, and its weight.
-
-    Args:
-        constants: Of the robot.
-        mass: Of the whole robot, kg.
-        gravity: m/s^2.
-        legs: Of the angles from the vertical, not from the ground's normal.
-        dq1: Rate of the stance leg, rad/s.
-        dq2: Rate of the swing leg, rad/s.
-        ddq1: Acceleration of the stance leg, rad/s^2.
-        ddq2: Acceleration of the swing leg, rad/s^2.
-    """
-    sine1, cosine1, sine2, cosine2 = legs
-    ahead1, above1 = segment_force(constants[3] / gravity, sine1, cosine1, dq1, ddq1)
-    ahead2, above2 = segment_force(constants[4] / gravity, sine2, cosine2, dq2, ddq2)
-    return ahead1 - ahead2, above1 - above2 + mass * gravity
-
-
 def kinetic_energy(constants: Constants, q1: float, q2: float, dq1: float, dq2: float) -> float:
     """Kinetic energy dq' M dq / 2, J."""
     m11, m12, m22 = mass_terms(constants, legs_of(q1, q2))
@@ -161,14 +133,8 @@ def impact_rates(constants: Constants, q1: float, q2: float, dq1: float, dq2: fl
     are conserved. `dq1_plus` belongs to the new stance leg, which is the old swing leg. The posture is that at
     touchdown; its legs need not be symmetric, so that the map holds on any ground.
     """
-    return rates_after_impact(constants, legs_of(q2, q1), math.cos(q1 - q2), dq1, dq2)
-
-
-def rates_after_impact(
-    constants: Constants, legs_after: Legs, cosine: float, dq1: float, dq2: float
-) -> tuple[float, float]:
-    """`impact_rates` of what its angles are needed for: the legs in their new roles, and the cosine of q1 - q2."""
-    m11, m12, m22 = mass_terms(constants, legs_after)
+    cosine = math.cos(q1 - q2)
+    m11, m12, m22 = mass_terms(constants, legs_of(q2, q1))
     about_point = constants[5] * cosine * dq1 + constants[6] * dq2  # less the momentum about the hip
     about_hip = constants[6] * dq1
     return solve_pair(m11, m12, m22, about_point, about_hip)
@@ -195,21 +161,9 @@ class Compass(StraightLegs):
         InputError: a value is not a finite number of its domain; see `mjbiped.utils.domains`.
     """
 
-    leg_mass: Annotated[float, domains.LEG_MASS] = 5.0
-    hip_mass: Annotated[float, domains.HIP_MASS] = 0.0
-    lower_length: Annotated[float, domains.LENGTH] = 0.5
-    upper_length: Annotated[float, domains.LENGTH] = 0.5
-    leg_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
-    gravity: Annotated[float, domains.GRAVITY] = 9.81
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "compass"
-
-    def __post_init__(self) -> None:
-        """Check every value, and turn it into a plain float."""
-        domains.check_fields(self)
-        self.uniform_rods()
-        domains.LEG.check("lower_length + upper_length", self.leg_length)
 
     @cached_property
     def constants(self) -> Constants:
@@ -232,19 +186,10 @@ class Compass(StraightLegs):
         The angles stay relative to the normal that `q` was measured from; where the ground's slope changes under the
         new stance foot, subtract the change from both (eq. 2).
         """
-        q1, q2 = _angles(q)
-        return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, *_rates(dq)))
+        q1, q2 = domains.ANGLE.array("q", q, (2,)).tolist()
+        dq1, dq2 = domains.RATE.array("dq", dq, (2,)).tolist()
+        return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, dq1, dq2))
 
     def to_dict(self) -> dict[str, Any]:
         """The parameters alone: records had no other robots once."""
         return self._told()
-
-
-def _angles(q: ArrayLike) -> tuple[float, float]:
-    q1, q2 = domains.ANGLE.array("q", q, (2,)).tolist()
-    return q1, q2
-
-
-def _rates(dq: ArrayLike) -> tuple[float, float]:
-    dq1, dq2 = domains.RATE.array("dq", dq, (2,)).tolist()
-    return dq1, dq2

@@ -13,19 +13,11 @@ is shank less thigh, q[2] - q[1] of three, and is 0 where the knee has struck it
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from mjbiped.dynamics.linkage import END, WEIGHT, stand
-from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array, Chain
-from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
+from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.utils import domains
 
 
@@ -55,30 +47,10 @@ class KneedBiped(KneedLegs):
         InputError: a value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
     """
 
-    thigh_mass: Annotated[float, domains.LEG_MASS] = 4.5
-    shank_mass: Annotated[float, domains.LEG_MASS] = 0.5
-    hip_mass: Annotated[float, domains.HIP_MASS] = 5.0
-    thigh_length: Annotated[float, domains.LENGTH] = 0.5
-    shank_length: Annotated[float, domains.LENGTH] = 0.5
-    thigh_centre: Annotated[float, domains.LENGTH] = 0.30
-    shank_centre: Annotated[float, domains.LENGTH] = 0.09
-    thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
-    shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
-    gravity: Annotated[float, domains.GRAVITY] = 9.81
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
 
     kind: ClassVar[str] = "kneed"
     lands_bent: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        """Check every value, and turn it into a plain float."""
-        domains.check_fields(self)
-        self.check_centres()
-        for link in ("thigh", "shank"):
-            if getattr(self, f"{link}_inertia") is None:
-                mass, length = getattr(self, f"{link}_mass"), getattr(self, f"{link}_length")
-                object.__setattr__(self, f"{link}_inertia", mass * length**2 / 12)
-        domains.LEG.check("thigh_length + shank_length", self.leg_length)
 
     @classmethod
     def halved_rods(cls) -> KneedBiped:
@@ -96,50 +68,3 @@ class KneedBiped(KneedLegs):
         thigh = Segment("thigh", self.thigh_mass, self.thigh_length, self.thigh_centre, self.thigh_inertia)
         shank = Segment("shank", self.shank_mass, self.shank_length, self.shank_centre, self.shank_inertia)
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
-
-    def chains_on(self, flexion: float) -> tuple[Mapping[int, Chain], float]:
-        """The chains of two and of three angles on a stance leg whose knee is locked at a flexion, rad.
-
-        Also the moment of its weight beside its line, N m.
-        """
-        found = {n: self._chain_on(flexion, n) for n in (2, 3)}
-        return found, float(found[3].across[0])
-
-    def _chain_on(self, flexion: float, n: int) -> Chain:
-        linkage, motion = self._standing(flexion)
-        motion.free, motion.follows = n, 1.0
-        stand(linkage, motion)
-        E = SWING_LOCKED if n == 2 else np.eye(3)
-        levers = np.array(motion.levers)[:, :3] @ E
-        return Chain(
-            weights=np.array(motion.even)[:n, :n],
-            moments=levers[WEIGHT],
-            reach=levers[END],
-            mass=self.total_mass,
-            gravity=self.gravity,
-            across=levers[WEIGHT + 1],
-        )
-
-    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
-        """State (q_plus, dq_plus), each of shape (2,), after the straight swing leg's impact, with the legs exchanged.
-
-        It is plastic and without slip, the other foot leaves the ground, and both knees stay locked; the knee of the
-        new swing leg is free from then on. The angles stay relative to the normal that `q` was measured from.
-
-        Args:
-            q: stance and swing leg, shape (2,), rad.
-            dq: their rates, shape (2,), rad/s.
-        """
-        angles = domains.ANGLE.array("q", q, (2,))
-        rates = rates_of(dq, angles)
-        return angles[::-1].copy(), self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
-
-    def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
-    ) -> tuple[float, ...]:
-        """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
-        line, swing, shank = angles
-        length, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
-        hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
-        thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
-        return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from typing import ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
-from mjbiped.robots.chain import Array
+from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.robots.chain import SWING_LOCKED, Array
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
-SWING_LOCKED = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 STRAIGHT = 1e-6  # rad; integrators find the stop more exactly than that
 
 
+@dataclass(frozen=True)
 class KneedLegs(Robot):
-    """A biped with knees; subclasses are frozen dataclasses of these parameters and of their feet.
+    """A biped with knees; subclasses add what their feet need.
 
     Attributes:
         thigh_mass: Mass of one thigh, kg.
@@ -31,36 +33,44 @@ class KneedLegs(Robot):
         shank_centre: From the knee down to the shank's centre of mass, m.
         thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2.
         shank_inertia: Inertia of a shank about its centre of mass, kg m^2.
+        gravity: Acceleration of gravity, m/s^2.
+
+    Raises:
+        InputError: A value is not a finite number of its domain, or a centre of mass lies beyond the end of its link.
     """
 
-    thigh_mass: float
-    shank_mass: float
-    hip_mass: float
-    thigh_length: float
-    shank_length: float
-    thigh_centre: float
-    shank_centre: float
-    thigh_inertia: float
-    shank_inertia: float
+    thigh_mass: Annotated[float, domains.LEG_MASS] = 4.5
+    shank_mass: Annotated[float, domains.LEG_MASS] = 0.5
+    hip_mass: Annotated[float, domains.HIP_MASS] = 5.0
+    thigh_length: Annotated[float, domains.LENGTH] = 0.5
+    shank_length: Annotated[float, domains.LENGTH] = 0.5
+    thigh_centre: Annotated[float, domains.LENGTH] = 0.30
+    shank_centre: Annotated[float, domains.LENGTH] = 0.09
+    thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee")
     places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right", "left_knee", "right_knee")
     collides_from_lift_off: ClassVar[bool] = True
+    gyration: ClassVar[Mapping[str, float]] = {}  # radii over lengths of links that are no uniform rods
 
-    def check_centres(self) -> None:
-        """Refuse a centre of mass beyond the end of its link.
-
-        Raises:
-            InputError: There is one.
-        """
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        domains.check_fields(self)
         for link in ("thigh", "shank"):
-            length, centre = getattr(self, f"{link}_length"), getattr(self, f"{link}_centre")
+            mass, length, centre = (getattr(self, f"{link}_{part}") for part in ("mass", "length", "centre"))
             if centre > length:
                 raise InputError(
                     f"{link}_centre = {centre:g}: must lie on the link, at most {link}_length = {length:g} m from its "
                     "upper end"
                 )
+            if getattr(self, f"{link}_inertia") is None:
+                ratio = self.gyration.get(link)
+                inertia = mass * length**2 / 12 if ratio is None else mass * (ratio * length) ** 2
+                object.__setattr__(self, f"{link}_inertia", inertia)
+        domains.LEG.check("from the foot to the hip", self.leg_length)
 
     @property
     def total_mass(self) -> float:
@@ -83,10 +93,9 @@ class KneedLegs(Robot):
         if abs(angles[2] - angles[1]) > STRAIGHT:
             bent = math.degrees(angles[2] - angles[1])
             raise InputError(f"the swing knee is bent by {bent:.4g} degrees: it strikes its stop where it is straight")
-        rates = self.chains[3].joints_lock(SWING_LOCKED, angles, rates_of(dq, angles))
+        rates = self.chains[3].joints_lock(SWING_LOCKED, angles, domains.RATE.array("dq", dq, (3,)))
         return np.array([angles[0], (angles[1] + angles[2]) / 2]), rates
 
-    @abstractmethod
     def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
         """State (q_plus, dq_plus) after the impact of the swing leg, its knee at its stop, with the legs exchanged.
 
@@ -100,13 +109,23 @@ class KneedLegs(Robot):
         Returns:
             Stance leg and swing leg, or swing thigh and swing shank where the impact can bend the swing knee.
         """
+        angles, rates = domains.ANGLE.array("q", q, (2,)), domains.RATE.array("dq", dq, (2,))
+        after, n = self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]]), 3 if self.knee_opens else 2
+        return angles[[1, 0, 0]][:n], after[:n]
 
     def flexion(self, qpos: ArrayLike, leg: ArrayLike) -> Array:
         """Flexion of the knee of a leg (0 left, 1 right) in postures `qpos`, shape (..., 6): shape (...,), rad."""
         places, legs = np.asarray(qpos, dtype=np.float64), np.asarray(leg)
         return np.where(legs == 0, places[..., 4], places[..., 5])
 
-
-def rates_of(dq: ArrayLike, angles: Array) -> Array:
-    """Check rates, rad/s, as many as there are angles."""
-    return domains.RATE.array("dq", dq, angles.shape)
+    def posture(
+        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
+        """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
+        line, swing, shank = angles
+        length, lean = self.leg_length - self.radius, 0.0
+        if stance_flexion:
+            length, lean = bent_leg(self.thigh_length, self.shank_length, stance_flexion)
+        hip = (foot[0] + length * math.sin(line), foot[1] + length * math.cos(line))
+        thighs, knees = [line + lean - stance_flexion, swing], [stance_flexion, shank - swing]
+        return (*hip, *(thighs[::-1] if stance else thighs), *(knees[::-1] if stance else knees))

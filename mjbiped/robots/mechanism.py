@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, WEIGHT, Linkage
+from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, Linkage
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.robots.bodies import Bodies
 
@@ -38,8 +38,8 @@ def linkage_with(
     base: Levers,
     *,
     angles: int,
-    radius: float,
     gravity: float,
+    radius: float = 0.0,
 ) -> Linkage:
     """The linkage of some bodies.
 
@@ -50,18 +50,17 @@ def linkage_with(
         end: Levers of the swing foot.
         base: Levers of the stance foot's ankle.
         angles: Number of the angles of a state.
-        radius: Of round feet, m.
         gravity: m/s^2.
+        radius: Of round feet, m.
     """
-    products, first, pull = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), np.zeros_like(hip)
-    whole = 0.0
+    products, first, whole = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), 0.0
     for mass, inertia, segment, levers in masses:
         products += mass * np.outer(levers.conj(), levers)
-        first, pull, whole = first + mass * levers, pull + gravity * mass * levers, whole + mass
+        first, whole = first + mass * levers, whole + mass
         if segment >= 0:
             products[segment, segment] += inertia
     points = np.zeros((POINTS, len(hip)))
-    for place, levers in ((HIP, hip), (END, end), (BASE, base), (MASS, first), (WEIGHT, pull)):
+    for place, levers in ((HIP, hip), (END, end), (BASE, base), (MASS, first)):
         points[place], points[place + 1] = levers.real, levers.imag
     return Linkage(
         segments=len(hip),
@@ -70,6 +69,7 @@ def linkage_with(
         mass=whole,
         gravity=gravity,
         radius=radius,
+        between=0.0,
         even=products.real.tolist(),
         odd=products.imag.tolist(),
         levers=points.tolist(),

@@ -14,9 +14,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, TypeAlias
 
-import numpy as np
-
-from mjbiped.robots.chain import Array, Chain, coupled, pulled
+from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.chain import Chain
 
 Numbers: TypeAlias = tuple[float, ...]
 """A number for each of the robot's angles: one, two or three."""
@@ -24,7 +23,7 @@ Numbers: TypeAlias = tuple[float, ...]
 Matrix: TypeAlias = tuple[Numbers, ...]
 """The rows of a matrix."""
 
-_EVEN, _ODD = 0, 1  # of what `coupled` returns
+_ODD, _EVEN = 0, 1  # sine and cosine, as `sine_cosine` returns them
 _ONES = (1.0, 1.0, 1.0)
 
 
@@ -46,12 +45,10 @@ class Model(NamedTuple):
 
 def model_of(chain: Chain) -> Model:
     """The constants of a robot that is a chain of segments whose far end becomes the stance foot."""
-    return Model(rows(chain.weights), tuple(chain.moments.tolist()), rows(chain.about_end), rows(chain.onto_end))
-
-
-def rows(matrix: Array) -> Matrix:
-    """A matrix as plain numbers."""
-    return tuple(tuple(row) for row in np.asarray(matrix).tolist())
+    weights, about, onto = (
+        tuple(tuple(row) for row in matrix.tolist()) for matrix in (chain.weights, chain.about_end, chain.onto_end)
+    )
+    return Model(weights, tuple(chain.moments.tolist()), about, onto)
 
 
 def mass_matrix(model: Model, q: Numbers) -> Matrix:
@@ -71,10 +68,10 @@ def gravity_vector(model: Model, q: Numbers, slope: float) -> Numbers:
     """
     b = model.moments
     if len(q) == 1:
-        return (pulled(b[0], q[0] + slope),)
+        return (_pulled(b[0], q[0] + slope),)
     if len(q) == 2:
-        return pulled(b[0], q[0] + slope), pulled(b[1], q[1] + slope)
-    return pulled(b[0], q[0] + slope), pulled(b[1], q[1] + slope), pulled(b[2], q[2] + slope)
+        return _pulled(b[0], q[0] + slope), _pulled(b[1], q[1] + slope)
+    return _pulled(b[0], q[0] + slope), _pulled(b[1], q[1] + slope), _pulled(b[2], q[2] + slope)
 
 
 def rates_after_touchdown(model: Model, q: Numbers, dq: Numbers) -> Numbers:
@@ -94,6 +91,11 @@ def rates_after_knee_strike(model: Model, q: Numbers, dq: Numbers) -> Numbers:
     """Rates after the swing knee's plastic impact on its stop, rad/s, of three; see `KneedBiped.knee_impact`."""
     swing, stance = _impact(model.weights, model.weights, q, dq)
     return stance, swing, swing
+
+
+def _pulled(moment: float, angle: float) -> float:
+    """Gravity's pull -b_i sin(angle) on a segment, N m, for its b_i (N m) and its angle from the vertical, rad."""
+    return -moment * sine_cosine(angle)[0]
 
 
 def solve_pair(m11: float, m12: float, m22: float, f1: float, f2: float) -> tuple[float, float]:
@@ -121,7 +123,7 @@ def _impact(after: Matrix, before: Matrix, q: Numbers, dq: Numbers) -> tuple[flo
 
 
 def _matrix(weights: Matrix, q: Numbers, factors: Numbers, part: int) -> Matrix:
-    """Weights_ij times the cosine of q_i - q_j (part 0) or its sine (part 1), times factor j."""
+    """Weights_ij times the sine of q_i - q_j (part 0) or its cosine (part 1), times factor j."""
     if len(q) == 1:
         return (_row(weights[0], q[0], q, factors, part),)
     first, second = _row(weights[0], q[0], q, factors, part), _row(weights[1], q[1], q, factors, part)
@@ -132,10 +134,10 @@ def _matrix(weights: Matrix, q: Numbers, factors: Numbers, part: int) -> Matrix:
 
 def _row(weights: Numbers, angle: float, q: Numbers, factors: Numbers, part: int) -> Numbers:
     """The row of `_matrix` of one angle."""
-    first = coupled(weights[0], angle - q[0])[part] * factors[0]
+    first = weights[0] * sine_cosine(angle - q[0])[part] * factors[0]
     if len(q) == 1:
         return (first,)
-    second = coupled(weights[1], angle - q[1])[part] * factors[1]
+    second = weights[1] * sine_cosine(angle - q[1])[part] * factors[1]
     if len(q) == 2:
         return first, second
-    return first, second, coupled(weights[2], angle - q[2])[part] * factors[2]
+    return first, second, weights[2] * sine_cosine(angle - q[2])[part] * factors[2]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -12,27 +10,23 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.dynamics.linkage import PIVOT, ROOM, Linkage, Motion, accelerate, ground_force, room, stand
-from mjbiped.dynamics.modes import bend_stance_knee, land, opens, partner
+from mjbiped.dynamics.linkage import Linkage, Motion, room
+from mjbiped.dynamics.modes import bend_stance_knee, land, opens
 from mjbiped.errors import InputError
-from mjbiped.robots.bodies import Bodies
-from mjbiped.robots.chain import Chain, chain_by
+from mjbiped.robots.chain import SWING_LOCKED, Chain, chain_by
 from mjbiped.robots.mechanism import linkages_of
 from mjbiped.robots.model import Model, model_of
+from mjbiped.robots.shape import Shape
 from mjbiped.utils import domains
 
 Array = NDArray[np.float64]
-
-
-ARC = 0.6
-"""Half of the angle over which the arc of a round foot is drawn, rad; it is no limit of its rolling."""
 
 
 _GROUPS = {1: ((0,),), 2: ((0, 1),), 3: ((0, 1, -1),), 4: ((0, 1, 1, 0), (0, 1, 2, 0), (1, 2, 3, 0))}
 """By the number of segments of a linkage: with which angle each segment moves, in each `Chain` of the robot."""
 
 
-class Robot(ABC):
+class Robot(Shape):
     """A planar robot with equal legs; subclasses are frozen dataclasses of its parameters.
 
     Engines, records, figures and videos take the sizes of states, torques and postures from its attributes.
@@ -41,8 +35,6 @@ class Robot(ABC):
         kind: Name of the kind in records; see `mjbiped.robots.kinds`.
         angles: Names of the angles q, from the ground's normal, rad, positive forward, stance leg first.
         joints: Names of the joints with motors, in the order of torques.
-        places: Names of the numbers of a posture `qpos`: hip x and z (m), left and right thigh, or leg, from the
-            vertical (rad), then any other angles of the robot.
         collides_from_lift_off: Whether the swing foot can touch the ground from lift-off on; if not, the scuffing rule
             decides when it can.
         knee_opens: Whether a touchdown can bend the knee of the leg that leaves the ground, which is then free at once.
@@ -56,7 +48,6 @@ class Robot(ABC):
     kind: ClassVar[str]
     angles: ClassVar[tuple[str, ...]]
     joints: ClassVar[tuple[str, ...]]
-    places: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
     knee_opens: ClassVar[bool] = False
     lands_bent: ClassVar[bool] = False
@@ -74,11 +65,6 @@ class Robot(ABC):
         return 0.0
 
     @property
-    def radius(self) -> float:
-        """Radius of the feet, m; 0: point feet."""
-        return 0.0
-
-    @property
     def flat(self) -> Robot:
         """The robot whose gaits and equations are this one's while its feet lie flat: itself, unless they have mass."""
         return self
@@ -87,21 +73,6 @@ class Robot(ABC):
     def mechanism(self) -> Self:
         """The robot without its sole, on which neither its equations of motion nor its passive gaits depend."""
         return self if self.sole is None else dataclasses.replace(self, sole=None)  # type: ignore[type-var]  # subclasses
-
-    @property
-    @abstractmethod
-    def bodies(self) -> Bodies:
-        """Rigid bodies that the robot consists of, for engines such as MuJoCo."""
-
-    @property
-    @abstractmethod
-    def leg_length(self) -> float:
-        """Length of a straight leg, m."""
-
-    @property
-    @abstractmethod
-    def total_mass(self) -> float:
-        """Mass of the whole robot, kg."""
 
     @property
     def weight(self) -> float:
@@ -115,11 +86,27 @@ class Robot(ABC):
         Two angles of a robot with knees are those of straight legs; three have the swing knee free; four are of stance
         shank, stance thigh, swing thigh and swing shank.
         """
-        return {max(groups) + 1: chain_by(self.linkages[0], groups) for groups in _GROUPS[self.linkages[0].segments]}
+        return self.chains_on(0.0)
+
+    def chains_on(self, flexion: float) -> Mapping[int, Chain]:
+        """The same on a stance leg whose knee is locked at a flexion, rad; four angles are absolute."""
+        linkage, motion = self._standing(flexion)
+        found, offsets = {}, motion.offsets[: linkage.segments]
+        for groups in _GROUPS[linkage.segments]:
+            n = max(groups) + 1
+            found[n] = chain_by(linkage, groups, offsets if n < linkage.segments else 0.0)
+        return found
 
     @property
     def model(self) -> Model:
-        """The constants of the robot's equations for people's own compiled laws; see `mjbiped.robots.model`."""
+        """The constants of the robot's equations for people's own compiled laws; see `mjbiped.robots.model`.
+
+        Raises:
+            InputError: The robot is on round feet.
+        """
+        if "foot_radius" in self.parameters():
+            name = type(self).__name__
+            raise InputError(f"robot.model is for robots that stand on a point or a sole; a {name} rolls")
         return model_of(self.chains[len(self.angles)])
 
     def mass_matrix(self, q: ArrayLike) -> Array:
@@ -171,64 +158,6 @@ class Robot(ABC):
         chain, angles = self._chain(q, many=True)
         return chain.end(angles)
 
-    def limbs(self, qpos: ArrayLike) -> Array:
-        """Positions of hip, joints and foot of each leg in postures `qpos`.
-
-        Args:
-            qpos: Shape (..., len(places)).
-
-        Returns:
-            Positions in m, shape (..., legs, points, 2): legs in the order in which they stand, points from the hip
-            down to the foot, then x and z.
-        """
-        places = np.asarray(qpos, dtype=np.float64)
-        angles, points = np.zeros(2), [np.broadcast_to(places[..., None, :2], (*places.shape[:-1], 2, 2))]
-        for k, segment in enumerate(self.bodies.leg):
-            angles = angles + places[..., 2 + 2 * k : 4 + 2 * k]
-            line = angles + segment.turn
-            points.append(points[-1] - segment.length * np.stack([np.sin(line), np.cos(line)], axis=-1))
-        return np.stack(points, axis=-2)
-
-    def leg_ends(self, qpos: ArrayLike) -> Array:
-        """Positions of the ends of the legs in postures `qpos`, shape (..., legs, 2), m.
-
-        They are feet that are points, the ankles of feet that are bodies, or the centres of round feet's arcs.
-        """
-        points = self.limbs(qpos)[..., : len(self.bodies.leg) + 1, :]
-        last = points[..., -1, :] - points[..., -2, :]
-        return np.asarray(points[..., -1, :] - self.radius * last / np.linalg.norm(last, axis=-1, keepdims=True))
-
-    def outline(self, qpos: ArrayLike) -> Array:
-        """Lines that figures draw of each leg in postures `qpos`: its limbs, and the arc of a round foot.
-
-        Shapes are those of `limbs`; the line goes along the arc to the heel and back to the toe.
-        """
-        limbs = self.limbs(qpos)
-        if not self.radius:
-            return limbs
-        centre = self.leg_ends(qpos)
-        along = (limbs[..., -1, :] - centre) / self.radius
-        ahead = along[..., ::-1] * [-1.0, 1.0]  # a right angle ahead of the leg
-        turns = ARC * np.concatenate([np.linspace(0.0, -1.0, 5), np.linspace(-1.0, 1.0, 11)])[:, None]
-        arc = centre[..., None, :] + self.radius * (
-            np.cos(turns) * along[..., None, :] + np.sin(turns) * ahead[..., None, :]
-        )
-        return np.concatenate([limbs, arc], axis=-2)
-
-    def centre_of_mass(self, qpos: ArrayLike) -> Array:
-        """Position x, z of the centre of mass in postures `qpos`, shape (..., 2), m."""
-        points = self.limbs(qpos)
-        moment = self.bodies.hip_mass * points[..., 0, 0, :]
-        for k, segment in enumerate(self.bodies.leg):
-            upper, lower = points[..., k, :], points[..., k + 1, :]
-            centre = upper + segment.centre / segment.length * (lower - upper)
-            if segment.offset:
-                centre = centre + segment.offset / segment.length * (upper - lower)[..., ::-1] * [1.0, -1.0]
-            moment = moment + segment.mass * centre.sum(axis=-2)
-        if self.bodies.foot is not None:
-            moment = moment + self.bodies.foot.mass * points[..., len(self.bodies.leg), :].sum(axis=-2)
-        return np.asarray(moment / self.total_mass)
-
     def joint_rates(self, dq: Any) -> Array:
         """Convert rates of the angles to rates of the joints, shape (..., len(joints)), rad/s."""
         rates = np.asarray(dq, dtype=np.float64)
@@ -247,23 +176,15 @@ class Robot(ABC):
             locked: Whether the swing knee is locked; straight legs count as always locked.
             stance_flexion: Flexion at which the stance knee is locked, rad.
         """
-        angles = domains.ANGLE.array("q", q, (len(self.angles),)).tolist()
-        rates = domains.RATE.array("dq", dq, (len(self.angles),)).tolist()
-        linkage, motion = self._standing(stance_flexion)
-        motion.free = 2 if locked and linkage.knees else len(self.angles)
-        motion.follows = 1.0 if linkage.knees else 0.0
-        slope = domains.ANGLE.check("slope", slope)
-        motion.sine, motion.cosine = math.sin(slope), math.cos(slope)
-        stand(linkage, motion)
-        forces: Any = motion.ddq
-        forces[: len(angles)] = (self.input_matrix @ np.asarray(torque, dtype=np.float64)).tolist()
-        flat = [0.0] * (ROOM - len(angles))
-        accelerate(linkage, motion, angles + flat, rates + flat)
-        along, normal = ground_force(linkage, motion, angles + flat, rates + flat, motion.ddq)
-        return (
-            along * motion.cosine + normal * motion.sine,
-            normal * motion.cosine - along * motion.sine,
-        )
+        n = len(self.angles)
+        angles, rates = domains.ANGLE.array("q", q, (n,)), domains.RATE.array("dq", dq, (n,))
+        forces, slope = self.input_matrix @ np.asarray(torque, dtype=np.float64), domains.ANGLE.check("slope", slope)
+        if locked and n == 3:
+            angles, rates, forces = angles[:2], rates[:2], SWING_LOCKED.T @ forces
+        chain = (self.chains_on(stance_flexion) if stance_flexion else self.chains)[len(angles)]
+        ddq = chain.accelerations(forces, angles, rates, slope)
+        forward, upward = chain.ground_force(angles, rates, ddq, slope).tolist()
+        return forward, upward
 
     def _standing(self, stance_flexion: float) -> tuple[Linkage, Motion]:
         """The linkage on its flat foot, and room for its motion on a stance leg that is bent so far, rad."""
@@ -297,34 +218,9 @@ class Robot(ABC):
         (linkage, motion), n = self._standing(stance_flexion), len(self.angles)
         tip = [0.0] * (linkage.angles - n)  # of a foot
         state = [*np.asarray(q).tolist(), *tip, *np.asarray(dq).tolist(), *tip]
-        land(linkage, motion, state, not (self.knee_opens and opens(linkage, motion, state)))
-        return np.array([motion.right[PIVOT + partner(linkage, i)] for i in range(n)])
-
-    def flexion(self, qpos: Any, leg: Any) -> Array:
-        """Knee flexion of the leg with a given number in postures `qpos`, shape (...,), rad; 0 for straight legs."""
-        return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
-
-    def lean(self, qpos: Any, leg: int) -> float:
-        """Angle from the vertical, rad, of the upper segment of a leg in a posture `qpos`."""
-        limb = self.bodies.limbs[leg]
-        return float(qpos[self.places.index(limb.hinge)] + limb.offset)
-
-    def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
-    ) -> tuple[float, ...]:
-        """Posture `qpos` of the robot on one foot.
-
-        Args:
-            foot: Position of the stance foot, or of the centre of a round one, x and z in m.
-            stance: Number of the stance leg; for a biped 0 is left, 1 right.
-            angles: Angles from the vertical, stance leg first, shape (len(angles),), rad.
-            stance_flexion: Flexion of the stance knee, rad.
-            slope: Of the ground, rad, to which feet that turn about an ankle are parallel.
-        """
-        x, z = foot
-        length = self.leg_length - self.radius
-        hip = (x + length * math.sin(angles[0]), z + length * math.cos(angles[0]))
-        return (*hip, *(angles[::-1] if stance else angles))
+        held = not (self.knee_opens and opens(linkage, linkage, motion, state))
+        land(linkage, linkage, motion, state, held)
+        return np.array(motion.right[:n])
 
     def _chain(self, q: ArrayLike, *, many: bool = False) -> tuple[Chain, Array]:
         """Check angles of a posture, or of many; return the chain with that many angles, and the angles as an array."""

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import cmath
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from mjbiped.dynamics.linkage import PIVOT, Motion, room
-from mjbiped.dynamics.modes import land, partner
+from mjbiped.dynamics.linkage import Motion, room
+from mjbiped.dynamics.modes import land
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Bodies, Segment
-from mjbiped.robots.chain import Array
-from mjbiped.robots.kneed_legs import SWING_LOCKED, KneedLegs, rates_of
-from mjbiped.robots.model import Model
+from mjbiped.robots.chain import SWING_LOCKED, Array
+from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.utils import domains
-
-MCGEERS = {"thigh": 0.135 / 0.46, "shank": 0.186 / 0.54}  # radii of gyration over lengths
 
 
 @dataclass(frozen=True)
@@ -41,13 +38,13 @@ class RoundKneed(KneedLegs):
         shank_length: From the knee through the centre of the foot's arc to the arc, m.
         thigh_centre: From the hip down to the thigh's centre of mass, m.
         shank_centre: From the knee down to the shank's centre of mass, m.
-        shank_offset: Distance of the shank's centre of mass ahead of its line, m; negative behind it.
-        stop_angle: Angle by which the shank's line is ahead of the thigh's where the knee is at its stop, rad.
-        foot_radius: Radius of the feet, m. Their centres lie on the lines of the shanks.
         thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2; it follows mass and length unless given,
             with McGeer's ratio of the radius of gyration to the length.
         shank_inertia: Inertia of a shank about its centre of mass, kg m^2; likewise.
         gravity: Acceleration of gravity, m/s^2.
+        shank_offset: Distance of the shank's centre of mass ahead of its line, m; negative behind it.
+        stop_angle: Angle by which the shank's line is ahead of the thigh's where the knee is at its stop, rad.
+        foot_radius: Radius of the feet, m. Their centres lie on the lines of the shanks.
 
     Raises:
         InputError: A value is not a finite number of its domain, a centre of mass lies beyond the end of its link, or
@@ -64,27 +61,19 @@ class RoundKneed(KneedLegs):
     shank_offset: Annotated[float, domains.OFFSET] = -0.01
     stop_angle: Annotated[float, domains.STOP_ANGLE] = 0.2
     foot_radius: Annotated[float, domains.FOOT_RADIUS] = 0.2
-    thigh_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
-    shank_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
-    gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "round-kneed"
     knee_opens: ClassVar[bool] = True
+    gyration: ClassVar[Mapping[str, float]] = {"thigh": 0.135 / 0.46, "shank": 0.186 / 0.54}
 
     def __post_init__(self) -> None:
         """Check every value, and turn it into a plain float."""
-        domains.check_fields(self)
-        self.check_centres()
-        for link, ratio in MCGEERS.items():
-            if getattr(self, f"{link}_inertia") is None:
-                mass, length = getattr(self, f"{link}_mass"), getattr(self, f"{link}_length")
-                object.__setattr__(self, f"{link}_inertia", mass * (ratio * length) ** 2)
+        super().__post_init__()
         if not self.foot_radius < self.shank_length:
             raise InputError(
                 f"foot_radius = {self.foot_radius:g}: must be less than shank_length = {self.shank_length:g} m: the "
                 "centre of the arc is on the shank"
             )
-        domains.LEG.check("from the foot at the stop to the hip", self.leg_length)
 
     @property
     def radius(self) -> float:
@@ -115,21 +104,6 @@ class RoundKneed(KneedLegs):
         )
         return Bodies("kneed_scene.xml", self.hip_mass, (thigh, shank))
 
-    @property
-    def model(self) -> Model:
-        """Refuse: people's compiled laws have the equations of robots that stand on a point.
-
-        Raises:
-            InputError: Always.
-        """
-        raise InputError("robot.model is for robots that stand on a point or a sole; a RoundKneed rolls")
-
-    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
-        """State of stance leg, swing thigh and swing shank after the heel strike; see `KneedLegs.heel_impact`."""
-        angles = domains.ANGLE.array("q", q, (2,))
-        rates = rates_of(dq, angles)
-        return angles[[1, 0, 0]], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])
-
     def after_touchdown(self, places: Array) -> Array:
         """States just after a touchdown on a plane, the swing knee bending as the heel strike has left it.
 
@@ -139,18 +113,10 @@ class RoundKneed(KneedLegs):
         for leg in np.unique(places[..., 0]):
             linkage, motion, after = self.linkages[0], Motion(**room()), []
             for moved in SWING_LOCKED.T.tolist():
-                land(linkage, motion, [-leg, leg, leg, *moved], False)
-                after.append([motion.right[PIVOT + partner(linkage, i)] for i in range(3)])
+                land(linkage, linkage, motion, [-leg, leg, leg, *moved], False)
+                after.append(motion.right[:3])
             stance, swing, shank = np.transpose(after)
             there = places[..., 0] == leg
             earlier = np.linalg.solve([stance, swing], places[there][..., 1:].T)
             states[there, 5] = np.maximum(states[there, 4], shank @ earlier)
         return states
-
-    def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
-    ) -> tuple[float, ...]:
-        """Posture `qpos` of stance leg, swing thigh and swing shank on a foot; see `Robot.posture`."""
-        leg, swing, shank = angles
-        legs = super().posture(foot, stance, (leg, swing))
-        return (*legs, *((shank - swing, 0.0) if stance else (0.0, shank - swing)))

@@ -24,7 +24,6 @@ from mjbiped.dynamics.linkage import Linkage
 from mjbiped.robots.bodies import Bodies, Limb, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.mechanism import linkage_with
-from mjbiped.robots.model import Model, model_of, rows
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -67,17 +66,10 @@ class RimlessWheel(Robot):
     def linkages(self) -> tuple[Linkage, ...]:
         """The wheel on one spoke; its swing foot is that of the next spoke."""
         spoke, next_foot = np.array([self.length + 0j]), np.array([complex(*self.levers)])
-        return (
-            linkage_with(
-                [(self.mass, self.inertia, 0, spoke)],
-                spoke,
-                next_foot,
-                np.zeros(1, dtype=np.complex128),
-                angles=1,
-                radius=0.0,
-                gravity=self.gravity,
-            ),
-        )
+        hub = [(self.mass, self.inertia, 0, spoke)]
+        made = linkage_with(hub, spoke, next_foot, np.zeros_like(spoke), angles=1, gravity=self.gravity)
+        made.between = self.between
+        return (made,)
 
     @property
     def between(self) -> float:
@@ -89,12 +81,6 @@ class RimlessWheel(Robot):
         """Ratio of the rate after the impact of a spoke to the rate before it."""
         hub = self.mass * self.length**2
         return (hub * math.cos(self.between) + self.inertia) / (hub + self.inertia)
-
-    @property
-    def model(self) -> Model:
-        """The constants of the wheel's equations; see `Robot.model`. The next spoke's foot is off its chain's line."""
-        chain = self.chains[1]
-        return model_of(chain)._replace(about_end=rows(chain.weights), onto_end=rows(self.kept * chain.weights))
 
     @property
     def levers(self) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Told
 from mjbiped.rules.scuffing import ScuffingRule
@@ -197,7 +197,7 @@ def _parsed(words: str) -> tuple[str, dict[str, Any]]:
     return name, parse_parameters(rest) if rest else {}
 
 
-def _first_rates(gait: Periodic | None, count: int) -> Iterator[dict[str, Scalar]]:
+def _first_rates(gait: Gait | None, count: int) -> Iterator[dict[str, Scalar]]:
     """Initial states of the basin's slice, as a cell takes them; none for a controller without a gait."""
     if gait is None or not count:
         return

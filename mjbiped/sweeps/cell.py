@@ -20,7 +20,7 @@ from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.errors import explained
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.records import measure_table, measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
@@ -119,7 +119,7 @@ class Cell:
         """Kind of the robot that walks."""
         return named(str(self.values.get("robot.kind", ROBOT)))[0]
 
-    def controller(self, gait: Periodic | None = None) -> Controller:
+    def controller(self, gait: Gait | None = None) -> Controller:
         """Make the controller; its robot model is the walking robot, except for parameters of the section `model`.
 
         Args:

@@ -22,7 +22,7 @@ from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
@@ -222,7 +222,7 @@ def _is_fine_seed(name: str, value: Scalar) -> bool:
 
 
 @cache
-def _stand_in(kind: type[Robot]) -> Periodic | None:
+def _stand_in(kind: type[Robot]) -> Gait | None:
     """A gait with which settings are checked; None where there is none, and no law that imitates one."""
     try:
         return usual_gait(kind(), _STAND_IN_SLOPE)

@@ -12,7 +12,7 @@ from functools import partial
 
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
-from mjbiped.gaits.gait import Periodic
+from mjbiped.gaits.gait import Gait
 from mjbiped.terrain.terrain import Terrain
 from scripts.benchmarks.hybrid import GAIT, ROBOT
 from scripts.benchmarks.timing import Rows, interleaved
@@ -49,14 +49,14 @@ class PlainKneed(KneedController):
 KNEED = mjbiped.KneedBiped()
 REFERENCE = mjbiped.find_reference(KNEED, clearance=0.08)
 
-PAIRS: dict[str, tuple[Controller, Controller, Terrain, Periodic]] = {
+PAIRS: dict[str, tuple[Controller, Controller, Terrain, Gait]] = {
     "passive, 2° down": (PassiveController(), PlainPassive(), Terrain.incline(2.0), GAIT),
     "closed loop, level": (AdaptiveController(ROBOT, GAIT), PlainAdaptive(ROBOT, GAIT), Terrain.level(), GAIT),
     "with knees, level": (KneedController(KNEED, REFERENCE), PlainKneed(KNEED, REFERENCE), Terrain.level(), REFERENCE),
 }
 
 
-def walking(controller: Controller, terrain: Terrain, gait: Periodic, engine: str, steps: int) -> float:
+def walking(controller: Controller, terrain: Terrain, gait: Gait, engine: str, steps: int) -> float:
     """CPU time of a walk without samples, s."""
     started = time.thread_time()
     walk = mjbiped.walk(

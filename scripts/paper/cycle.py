@@ -18,7 +18,7 @@ from mjbiped.analysis.error_dynamics import (
     lyapunov_weights,
 )
 from mjbiped.control.tracking import AdaptiveTracking
-from mjbiped.gaits.passive import eigenvalues
+from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.robots.compass import Array
 
 

@@ -149,7 +149,7 @@ def continued(gait: mjbiped.OptimisedGait) -> mjbiped.OptimisedGait:
     """The gait with its curves going on after the period for a third of it, in the hold's stead."""
     count = count_of_pieces(gait.period, ROBOT.leg_length, ROBOT.gravity)
     pieces = in_pieces(lambda place: bernstein(DEGREE, place / count) @ gait.control_points, range(count + count // 3))
-    return replace(gait, table=table_of(count / gait.period, pieces))
+    return replace(gait, tables=(table_of(count / gait.period, pieces),))
 
 
 def _descends(controller: AdaptiveController, drop: float) -> str:

@@ -13,9 +13,8 @@ import numpy as np
 from scipy.optimize import root
 
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
-from mjbiped.robots.chain import Array
+from mjbiped.robots.chain import SWING_LOCKED, Array
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.kneed_legs import SWING_LOCKED
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import HSU_CHEN_ROBOT, HSU_CHEN_SECOND, HSU_CHEN_SLOPE
 

@@ -13,8 +13,7 @@ import math
 import numpy as np
 import scipy
 
-from mjbiped.dynamics.linkage import PIVOT, Motion, load_impact, room, solve_impact
-from mjbiped.dynamics.modes import hold_end
+from mjbiped.dynamics.linkage import END, MASS
 from mjbiped.robots.round import RoundCompass
 
 LIGHT_LEGS = RoundCompass(leg_mass=1e-9, hip_mass=1.0, lower_length=0.5, upper_length=0.5, foot_radius=0.0, gravity=1.0)
@@ -40,19 +39,21 @@ def pushed(robot: RoundCompass, half: float, rate: float, impulse: float) -> tup
     Returns:
         Work of the impulse, and kinetic energy after the heel strike, J.
     """
-    linkage, motion, q = robot.linkages[0], Motion(**room()), np.array([half, -half])
-    load_impact(linkage, motion, [*q, rate, rate])
-    free = np.array(motion.matrix)[:4, :4]
-    before = np.array([robot.radius * rate, 0.0, rate, rate])  # of the arc's centre, which rolls, and of both legs
-    # of the foot's lowest point, at which the impulse acts along the trailing leg
-    along = np.array([math.sin(half), math.cos(half), -robot.radius * math.sin(half), 0.0])
+    linkage, q = robot.linkages[0], np.array([half, -half])
+    moments, reach = (np.array(linkage.levers[point]) for point in (MASS, END))
+    # coordinates are the stance foot's place and the angles of both legs
+    free = np.zeros((4, 4))
+    free[:2, :2], free[2:, 2:] = linkage.mass * np.eye(2), linkage.even * np.cos(q[:, None] - q)
+    free[:2, 2:] = moments * np.cos(q), -moments * np.sin(q)
+    free[2:, :2] = free[:2, 2:].T
+    before = np.array([0.0, 0.0, rate, rate])
+    along = np.array([math.sin(half), math.cos(half), 0.0, 0.0])  # of the trailing leg
     change = np.linalg.solve(free, impulse * along)
     work = 0.5 * impulse * float(along @ change)  # the foot stood before
     # the foot that strikes stands from now on
-    motion.right[:4] = (free @ (before + change)).tolist()
-    hold_end(linkage, motion)
-    solve_impact(motion)
-    after = np.array([motion.right[PIVOT + 1], motion.right[PIVOT]])
+    stands = np.hstack([np.eye(2), [reach * np.cos(q), -reach * np.sin(q)]])
+    equations = np.block([[free, -stands.T], [stands, np.zeros((2, 2))]])
+    after = np.linalg.solve(equations, [*(free @ (before + change)), 0.0, 0.0])[[3, 2]]
     return work, robot.kinetic_energy(q[::-1], after)
 
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 import mjbiped
 from mjbiped.controllers import PassiveController
+from mjbiped.gaits.cycle import differences, eigenvalues, free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
-from mjbiped.gaits.passive import differences, eigenvalues
-from mjbiped.gaits.pieces import free_motion
 from mjbiped.robots.robot import Array
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import MCGEER_KNEED_ROBOT, MCGEER_KNEED_SLOPE
@@ -36,7 +35,7 @@ def step(start: Array) -> Array:
 
     def until(y: Array, event: Callable[[float, Array], float]) -> Array:
         n = len(y) // 2
-        rates = free_motion(robot.chains[n], slope)
+        rates = free_motion(robot.chains[n], slope, 1.0)
         event.terminal, event.direction = True, -1  # type: ignore[attr-defined]  # SciPy's way
         settings: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12, "events": event, "max_step": 0.1}
         solution: Any = scipy.integrate.solve_ivp(rates, (0.0, 10.0), y, **settings)

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.gaits.passive import PassiveGait, eigenvalues, find_passive_gait
+from mjbiped.gaits.cycle import eigenvalues
+from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram
 from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, zero_on_branch
 from mjbiped.limit_cycles.return_map import ReturnMap

@@ -124,7 +124,7 @@ def test_nothing_remains_of_an_earlier_step() -> None:
     memory = started(PAPER, *OFF)
     PAPER.on_touchdown(memory, [CYCLE[1], CYCLE[0]], CYCLE[:2], CYCLE[2:])
     for t in (0.0, 0.3, 0.7):
-        assert PAPER.reference(memory, t) == motion_at(GAIT.table, t)
+        assert PAPER.reference(memory, t) == motion_at(GAIT.tables[0], t)
 
 
 @given(states, states, st.floats(0, 1), st.floats(-0.5, 0.5))
@@ -173,7 +173,7 @@ def test_additive_replanning_adds_the_error_to_the_gait_until_it_is_closed(state
     if end == 0.0:  # the state is as good as on the limit cycle
         return
     first = controller.reference(memory, 0.0)
-    gait = motion_at(GAIT.table, 0.0)
+    gait = motion_at(GAIT.tables[0], 0.0)
     # the measured state, with the gait's own acceleration; rounding of numbers near 1, times 20 / t_c²
     np.testing.assert_allclose(first[:4], state, rtol=0, atol=1e-13)
     np.testing.assert_allclose(first[4:], gait[4:], rtol=0, atol=1e-12 / end**2)
@@ -182,11 +182,11 @@ def test_additive_replanning_adds_the_error_to_the_gait_until_it_is_closed(state
         # the quintic that leads from an error and its rate to zero, its second derivatives zero at both ends
         of_error = (1 - share) ** 3 * (1 + 3 * share + 6 * share**2)
         of_rate = end * share * (1 - share) ** 3 * (1 + 3 * share)
-        gait = motion_at(GAIT.table, t)
+        gait = motion_at(GAIT.tables[0], t)
         for leg in (0, 1):
             expected = gait[leg] + of_error * (state[leg] - CYCLE[leg]) + of_rate * (state[2 + leg] - CYCLE[2 + leg])
             assert controller.reference(memory, t)[leg] == pytest.approx(expected, abs=1e-13)
-    assert controller.reference(memory, end) == motion_at(GAIT.table, end)
+    assert controller.reference(memory, end) == motion_at(GAIT.tables[0], end)
 
 
 def test_additive_replanning_tracks_what_it_plans() -> None:
@@ -207,7 +207,7 @@ def test_transition_joins_the_gait_with_position_rate_and_acceleration(state: li
     memory = started(controller, state[:2], state[2:])
     end = zeta * GAIT.period
     before, after = controller.reference(memory, math.nextafter(end, 0.0)), controller.reference(memory, end)
-    assert after == motion_at(GAIT.table, end)
+    assert after == motion_at(GAIT.tables[0], end)
     # as above; within an ulp of the time nothing moves by more
     np.testing.assert_allclose(before[:4], after[:4], rtol=0, atol=1e-12)
     np.testing.assert_allclose(before[4:], after[4:], rtol=0, atol=1e-10)
@@ -247,7 +247,7 @@ def test_replanning_can_be_switched_off() -> None:
     memory = started(controller, *OFF)
     controller.on_touchdown(memory, [0.25, -0.2], *OFF)
     for t in (0.0, 0.3, 0.7, 0.9):
-        assert controller.reference(memory, t) == motion_at(GAIT.table, t)
+        assert controller.reference(memory, t) == motion_at(GAIT.tables[0], t)
 
 
 def test_estimate_update_can_be_switched_off() -> None:
@@ -377,7 +377,7 @@ def walk(controller: AdaptiveController, ground: Ground, count: int, start: Sequ
         first, last = (np.array(controller.reference(memory, t))[:2] for t in (0.0, time))
         errors = float(np.abs(first - q).max()), float(np.abs(last - end[:2]).max())
         middle = 0.5 * time
-        replanned = controller.reference(memory, middle) != motion_at(GAIT.table, middle)
+        replanned = controller.reference(memory, middle) != motion_at(GAIT.tables[0], middle)
 
         memory[:many] = end[4:].tolist()
         foot += l * (math.sin(end[0] + slope) - math.sin(end[1] + slope))

@@ -221,7 +221,7 @@ def test_a_toe_that_strikes_a_riser_ends_the_walk_in_words() -> None:
 
 def test_what_does_not_fit_is_refused(gait: mjbiped.Gait) -> None:
     with pytest.raises(InputError, match="KneedController needs a"):
-        KneedController(ROBOT, gait)  # type: ignore[arg-type]
+        KneedController(ROBOT, gait)
     with pytest.raises(InputError, match="knee_bump"):
         KneedController(ROBOT, GAIT, knee_bump=-1.0)
     with pytest.raises(InputError, match="drives ankle, hip, knee; Compass has ankle, hip"):

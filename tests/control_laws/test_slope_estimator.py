@@ -117,12 +117,12 @@ def test_lyapunov_function_never_rises_within_a_step_and_falls_by_what_the_error
     true = np.array([math.sin(slope), math.cos(slope)])
 
     def lyapunov(t: float, y: Array) -> float:
-        _, _, z1, z2 = motion(robot, gain, motion_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
+        _, _, z1, z2 = motion(robot, gain, motion_at(gait.tables[0], t), y[:2], y[2:4], slope, y[4:6])
         error = true - y[4:6]
         return float(z1 @ z1 + z2 @ z2 + error @ error / gain[2]) / 2
 
     def rhs(t: float, y: Array) -> Array:
-        ddq, estimate_rate, z1, z2 = motion(robot, gain, motion_at(gait.table, t), y[:2], y[2:4], slope, y[4:6])
+        ddq, estimate_rate, z1, z2 = motion(robot, gain, motion_at(gait.tables[0], t), y[:2], y[2:4], slope, y[4:6])
         return np.concatenate([y[2:4], ddq, estimate_rate, [gain[0] * z1 @ z1 + gain[1] * z2 @ z2]])
 
     disturbed = gait.start + np.array([0.02, -0.01, 0.1, -0.15])

@@ -183,7 +183,7 @@ def test_on_level_ground_the_torque_replaces_gravitys_work(gait: Gait) -> None:
 
     def motion(t: float, y: Array) -> Array:
         q, dq = y[:2], y[2:4]
-        now = motion_at(gait.table, t)
+        now = motion_at(gait.tables[0], t)
         tau = torque(robot, 5.0, 12.0, (np.array(now[:2]), np.array(now[2:4]), np.array(now[4:])), q, dq, 0.0)
         power = tau[0] * dq[0] + tau[1] * (dq[1] - dq[0])
         return np.concatenate([dq, acceleration(robot, q, dq, 0.0, tau), [power]])

@@ -16,7 +16,7 @@ from simulations import hybrid_run
 
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.dynamics.linkage import BASE, PIVOT
+from mjbiped.dynamics.linkage import BASE
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
 from mjbiped.engines.hybrid.records import write_posture
@@ -156,7 +156,7 @@ def test_the_other_foot_lands_while_this_one_has_tipped(
 ) -> None:
     c, w = walker(edge, slope, [*q, *dq])
     exchange_legs(c, w, new)
-    left = w.right[PIVOT + 2]
+    left = w.right[2]
     x, v = free(q, dq, slope)
     after = constrained(edge, x, v, np.array(derived(edge)["end"](x, v)))
     speeds = CONDITION * (1.0 + np.abs(dq))
@@ -172,7 +172,7 @@ def test_the_other_foot_lands_while_this_one_has_tipped(
 def test_a_face_stops_the_swing_foot_along_its_normal(edge: int, q: Array, dq: Array, slope: float) -> None:
     c, w = walker(edge, slope, [*q, *dq], pushed_x=-1.0, pushed_z=0.0)
     stop_swing_foot(c, w)
-    impulse = w.right[w.size + 2]  # behind the pivot's two
+    impulse = w.right[w.size]
     x, v = free(q, dq, slope)
     end = np.array(derived(edge)["end"](x, v))
     after = constrained(edge, x, v, np.vstack([np.eye(5)[:2], end[:1]]))

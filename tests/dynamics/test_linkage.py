@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
 from mjbiped.robots.chain import Array, Chain, chain_by
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.round import RoundCompass
 
@@ -119,22 +118,6 @@ def test_coriolis_matrix_passes_no_energy(q: Array, dq: Array) -> None:
     np.testing.assert_allclose(skew, -skew.T, atol=1e-6)
 
 
-@given(ANGLES, RATES, SLOPES)
-def test_a_foot_of_no_radius_is_a_point(q: Array, dq: Array, slope: float) -> None:
-    point, rolling = Compass(hip_mass=3.0), RoundCompass(hip_mass=3.0, foot_radius=0.0)
-    for name, given_ in (
-        ("mass_matrix", (q,)),
-        ("coriolis_matrix", (q, dq)),
-        ("gravity_vector", (q, slope)),
-        ("swing_foot", (q,)),
-        ("rates_after_touchdown", (q, dq)),
-        ("ground_force", (q, dq, (1.0, 2.0), slope)),
-    ):
-        np.testing.assert_allclose(
-            getattr(rolling, name)(*given_), getattr(point, name)(*given_), rtol=1e-11, atol=1e-10
-        )
-
-
 @given(st.floats(0.1, 0.5), RATES, st.floats(0.0, 0.6))
 def test_a_heel_strike_conserves_angular_momentum(half: float, dq: Array, radius: float) -> None:
     """That of the robot about the place where the foot strikes, and that of the leg that leaves about the hip."""
@@ -165,10 +148,3 @@ def test_a_heel_strike_conserves_angular_momentum(half: float, dq: Array, radius
     assert total.sum() == pytest.approx((spin(after_places, behind, np.zeros(2)) + new).sum(), rel=1e-9, abs=1e-9)
     left = (spin(before_places, before, before_places[1]) + own)[0]
     assert left == pytest.approx((spin(after_places, behind, after_places[1]) + new)[2], rel=1e-9, abs=1e-9)
-
-
-def test_compiled_motion_is_that_of_plain_python() -> None:
-    made = linkage()
-    q, dq = np.array([0.3, -0.2]), np.array([1.1, -0.7])
-    expected = made.accelerations(np.zeros(2), q, dq, 0.05)
-    np.testing.assert_allclose(made.free_motion(q, dq, 0.05), expected, rtol=1e-12)

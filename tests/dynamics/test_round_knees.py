@@ -18,7 +18,6 @@ from mjbiped.engines.hybrid.resets import exchange_legs, stop_swing_foot, strike
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
 from mjbiped.robots.round_kneed import RoundKneed
-from mjbiped.robots.stance_knee import stance_knee_torque
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = RoundKneed(hip_mass=3.0, stop_angle=0.3, shank_offset=0.03, foot_radius=0.17, thigh_length=0.5)
@@ -158,18 +157,6 @@ def test_a_locked_knee_makes_the_leg_one(q: Array, dq: Array, torques: Array, sl
         if locked == RESTING:
             left = (APART.T @ (M @ wanted - pull))[2]  # what the stop gives to the shank
             assert w.stop_press == pytest.approx(left, rel=1e-9, abs=1e-8)
-
-
-@given(FOUR, RATES, SLOPES, st.booleans())
-def test_the_stop_bears_what_the_stance_shank_lacks(q: Array, dq: Array, slope: float, locked: bool) -> None:
-    """The torque of a motor at the stance knee with which four segments would move as the locked leg does."""
-    angles, rates = (q[[0, 1, 1]], dq[[0, 1, 1]]) if locked else (q[:3], dq[:3])
-    four, turning, J = angles[[0, 0, 1, 2]], rates[[0, 0, 1, 2]], AS_ONE if locked else APART
-    M, torque = expected("M", four, turning, slope), np.array([1.0, -2.0, 0.5])
-    pull = np.array([1.0, 2.0, -2.5, 0.5]) - expected("h", four, turning, slope) - expected("g", four, turning, slope)
-    left = pull - M @ J @ np.linalg.solve(J.T @ M @ J, J.T @ pull)
-    found = stance_knee_torque(ROBOT, angles, rates, torque, slope, locked=locked)
-    assert float(found) == pytest.approx(left[0], rel=1e-9, abs=1e-8)
 
 
 def spins(q: Array, dq: Array, about: Array) -> Array:

@@ -1,14 +1,10 @@
 """The compass's step on arrays against the robot's own matrices and impact map, and MuJoCo's inverse dynamics."""
 
-import math
-
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import mjbiped
 from mjbiped.gaits.steps import CompassStep
 from mjbiped.robots.compass import Compass
 
@@ -42,51 +38,3 @@ def test_impact_is_the_robots_own(half: float, dq: np.ndarray) -> None:
     np.testing.assert_array_equal(q, start)
     np.testing.assert_allclose(MODEL.rates_after_impact(np.array(half), dq), after, rtol=0, atol=1e-13)  # rounding
     assert MODEL.step_length(np.array(half)) == pytest.approx(ROBOT.swing_foot(end)[0], rel=1e-14)
-
-
-PENDULUM = """
-<mujoco>
-  <option gravity="0 0 -{gravity}"/>
-  <worldbody>
-    <body name="stance">
-      <joint name="ankle" type="hinge" axis="0 1 0"/>
-      <inertial pos="0 0 {a}" mass="{m}" diaginertia="{J} {J} {J}"/>
-      <body name="hip" pos="0 0 {l}">
-        <inertial pos="0 0 0" mass="{mH}" diaginertia="1e-12 1e-12 1e-12"/>
-        <body name="swing">
-          <joint name="hip" type="hinge" axis="0 1 0"/>
-          <inertial pos="0 0 -{b}" mass="{m}" diaginertia="{J} {J} {J}"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
-
-
-@pytest.mark.slow
-def test_torques_are_mujocos_inverse_dynamics() -> None:
-    """A double pendulum of MuJoCo's own: the forces of its joints are the torques of ankle and hip."""
-    model = mujoco.MjModel.from_xml_string(
-        PENDULUM.format(
-            gravity=ROBOT.gravity, a=ROBOT.lower_length, b=ROBOT.upper_length, l=ROBOT.leg_length,
-            m=ROBOT.leg_mass, mH=ROBOT.hip_mass, J=ROBOT.leg_inertia,
-        )
-    )  # fmt: skip
-    data = mujoco.MjData(model)
-    gait = mjbiped.find_reference(ROBOT, clearance=0.0)
-    times = np.linspace(0.0, gait.period, 23)
-    motion = gait.reference(times)
-    torques = MODEL.course(*motion).torques
-    for (q1, q2), (dq1, dq2), (ddq1, ddq2), torque in zip(*motion, torques, strict=True):
-        data.qpos[:], data.qvel[:], data.qacc[:] = (q1, q2 - q1), (dq1, dq2 - dq1), (ddq1, ddq2 - ddq1)
-        mujoco.mj_inverse(model, data)
-        # the hip's inertia of 1e-12 and rounding of some 50 N m
-        np.testing.assert_allclose(data.qfrc_inverse, torque, rtol=0, atol=1e-9)
-
-
-def test_a_guess_stands_at_both_ends() -> None:
-    points, _ = MODEL.guess(0.2)
-    start, end = MODEL.postures(np.array(0.2))
-    np.testing.assert_array_equal(points[[0, -1]], [start, end])
-    assert math.isfinite(points.sum())

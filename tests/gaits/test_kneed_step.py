@@ -1,15 +1,13 @@
 """The kneed step on arrays against the robot's impact maps, MuJoCo's inverse dynamics, and differences."""
 
-import math
-
 import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.gaits.optimisation import Goal, Motion, evaluate
-from mjbiped.gaits.steps import KNEE_STRIKE, KneedStep
+from mjbiped.gaits.optimisation import evaluate
+from mjbiped.gaits.steps import KNEE_STRIKE, Goal, KneedStep, Motion
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOT = KneedBiped(
@@ -143,19 +141,10 @@ def test_derivatives_of_cost_and_constraints() -> None:
     points, own = MODEL.guess(0.2)
     x = np.concatenate([[0.8, 0.2], points[2:-1].ravel(), own])
     step = 1e-6
-    found = evaluate(MODEL, GOAL, 1e-2, x)
+    _, gradient, _, jacobian = evaluate(MODEL, GOAL, 1e-2, x)
     for k, direction in enumerate(np.eye(len(x))):
         ahead, behind = (evaluate(MODEL, GOAL, 1e-2, x + sign * step * direction) for sign in (1, -1))
         # third derivatives times step^2 / 6, and rounding 1e-16 / step of numbers up to 10
-        assert (ahead.cost - behind.cost) / (2 * step) == pytest.approx(found.gradient[k], abs=1e-6)
-        difference = (ahead.kept - behind.kept) / (2 * step)
-        np.testing.assert_allclose(difference, found.jacobian[:, k], rtol=1e-6, atol=1e-6)
-
-
-def test_a_guess_bends_its_knee() -> None:
-    motion = _guessed()
-    bent = MODEL.bent(motion, np.linspace(0.0, KNEE_STRIKE, 50))
-    flexion = bent.q[:, 2] - bent.q[:, 1]
-    assert math.isfinite(flexion.sum())
-    assert flexion[1:-1].min() > 0.0
-    assert flexion[[0, -1]] == pytest.approx(0.0, abs=1e-15)
+        assert (ahead[0] - behind[0]) / (2 * step) == pytest.approx(gradient[k], abs=1e-6)
+        difference = (ahead[2] - behind[2]) / (2 * step)
+        np.testing.assert_allclose(difference, jacobian[:, k], rtol=1e-6, atol=1e-6)

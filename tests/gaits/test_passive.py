@@ -14,7 +14,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
-from mjbiped.gaits.reference import MOST, PIECES, RATE, motion_at, reference_at
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.published import GOSWAMI_ROBOT
 
@@ -128,8 +127,8 @@ def test_reference_follows_the_passive_motion_to_the_horizon(robot: Compass, deg
 def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) -> None:
     q, dq, ddq = gait.reference(0.0)
     assert q.shape == dq.shape == ddq.shape == (2,)
-    np.testing.assert_array_equal(q, gait.start[:2])
-    np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-13)  # rounding
+    np.testing.assert_allclose(q, gait.start[:2], rtol=1e-14)  # rounding
+    np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-11)  # of nine powers
     np.testing.assert_allclose(np.concatenate(gait.reference(gait.period)[:2]), gait.end, atol=1e-12)  # integration
     assert gait.horizon == pytest.approx(1.375 * gait.period, rel=1e-12)  # rounding
     last, _, _ = gait.reference(gait.horizon)
@@ -137,35 +136,6 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
         q, dq, ddq = gait.reference(late)
         np.testing.assert_array_equal(q, last)
         np.testing.assert_array_equal([dq, ddq], np.zeros((2, 2)))
-
-
-def test_pieces_join_twice_continuously(gait: PassiveGait) -> None:
-    rate, pieces = gait.table[RATE], int(gait.table[PIECES])
-    assert gait.horizon * rate == pytest.approx(pieces, rel=1e-12)  # rounding
-    for k in range(1, pieces):
-        left, right = (np.array(motion_at(gait.table, k / rate * (1 + sign * 1e-15))) for sign in (-1, 1))
-        np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)  # rounding, times rate^2 for ddq
-
-
-def test_reference_takes_arrays_and_numpy_tables(gait: PassiveGait) -> None:
-    times = np.array([[0.0, 0.1, 0.2], [0.5, 0.7, 3.0]])
-    results = gait.reference(times)
-    assert [part.shape for part in results] == [(2, 3, 2)] * 3
-    for index in np.ndindex(2, 3):
-        for part, single in zip(results, gait.reference(times[index]), strict=True):
-            np.testing.assert_array_equal(part[index], single)
-    assert gait.reference(np.array([]))[0].shape == (0, 2)
-    q, dq, ddq = gait.reference(0.3)
-    assert motion_at(gait.table, 0.3) == (*q, *dq, *ddq)
-
-
-def test_a_table_is_read_at_any_place_of_lists_and_arrays(gait: PassiveGait) -> None:
-    for numbers in ([7.0, 8.0, *gait.table], np.array([7.0, 8.0, *gait.table])):
-        out = [math.nan] * (3 * MOST + 1)
-        reference_at(numbers, 2, 0.3, out, 1)  # type: ignore[arg-type]  # an array is a sequence of floats
-        found = [out[1 + MOST * kind + leg] for kind in range(3) for leg in range(2)]
-        assert found == list(motion_at(gait.table, 0.3))
-        assert math.isnan(out[0])
 
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
@@ -241,15 +211,6 @@ def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
     robot = Compass(4.0476068818755735, 0.0, 0.5108529850266377, 0.8295473162746847, 0.10485215480397275)
     gait = find_passive_gait(robot, math.radians(2.37))
     assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(1.6860, abs=5e-5)
-
-
-def test_motion_scales_with_mass_length_and_gravity(gait: PassiveGait) -> None:
-    robot = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=9.81 / 4)
-    scaled = find_passive_gait(robot, gait.slope)
-    # the same equations in other units; the root finder's tolerance is 1e-12
-    np.testing.assert_allclose(scaled.start, gait.start / [1, 1, 4, 4], rtol=1e-10)
-    assert scaled.period == pytest.approx(4 * gait.period, rel=1e-10)
-    assert scaled.step_length == pytest.approx(4 * gait.step_length, rel=1e-10)
 
 
 @pytest.mark.parametrize("length", [0.002, 2000.0])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-from mjbiped.gaits.pieces import DEGREE, FALLEN, bernstein, count_of_pieces, curve, curve_in_pieces, hold
+from mjbiped.gaits.pieces import DEGREE, FALLEN, count_of_pieces, curve, curve_in_pieces, hold
 from mjbiped.gaits.reference import HORIZON, motion_at, table_of
 
 control_points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1).map(
@@ -38,19 +38,6 @@ def test_the_table_in_pieces_is_the_curve(points: np.ndarray, duration: float, c
     # derivative multiplies it by the pieces per second and by at most 9
     for order, (values, expected) in enumerate(zip(np.reshape(found, (3, 2)), (q, dq, ddq), strict=True)):
         np.testing.assert_allclose(values, expected, rtol=0, atol=1e-11 * (9 * max(1.0, count / duration)) ** order)
-
-
-def test_bernsteins_polynomials_add_up_to_one() -> None:
-    s = np.linspace(0, 1, 11)
-    np.testing.assert_allclose(bernstein(DEGREE, s).sum(axis=-1), 1.0, rtol=1e-14)
-    assert bernstein(DEGREE, s).shape == (11, DEGREE + 1)
-
-
-def test_complex_steps_give_derivatives() -> None:
-    points = np.linspace(0, 1, DEGREE + 1)[:, None] ** 2
-    step = 1e-30
-    q, dq, _ = curve(points, np.array([0.3 + 1j * step]), 1.0)
-    assert q.imag[0, 0] / step == pytest.approx(dq.real[0, 0], rel=1e-13)
 
 
 WIDTH = 0.05

@@ -1,11 +1,9 @@
 """The equations of a planar chain against SymPy's derivation from the masses' positions, MuJoCo, and laws."""
 
-import dataclasses
 import math
 from collections.abc import Callable
 from functools import cache
 
-import mujoco
 import numpy as np
 import pytest
 import sympy as sp
@@ -14,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from simulations import UNEQUAL
 
-from mjbiped.dynamics.linkage import PIVOT, Motion, load_impact, room, solve_impact
-from mjbiped.dynamics.modes import hold_end, hold_joint
+from mjbiped.dynamics.linkage import Motion, room
+from mjbiped.dynamics.modes import land
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 
@@ -95,23 +93,6 @@ def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
     ]
 
 
-def end_strikes(robot: KneedBiped, q: Array, dq: Array) -> Array:
-    """Rates after the swing foot's impact, by which the other foot leaves the ground, of as many angles as there are.
-
-    Joints that have no angle are locked; the segments of four angles are in the order of the chain.
-    """
-    linkage, motion = dataclasses.replace(robot.linkages[0], angles=4), Motion(**room())
-    places = {2: (0, 1, 1, 0), 3: (0, 1, 2, 0), 4: (1, 2, 3, 0)}[len(q)]  # of stance and swing thigh, and of shanks
-    load_impact(linkage, motion, [*q[[*places]], *dq[[*places]]])
-    hold_end(linkage, motion)
-    if len(q) < 4:
-        hold_joint(motion, 0, 3)
-    if len(q) < 3:
-        hold_joint(motion, 1, 2)
-    solve_impact(motion)
-    return np.array([motion.right[PIVOT + places.index(k)] for k in range(len(q))])
-
-
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
 def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None:
@@ -130,47 +111,25 @@ def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None
         close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
 
 
-@pytest.mark.parametrize("n", LENGTHS)
-def test_chains_and_the_linkage_as_machine_code_move_alike(n: int) -> None:
-    for robot in ROBOTS:
-        chain = robot.chains[n]
-        for q, dq, slope in states(n, 5):
-            expected = chain.accelerations(np.zeros(n), q, dq, slope)
-            # the condition number of M is up to 1e3
-            close(chain.free_motion(q, dq, slope), expected, relative=1e-10)
-
-
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("n", LENGTHS)
-def test_an_end_that_strikes_is_the_plastic_impulse_of_the_free_chain(robot: KneedBiped, n: int) -> None:
-    for q, dq, _ in states(n):
-        M, Jc = value("free_mass", robot, q, dq), value("swing_foot_jacobian", robot, q, dq)
-        before = np.concatenate([np.zeros(2), dq])
+@pytest.mark.parametrize("held", [False, True])
+def test_a_landing_is_the_plastic_impulse_of_the_free_chain(robot: KneedBiped, held: bool) -> None:
+    """The struck foot rests, its knee is locked as it was, and that of the other leg if it is held."""
+    linkage, motion = robot.linkages[0], Motion(**room())
+    for q, dq, _ in states(3):
+        four, rates = q[[0, 0, 1, 2]], dq[[0, 0, 1, 2]]
+        M, foot = value("free_mass", robot, four, rates), value("swing_foot_jacobian", robot, four, rates)
+        knees = np.array([[0.0, 0, 0, 0, 1, -1], [0, 0, 1, -1, 0, 0]])[: 2 if held else 1]
+        Jc, before = np.vstack([foot, knees]), np.concatenate([np.zeros(2), rates])
         weight = np.linalg.solve(M, Jc.T)
-        after = before - weight @ np.linalg.solve(Jc @ weight, Jc @ before)
+        impulses = np.linalg.solve(Jc @ weight, Jc @ before)
+        after = before - weight @ impulses
+        along, normal, leaves = land(linkage, linkage, motion, [*q, *dq], held)
         # two linear systems with condition numbers up to 1e4
-        close(end_strikes(robot, q, dq), after[2:], relative=1e-9)
-        close(Jc @ after, np.zeros(2), scale=float(np.abs(before).max()), relative=1e-9)
+        close([motion.right[k] for k in (3, 0, 1, 2)], after[[5, 4, 3, 2]], relative=1e-9)
+        close([along, normal], -impulses[:2], relative=1e-9)
+        close(leaves, after[1], scale=float(np.abs(before).max()), relative=1e-9)
         assert after @ M @ after <= (before @ M @ before) * (1 + RELATIVE)
-
-
-@pytest.mark.parametrize("n", LENGTHS)
-def test_an_end_that_strikes_keeps_the_angular_momentum_about_it(n: int) -> None:
-    """The ground acts on the robot nowhere else, so that its moment about that point is nothing."""
-    robot = UNEQUAL
-    for q, dq, _ in states(n):
-        foot = robot.swing_foot(q)
-        rates = end_strikes(robot, q, dq)
-        slip = value("swing_foot_jacobian", robot, q, dq)[:, 2:] @ rates
-        after = np.concatenate([-slip, rates])  # the struck foot rests, so that the other one moves
-
-        def about_foot(velocities: Array, q: Array = q, foot: Array = foot) -> float:
-            x, z = value("momentum", robot, q, velocities)
-            return float(value("spin", robot, q, velocities) - (foot[1] * x - foot[0] * z))
-
-        before = about_foot(np.concatenate([np.zeros(2), dq]))
-        # of momenta of up to some 1e2 kg m^2/s, and of M^-1, whose condition number is up to 1e3
-        assert about_foot(after) == pytest.approx(before, abs=1e-10 * 1e2)
 
 
 def test_a_chain_about_its_end_is_the_same_robot_seen_from_the_other_foot() -> None:
@@ -179,52 +138,6 @@ def test_a_chain_about_its_end_is_the_same_robot_seen_from_the_other_foot() -> N
         for n in (2, 4):
             chain = robot.chains[n]
             close(chain.about_end[::-1, ::-1], chain.weights)
-
-
-@pytest.mark.parametrize("n", LENGTHS)
-def test_mujoco_has_the_same_mass_matrix_and_bias(n: int) -> None:
-    for robot in ROBOTS:
-        model = mujoco_chain(robot, n)
-        data = mujoco.MjData(model)
-        relative = np.eye(n) - np.eye(n, k=-1)  # MuJoCo's hinges turn between segments
-        absolute = np.linalg.inv(relative)
-        for q, dq, slope in states(n, 5):
-            tilt = robot.gravity * np.array([math.sin(slope), 0.0, -math.cos(slope)])
-            model.opt.gravity[:] = tilt  # the ground's normal is MuJoCo's z
-            data.qpos[:], data.qvel[:] = relative @ q, relative @ dq
-            mujoco.mj_forward(model, data)
-            M = np.empty((n, n))
-            mujoco.mj_fullM(model, data, M)
-            close(absolute.T @ robot.mass_matrix(q) @ absolute, M)
-            bias = absolute.T @ (robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope))
-            close(bias, data.qfrc_bias, scale=25 * float(np.abs(robot.chains[n].weights).sum()))
-
-
-def mujoco_chain(robot: KneedBiped, n: int) -> mujoco.MjModel:
-    """The robot on a pinned foot, with a hinge about +y at the foot of each segment's first link."""
-    spec = mujoco.MjSpec()
-    spec.compiler.boundmass = 0.0
-    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    upper, lower = robot.thigh_length, robot.shank_length
-    shank, thigh = (robot.shank_mass, robot.shank_inertia), (robot.thigh_mass, robot.thigh_inertia)
-    links = [
-        (*shank, lower - robot.shank_centre, lower),
-        (*thigh, upper - robot.thigh_centre, upper),
-        (*thigh, -robot.thigh_centre, -upper),
-        (*shank, -robot.shank_centre, -lower),
-    ]
-    free = {2: (0, 2), 3: (0, 2, 3), 4: (0, 1, 2, 3)}[n]
-    parent, height = spec.worldbody, 0.0
-    for k, (mass, inertia, centre, length) in enumerate(links):
-        body = parent.add_body(pos=[0, 0, height], mass=mass, ipos=[0, 0, centre], inertia=[inertia] * 3)
-        body.explicitinertial = True
-        if k in free:
-            body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
-        if k == 1 and robot.hip_mass:
-            hip = body.add_body(pos=[0, 0, length], mass=robot.hip_mass, ipos=[0, 0, 0], inertia=[1e-12] * 3)
-            hip.explicitinertial = True
-        parent, height = body, length
-    return spec.compile()
 
 
 @pytest.mark.parametrize("n", LENGTHS)

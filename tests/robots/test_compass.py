@@ -188,31 +188,6 @@ def test_impact_is_the_plastic_impulse_of_the_free_robot(robot: Compass) -> None
         assert robot.kinetic_energy(q_plus, dq_plus) <= robot.kinetic_energy(q, dq) * (1 + RELATIVE)
 
 
-@given(compasses, angles, angles, rates, rates)
-@settings(deadline=None, derandomize=True)
-def test_impact_keeps_the_angular_momentum_about_the_impact_point(
-    robot: Compass, q1: float, q2: float, dq1: float, dq2: float
-) -> None:
-    def momentum(q: Array, dq: Array, about: Array) -> float:
-        """Of the robot that pivots about its stance foot at the origin."""
-        along, across = np.array([np.sin(q), np.cos(q)]).T, np.array([np.cos(q), -np.sin(q)]).T
-        a, b, m = robot.lower_length, robot.upper_length, robot.leg_mass
-        hip, hip_speed = (a + b) * along[0], (a + b) * dq[0] * across[0]
-        masses = [
-            (m, a * along[0], a * dq[0] * across[0]),
-            (robot.hip_mass, hip, hip_speed),
-            (m, hip - b * along[1], hip_speed - b * dq[1] * across[1]),
-        ]
-        spin = robot.leg_inertia * (dq[0] + dq[1])
-        return float(spin + sum(mass * ((r - about)[1] * v[0] - (r - about)[0] * v[1]) for mass, r, v in masses))
-
-    q, dq = np.array([q1, q2]), np.array([dq1, dq2])
-    before = momentum(q, dq, about=robot.swing_foot(q))
-    after = momentum(*robot.impact(q, dq), about=np.zeros(2))
-    # rounding of M^-1 f, whose condition number reaches 1e4 for the strangest of these robots
-    assert after == pytest.approx(before, abs=1e-10 * (1 + robot.constants[0]) * (1 + abs(dq1) + abs(dq2)))
-
-
 def test_defaults_are_table_one() -> None:
     robot = Compass()
     assert asdict(robot) == {
@@ -253,13 +228,6 @@ def test_defaults_are_table_one() -> None:
 def test_parameters_outside_their_domain_are_named(name: str, bad: object, domain: str) -> None:
     with pytest.raises(InputError, match=rf"{name} = {bad!r}: must be .*{domain}"):
         Compass(**{name: bad})  # type: ignore[arg-type]
-
-
-def test_parameters_are_checked_before_anything_is_computed_from_them() -> None:
-    with pytest.raises(InputError, match="leg_mass"):
-        Compass(leg_mass="5")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="upper_length"):
-        Compass(lower_length=1.0, upper_length=1e308)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from simulations import UNEQUAL
 import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, tables_of, width
-from mjbiped.robots.kinds import KINDS, NAMED, robot_from, robot_named
+from mjbiped.robots.kinds import NAMED, robot_from, robot_named
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 
@@ -31,17 +31,6 @@ def test_a_description_without_a_kind_is_a_compass() -> None:
         robot_from({"kind": "centipede"})
     with pytest.raises(TypeError, match="not by a list"):  # as damaged records have it
         robot_from(["a", "a"])  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("kind", KINDS.values())
-def test_widths_are_the_robots(kind: type[Robot]) -> None:
-    samples, touchdowns = tables_of(kind)
-    for table, names in ((samples, ("q", "dq")), (touchdowns, ("q_before", "dq_before", "q", "dq"))):
-        assert {table[name].width for name in names} == {len(kind.angles)}
-        assert table["qpos"].width == len(kind.places)
-        for column in table.values():
-            assert len(column.parts) in (0, column.width)
-    assert samples["torque"].parts == kind.joints
 
 
 def test_the_compass_has_its_columns_of_old() -> None:

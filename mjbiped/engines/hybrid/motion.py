@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 from mjbiped.dynamics import integrate
+from mjbiped.dynamics.equations import accelerate, load, settle
 from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
-from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, accelerate, ground_force, load, settle, stand
+from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, ground_force, stand
 from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
 from mjbiped.engines.hybrid.state import linkage_of, sole_angle, to_memory
 from mjbiped.numerics.blocks import call, numbers, row

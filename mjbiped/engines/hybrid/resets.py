@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.dynamics.linkage import PIVOT, ROOM, SYSTEM, load_impact, solve_impact
+from mjbiped.dynamics.equations import load_impact, solve, unfold
+from mjbiped.dynamics.linkage import ROOM, SYSTEM, momentum, partner
 from mjbiped.dynamics.modes import (
     FLAT,
     FREE,
@@ -19,18 +20,17 @@ from mjbiped.dynamics.modes import (
     RESTING,
     TOE,
     bend_stance_knee,
-    hold_joint,
-    hold_mode,
-    hold_pivot,
+    hold_angle,
+    hold_contact,
+    hold_stop,
     land,
     opens,
-    partner,
-    stop_end,
 )
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.engines.hybrid.motion import enter_mode, pushed, take_angles
 from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
 from mjbiped.engines.hybrid.state import (
+    flat_linkage,
     from_memory,
     ground_of,
     linkage_of,
@@ -95,25 +95,21 @@ def exchange_legs(c: Any, w: Any, slope: float) -> None:
 
     The new swing knee rests on its stop, or is free: if it is bent, or if the impact opens a knee that its stop holds.
     """
-    y, n, linkage, offsets = numbers(w.y, c.size), c.angles, linkage_of(c, w), numbers(w.offsets, ROOM)
-    angles, segments, locked = numbers(w.sines, ROOM), linkage.segments, RESTING
+    y, n, linkage, flat = numbers(w.y, c.size), c.angles, linkage_of(c, w), flat_linkage(c)
+    offsets, angles, result, locked = numbers(w.offsets, ROOM), numbers(w.q, ROOM), numbers(w.right, SYSTEM), RESTING
     standing = 0.0 if w.locked == LOCKED else y[c.shank] - y[c.thigh]
-    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and opens(linkage, w, y))):
+    if linkage.knees and (w.stance_flexion != 0.0 or (c.knee_opens and opens(linkage, flat, w, y))):
         locked = FREE
-    land(linkage, w, y, locked == RESTING or not c.knee_opens)
-    result = numbers(w.right, SYSTEM)
-    # of the pivot as it stood, whose ground is the frame's
-    along, normal = result[w.size], result[w.size + 1]
+    along, normal, _ = land(linkage, flat, w, y, locked == RESTING or not c.knee_opens)
     turned = w.slope - slope
-    for i in range(segments):
-        angles[i] = y[i if i < n else 0] + offsets[i] + turned - c.between
+    for i in range(linkage.segments):
+        angles[partner(linkage, i)] = y[i if i < n else 0] + offsets[i] + turned - c.between
     if linkage.knees:
         w.locked = locked
         w.stance_flexion = standing
         bend_stance_knee(w, c.upper, c.lower, standing)
     for i in range(n):
-        other = partner(linkage, i)
-        y[i], y[n + i] = angles[other] - offsets[i], result[PIVOT + other]
+        y[i], y[n + i] = angles[i] - offsets[i], result[i]
     w.impulse_along = along * math.cos(turned) + normal * math.sin(turned)
     w.impulse_normal = normal * math.cos(turned) - along * math.sin(turned)
     w.edge = FLAT
@@ -198,8 +194,8 @@ def lands(c: Any, w: Any) -> bool:
         return True
     if not c.lands_bent:
         return False
-    land(linkage_of(c, w), w, numbers(w.y, c.size), True)
-    return bool(numbers(w.right, SYSTEM)[1] > 0.0)
+    _, _, leaves = land(linkage_of(c, w), flat_linkage(c), w, numbers(w.y, c.size), True)
+    return leaves > 0.0
 
 
 def strike_knee(c: Any, w: Any) -> None:
@@ -209,12 +205,11 @@ def strike_knee(c: Any, w: Any) -> None:
     y[c.shank] = y[c.thigh]
     for i in range(n):
         q[i], before[i] = y[i], y[n + i]
-    linkage = linkage_of(c, w)
-    load_impact(linkage, w, y)
+    _load(c, w)
+    hold_stop(w, c.thigh, c.shank)
+    _finish(c, w)
     w.locked = LOCKED
     enter_mode(c, w)
-    hold_mode(linkage, w)
-    _finish(c, w)
     for i in range(n):
         after[i] = y[n + i]
     w.strike_time = w.elapsed
@@ -225,18 +220,31 @@ def strike_knee(c: Any, w: Any) -> None:
     from_memory(c, w)
 
 
+def _load(c: Any, w: Any) -> None:
+    """Write the equations of an impact in which the stance foot stands."""
+    y, q, dq = numbers(w.y, c.size), numbers(w.q, ROOM), numbers(w.dq, ROOM)
+    for i in range(c.angles):
+        q[i], dq[i] = y[i], y[c.angles + i]
+    load_impact(linkage_of(c, w), w, q, dq)
+
+
 def _finish(c: Any, w: Any) -> None:
-    """Solve an impact in which the stance foot stands; rates and impulse are then in the state."""
-    solve_impact(w)
+    """Solve such an impact; rates and the stance foot's impulse are then in the state."""
+    solve(w)
     _take(c, w)
 
 
 def _take(c: Any, w: Any) -> None:
-    """Take rates and the stance foot's impulse from the solution of an impact."""
-    y, n, result = numbers(w.y, c.size), c.angles, numbers(w.right, SYSTEM)
-    for i in range(n):
-        y[n + i] = result[PIVOT + i]
-    w.impulse_along, w.impulse_normal = result[w.size], result[w.size + 1]
+    """Take rates and the stance foot's impulse from the solution of an impact; that of a surface acts beside it."""
+    y, result, rates, linkage = numbers(w.y, c.size), numbers(w.right, SYSTEM), numbers(w.ddq, ROOM), linkage_of(c, w)
+    before_along, before_normal = momentum(linkage, w, numbers(w.q, ROOM), numbers(w.dq, ROOM))
+    for i in range(w.free):
+        rates[i] = result[i]
+    unfold(linkage, w)
+    for i in range(c.angles):
+        y[c.angles + i] = rates[i]
+    along, normal = momentum(linkage, w, numbers(w.q, ROOM), rates)
+    w.impulse_along, w.impulse_normal = along - before_along, normal - before_normal
 
 
 def tip_over(c: Any, w: Any) -> None:
@@ -249,12 +257,11 @@ def tip_over(c: Any, w: Any) -> None:
 
 def lay_flat(c: Any, w: Any) -> None:
     """The stance foot comes down on all of its sole, in a plastic impact."""
-    y, linkage = numbers(w.y, c.size), linkage_of(c, w)
+    y = numbers(w.y, c.size)
     y[c.foot] = 0.0
     w.foot_x, w.foot_z = stance_foot(c, w, y)
-    load_impact(linkage, w, y)
-    hold_pivot(linkage, w)
-    hold_joint(w, 0, c.foot, 0.0)
+    _load(c, w)
+    hold_angle(w, c.foot)
     _finish(c, w)
     w.edge = FLAT
     enter_mode(c, w)
@@ -275,23 +282,28 @@ def stop_swing_foot(c: Any, w: Any) -> None:
     """
     _hit(c, w, False)
     result = numbers(w.right, SYSTEM)
-    if w.locked == RESTING and result[PIVOT + c.shank] > result[PIVOT + c.thigh]:
+    if w.locked == RESTING and result[c.shank] > result[c.thigh]:
         w.locked = FREE
     elif w.locked == RESTING:
         _hit(c, w, True)
+    along, normal = pushed(w)
+    impulse = result[w.size]
     _take(c, w)
+    w.impulse_along -= along * impulse
+    w.impulse_normal -= normal * impulse
 
 
 def _hit(c: Any, w: Any, stop: bool) -> None:
-    """Solve an impact of the swing foot under the rows of the mode, and of the knee's stop if the knee rests on it."""
-    linkage = linkage_of(c, w)
-    load_impact(linkage, w, numbers(w.y, c.size))
-    hold_mode(linkage, w)
+    """Solve an impact of the swing foot on a surface, and of the knee's stop if the knee rests on it."""
+    _load(c, w)
     along, normal = pushed(w)
-    stop_end(linkage, w, along, normal)
+    hold_contact(linkage_of(c, w), w, numbers(w.dq, ROOM), along, normal)
+    numbers(w.right, SYSTEM)[w.size] = 0.0  # the surface stops the foot, however it turns
     if stop:
-        hold_joint(w, c.thigh, c.shank)
-    solve_impact(w)
+        hold_stop(w, c.thigh, c.shank)
+    solve(w)
+    if stop:
+        numbers(w.right, SYSTEM)[c.shank] = numbers(w.right, SYSTEM)[c.thigh]  # to the last digit
 
 
 def stub(c: Any, w: Any) -> None:

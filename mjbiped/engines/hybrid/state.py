@@ -340,6 +340,11 @@ def linkage_of(c: Any, w: Any) -> Any:
     return _linkage_at(c.linkages, w.edge if w.edge >= 0 else 2)
 
 
+def flat_linkage(c: Any) -> Any:
+    """The robot on a flat foot."""
+    return _linkage_at(c.linkages, 0)
+
+
 def ground_of(c: Any) -> Profile:
     """The terrain's profile."""
     return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments), c.segments)

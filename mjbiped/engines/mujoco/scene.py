@@ -22,7 +22,8 @@ from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
-from mjbiped.robots.robot import ARC, Robot
+from mjbiped.robots.robot import Robot
+from mjbiped.robots.shape import ARC
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco

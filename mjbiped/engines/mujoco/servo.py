@@ -12,7 +12,6 @@ import numpy as np
 
 from mjbiped.engines.mujoco.state import Leg
 from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.chain import chain_of
 from mjbiped.robots.robot import Robot
 
 STIFFNESS = 30.0
@@ -43,19 +42,17 @@ def free_inertia(robot: Robot) -> float:
     """What a torque at a knee accelerates, over its flexion, of a robot in the air whose legs hang straight, kg m²."""
     bodies = robot.bodies
     thigh, shank = bodies.leg
-    hanging = chain_of(  # the hip's way forward, then thigh and shank of each leg
-        [
-            (bodies.hip_mass, 0.0, None, (1.0, 0.0, 0.0, 0.0, 0.0)),
-            (thigh.mass, thigh.inertia, 1, (1.0, -thigh.centre, 0.0, 0.0, 0.0)),
-            (shank.mass, shank.inertia, 2, (1.0, -thigh.length, -shank.centre, 0.0, 0.0)),
-            (thigh.mass, thigh.inertia, 3, (1.0, 0.0, 0.0, -thigh.centre, 0.0)),
-            (shank.mass, shank.inertia, 4, (1.0, 0.0, 0.0, -thigh.length, -shank.centre)),
-        ],
-        reach=(0.0,) * 5,
-        gravity=robot.gravity,
-    )
+    weights = np.diag([0.0, thigh.inertia, shank.inertia, thigh.inertia, shank.inertia])
+    for mass, levers in (  # of the hip's way forward, then of thigh and shank of each leg
+        (bodies.hip_mass, (1.0, 0.0, 0.0, 0.0, 0.0)),
+        (thigh.mass, (1.0, -thigh.centre, 0.0, 0.0, 0.0)),
+        (shank.mass, (1.0, -thigh.length, -shank.centre, 0.0, 0.0)),
+        (thigh.mass, (1.0, 0.0, 0.0, -thigh.centre, 0.0)),
+        (shank.mass, (1.0, 0.0, 0.0, -thigh.length, -shank.centre)),
+    ):
+        weights += mass * np.outer(levers, levers)
     between = np.array([0.0, 1.0, -1.0, 0.0, 0.0])
-    return 1.0 / float(between @ np.linalg.solve(hanging.weights, between))
+    return 1.0 / float(between @ np.linalg.solve(weights, between))
 
 
 def lean_on(leg: Leg, u: Any) -> None:

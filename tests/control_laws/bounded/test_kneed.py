@@ -24,7 +24,7 @@ from mjbiped.controllers.memory import BENT, BENT_FREE, LEAN
 from mjbiped.controllers.room import ANGLES, FORCE, MOTION, NORMAL, TORQUE
 from mjbiped.controllers.tracking import track
 from mjbiped.errors import InputError
-from mjbiped.gaits.optimised import OptimisedKneedGait
+from mjbiped.gaits.optimised import OptimisedGait
 
 ANGLE, RATE = st.floats(-0.5, 0.5), st.floats(-3.0, 3.0)
 STATES = st.tuples(ANGLE, ANGLE, ANGLE, RATE, RATE, RATE)
@@ -41,12 +41,12 @@ def robot() -> mjbiped.KneedBiped:
 
 
 @pytest.fixture(scope="module")
-def gait(robot: mjbiped.KneedBiped) -> OptimisedKneedGait:
+def gait(robot: mjbiped.KneedBiped) -> OptimisedGait:
     return mjbiped.find_reference(robot, clearance=0.08)
 
 
 @pytest.fixture(scope="module")
-def law(robot: mjbiped.KneedBiped, gait: OptimisedKneedGait) -> BoundedKneedController:
+def law(robot: mjbiped.KneedBiped, gait: OptimisedGait) -> BoundedKneedController:
     return BoundedKneedController(robot, gait)
 
 
@@ -74,7 +74,8 @@ def test_its_torques_make_its_accelerations_on_the_sole(law: BoundedKneedControl
     ankle, hip, knee = room[TORQUE : TORQUE + 3]
     motion = np.array(room[MOTION : MOTION + 3])
     robot = law.robot
-    chains, beside = robot.chains_on(bent)
+    chains = robot.chains_on(bent)
+    beside = float(chains[3].across[0])
     pull = robot.input_matrix @ [ankle, hip, knee] - chains[3].coriolis_matrix(np.array(q), np.array(dq)) @ dq
     pull -= chains[3].gravity_vector(np.array(q), slope)
     pull[0] += beside * math.cos(q[0] + slope)
@@ -118,7 +119,7 @@ def test_the_momentum_changes_as_predicted(
     assert ankle + gravity == pytest.approx(change, abs=1e-8 * scale)
     turned = (8.0 * (moment(slope + h) - moment(slope - h)) - (moment(slope + 2 * h) - moment(slope - 2 * h))) / 12e-4
     assert by_slope == pytest.approx(turned, abs=1e-8)
-    assert inertia == pytest.approx(np.sum(law.robot.chains_on(bent)[0][3].mass_matrix(q)), rel=1e-14)
+    assert inertia == pytest.approx(np.sum(law.robot.chains_on(bent)[3].mass_matrix(q)), rel=1e-14)
 
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4])
@@ -127,7 +128,7 @@ STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
-    law: BoundedKneedController, gait: OptimisedKneedGait, engine: str
+    law: BoundedKneedController, gait: OptimisedGait, engine: str
 ) -> None:
     walk, clipped = (
         mjbiped.walk(each, STAIRS, engine=engine, steps=16) for each in (law, KneedController(law.robot, gait))
@@ -162,7 +163,7 @@ def test_the_prediction_begins_with_the_momentum_of_each_step(law: BoundedKneedC
         if k == 0:
             continue
         q, dq = walk.touchdowns["q"][k - 1], walk.touchdowns["dq"][k - 1]
-        chains, _ = law.robot.chains_on(memory[BENT])
+        chains = law.robot.chains_on(memory[BENT])
         assert memory[MOMENTUM] == pytest.approx(np.sum(chains[3].mass_matrix(q) @ dq), rel=1e-12)
         assert abs(memory[SLOPE]) < 1e-2
 
@@ -181,14 +182,15 @@ def test_compiled_and_in_python_it_walks_the_same(law: BoundedKneedController, e
     np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
 
 
-def test_a_compass_is_refused(gait: OptimisedKneedGait) -> None:
+def test_a_compass_is_refused(gait: OptimisedGait) -> None:
     with pytest.raises(InputError, match=r"BoundedKneedController needs a mjbiped.KneedBiped"):
         BoundedKneedController(mjbiped.Compass(), gait)  # type: ignore[arg-type]
 
 
 def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedController) -> None:
     memory = standing(law, 0.3)
-    chains, beside = law.robot.chains_on(0.3)
+    chains = law.robot.chains_on(0.3)
+    beside = float(chains[3].across[0])
     found = np.array(memory[BENT_FREE : BENT_FREE + 16])
     np.testing.assert_allclose(found[:9], chains[3].weights.ravel(), rtol=1e-14)
     np.testing.assert_allclose(found[9:12], chains[3].moments, rtol=1e-14)

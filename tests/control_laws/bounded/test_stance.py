@@ -116,10 +116,8 @@ def test_the_ground_bears_the_weight_and_the_change_of_momentum(
     robot = mjbiped.Compass()
     found = made(robot, state, slope, asked, offset, 0.5)
     q1, q2, dq1, dq2 = state
-    legs = compass.legs_of(q1 + slope, q2 + slope)
-    forward, upward = compass.ground_force(
-        robot.constants, robot.total_mass, robot.gravity, legs, dq1, dq2, found.ddq1, found.ddq2
-    )
+    ddq = np.array([found.ddq1, found.ddq2])
+    forward, upward = robot.chains[2].ground_force(np.array([q1, q2]), np.array([dq1, dq2]), ddq, slope)
     sine, cosine = math.sin(slope), math.cos(slope)
     scale = max(1.0, abs(forward), abs(upward))
     assert found.along == pytest.approx(forward * cosine - upward * sine, abs=1e-13 * 10 * scale)

@@ -12,7 +12,8 @@ from simulations import hybrid_run
 import mjbiped
 from controllers import BoundedAnkleController
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.dynamics.linkage import BASE, MASS, load
+from mjbiped.dynamics.equations import load
+from mjbiped.dynamics.linkage import BASE, MASS
 from mjbiped.dynamics.modes import HEEL, TOE
 from mjbiped.engines.hybrid.gait_step import gait_step
 from mjbiped.engines.hybrid.resets import tip_over
