@@ -87,10 +87,10 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     (findings,) = result.findings
     level = mjbiped.walk(wanted.study.cells[0].controller(), mjbiped.Terrain.level(), engine="hybrid", steps=40)
     assert rows[0]["test"] == LEVEL
-    assert findings.level_cost == level.cost_of_transport
+    assert findings["level"]["cost_of_transport"] == level.cost_of_transport
     # the knee's torque counts too, and that of the ankle decides: steps down ask for 26 and 47 N m (kneed_walks.md)
-    assert findings.limits["step down"].shares == (1.0, 0.0)
-    assert findings.survival["treads:deviation=0.01"].falls == 0
+    assert findings["greatest_survived"]["step down"]["magnitude"] == 0.02
+    assert findings["survival"]["treads:deviation=0.01"]["falls"] == 0
     assert scuffing_words(result) == "the swing foot collides from lift-off on"
     assert [texts_of(table)[1][0][0] for table in robustness_tables(result)] == ["knees"] * 3
     assert scuffing_words(found(plan(Path("x.toml"), SMALL), [])).endswith("with knees from lift-off on")
