@@ -106,11 +106,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     read = list(parts_of(content))
     draws = {name for part in read for one in part for name, each in one.items() if isinstance(each, Draw)}
     if bool(draws) != ("samples" in content):
-        raise InputError(
-            "values are drawn from distributions, but samples is missing; add for instance samples = 100"
-            if draws
-            else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
-        )
+        words = "missing, but values are drawn" if draws else "given, but nothing is drawn"
+        raise InputError(f"samples is {words} from distributions, such as {{uniform = [low, high]}}")
     samples = domains.WALKS.check("samples", content["samples"]) if draws else 1
     check_count(samples * math.prod(sum(math.prod(map(len, _grid(one))) for one in part) for part in read))
     parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*_grid(one))] for part in read]
@@ -150,7 +147,7 @@ def check_count(count: int) -> None:
     """
     if count > MOST_CELLS:
         raise InputError(
-            f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"
+            f"these are {shown(count)} walks; a study has at most {MOST_CELLS}: take fewer values or samples"
         )
 
 
@@ -234,10 +231,8 @@ def _check_initial(given: Mapping[str, Any], robot: type[Robot]) -> None:
             valid[name].check(f"initial.{name}", value)
     missing = [name for name in valid if name not in given]
     if missing and "around" not in given:
-        raise InputError(
-            f"initial needs {', '.join(missing)} as well: all of {', '.join(valid)} (rad, rad/s), or around = one of "
-            f"{', '.join(INITIAL_STATES)} and the deviations from it"
-        )
+        words = f"all of {', '.join(valid)}, or around = one of {', '.join(INITIAL_STATES)} and the deviations from it"
+        raise InputError(f"initial needs {', '.join(missing)} as well: {words}")
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

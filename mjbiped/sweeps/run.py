@@ -160,9 +160,7 @@ def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[st
         MjbipedError: This process has other sources or versions.
     """
     if needed != machinery():
-        raise MjbipedError(
-            "a worker's mjbiped, Python or libraries are not the same as here; install the same versions everywhere"
-        )
+        raise MjbipedError("a worker has another mjbiped, Python or libraries: install the same versions everywhere")
     before = AHEAD.set(walks)
     try:
         return walked(cell)
@@ -183,10 +181,7 @@ def row_of(cell: Cell, *, trajectory: bool = False, laws: Mapping[str, str] | No
     """
     name = cell.values["controller.name"]
     if cell.law is not None and laws and digest_of(cell.law) != laws[str(name)]:
-        raise MjbipedError(
-            f"the source of the controller {name} is another one where it walks: it has changed since the study was "
-            "begun, or that machine has another file"
-        )
+        raise MjbipedError(f"the source of the controller {name} is another one where it walks, or has just changed")
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
 

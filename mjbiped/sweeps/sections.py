@@ -44,9 +44,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
         if section == "initial" and any(isinstance(each, str) for each in tables):
             yield [{section: read_choice(section, value)}]
         elif not tables or not all(isinstance(table, Mapping) for table in tables):
-            raise InputError(
-                f"{section} must be a table [{section}], or several, [[{section}]] each; got {shown(value)}"
-            )
+            raise InputError(f"{section} must be a table [{section}], or several, [[{section}]]; got {shown(value)}")
         elif section in content or section in _USUAL:
             yield [read_section(section, table) for table in tables]
 

@@ -17,7 +17,6 @@ from mjbiped.utils.files import saved
 
 _LOCK = ".running"
 _FORMAT = 1
-_BROKEN = (sqlite3.Error, ValueError, RecursionError)  # a damaged file may hold no text where one is expected
 _IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
 _WAY_OUT = "; name another --out, or begin again with --fresh"
 _OTHERS = "its tables are others than they must be, or another version of mjbiped made them"
@@ -75,11 +74,8 @@ class Store:
         """
         marks = ", ".join("?" * len(self._layout.columns))
         values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
-        try:
-            with self._database:
-                self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
-        except sqlite3.Error as error:
-            raise RecordError(f"cannot write {self._path}: {error}") from error
+        with _explained(self._path), self._database:
+            self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
         """Read all rows, in the order of their keys.
@@ -99,17 +95,15 @@ class Store:
 
     def _read(self, which: str, *values: Any) -> list[Row]:
         """Read some rows, and check every value."""
-        try:
+        with _explained(self._path):
             found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
-        except _BROKEN as error:
-            raise _damaged(self._path, str(error)) from error
-        rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
-        for row in rows:
-            for name, value in row.items():
-                if not self._layout.fits(name, value):
-                    key = shown(row[self._layout.columns[0]])
-                    raise _damaged(self._path, f"{name} of cell {key} is {shown(value)}, which no walk here has")
-        return rows
+            rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
+            for row in rows:
+                for name, value in row.items():
+                    if not self._layout.fits(name, value):
+                        key = shown(row[self._layout.columns[0]])
+                        raise ValueError(f"{name} of cell {key} is {shown(value)}, which no walk here has")
+            return rows
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -142,13 +136,10 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
     make_folder(folder)
     path = folder / f"{layout.name}.sqlite"
     with _exclusive(folder / _LOCK):
-        try:
-            if fresh:
-                for suffix in (".sqlite", ".sqlite-journal", ".csv", ".parquet"):
-                    path.with_suffix(suffix).unlink(missing_ok=True)
+        with _explained(path):
+            for suffix in (".sqlite", ".sqlite-journal", ".csv", ".parquet") if fresh else ():
+                path.with_suffix(suffix).unlink(missing_ok=True)
             database = sqlite3.connect(path)
-        except (OSError, sqlite3.Error) as error:
-            raise RecordError(f"cannot write {path}: {error}") from error
         with closing(database):
             _begin(database, path, layout.columns, {"format": _FORMAT, **identity})
             yield Store(path, layout, database)
@@ -166,14 +157,12 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     Raises:
         RecordError: The file is no table of mjbiped's, or a damaged one.
     """
-    try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
-            columns = _columns(database)
-            identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-            found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
-    except (*_BROKEN, TypeError) as error:
-        raise RecordError(f"{path} is no table of mjbiped's, or a damaged one: {error}") from error
-    return [dict(zip(columns, values, strict=True)) for values in found], identity
+    address = f"{path.absolute().as_uri()}?mode=ro"
+    with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
+        columns = _columns(database)
+        identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
+        found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
+        return [dict(zip(columns, values, strict=True)) for values in found], identity
 
 
 def make_folder(folder: Path) -> None:
@@ -200,17 +189,15 @@ def _exclusive(file: Path) -> Iterator[None]:
             lock = stack.enter_context(closing(sqlite3.connect(file, timeout=0.0)))
             lock.execute("BEGIN EXCLUSIVE")
         except sqlite3.Error as error:
-            raise InputError(
-                f"the table in {file.parent} cannot be taken: another process is at it, or the folder cannot be "
-                f"written, or {file} is no lock of ours, then delete it ({error})"
-            ) from error
+            why = f"another process is at it, or {file} cannot be written, or is no lock of ours: delete it ({error})"
+            raise InputError(f"the table in {file.parent} cannot be taken: {why}") from error
         yield
 
 
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
     """Make the tables of a new file, or check those of an old one and compare its identity."""
     text = {kind: json.dumps(value, sort_keys=True) for kind, value in identity.items()}
-    try:
+    with _explained(path):
         with database:
             database.execute("BEGIN IMMEDIATE")
             if not database.execute("SELECT name FROM sqlite_master").fetchall():
@@ -222,8 +209,6 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
         ((health,),) = database.execute("PRAGMA quick_check(1)")
         if health != "ok" or (not differences and found != [*columns]):
             raise sqlite3.DatabaseError(_OTHERS if health == "ok" else health)
-    except (*_BROKEN, TypeError) as error:
-        raise _damaged(path, str(error)) from error
     if differences:
         more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
         raise InputError(
@@ -252,9 +237,18 @@ def _columns(database: sqlite3.Connection) -> list[str]:
     return columns
 
 
-def _damaged(path: Path, why: str) -> RecordError:
-    why = shortened(" ".join(why.split()))
-    return RecordError(f"{path} is no table of mjbiped's, or damaged, or cannot be written: {why}{_WAY_OUT}")
+@contextmanager
+def _explained(path: Path, way_out: str = _WAY_OUT) -> Iterator[None]:
+    """Raise what goes wrong with a table as an error that says so, and what to do.
+
+    Raises:
+        RecordError: Anything went wrong; a damaged file may hold no text where one is expected.
+    """
+    try:
+        yield
+    except (OSError, sqlite3.Error, ValueError, TypeError, RecursionError) as error:
+        why = f"{shortened(' '.join(str(error).split()))}{way_out}"
+        raise RecordError(f"{path} is no table of mjbiped's, or damaged, or cannot be written: {why}") from error
 
 
 def _differences(kept: Mapping[str, str], now: Mapping[str, str]) -> list[str]:

@@ -29,17 +29,6 @@ SMALL: dict[str, Any] = {
 }
 
 
-@pytest.mark.slow
-def test_a_study_walks_its_robot_and_a_controller_may_have_another() -> None:
-    cells = plan(Path("x.toml"), {**SMALL, "steps": 30}).study.cells
-    knees, straight = ([c for c in cells if c.values["controller"] == label] for label in ("knees", "straight"))
-    assert len(knees) == len(straight) == 1 + 2 * 2 + 2 * 2 + 2
-    assert {cell.robot() for cell in knees} == {mjbiped.KneedBiped()}
-    assert {cell.robot() for cell in straight} == {mjbiped.Compass()}
-    assert {bool(cell.section("scuffing")) for cell in knees} == {False}
-    assert {bool(cell.section("scuffing")) for cell in straight} == {True}
-
-
 def test_a_disturbance_comes_at_all_phases_of_a_step_with_knees() -> None:
     gait = mjbiped.find_reference(mjbiped.KneedBiped(), clearance=0.08)
     cells = plan(Path("x.toml"), SMALL).study.cells

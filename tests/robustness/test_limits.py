@@ -69,7 +69,6 @@ def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]
     [
         # uniform rods of the same shape; the point mass at the hip is none of the legs'
         ("mass too great", dict.fromkeys(("thigh_mass", "shank_mass", "thigh_inertia", "shank_inertia"), 1.2)),
-        ("inertia too small", dict.fromkeys(("thigh_inertia", "shank_inertia"), 0.8)),
         (
             "legs too short",
             {

@@ -36,15 +36,6 @@ SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
     ("text", "names"),
     [
         (GRID + SEEDS, ["map_controller.position_gain_controller.velocity_gain"]),
-        pytest.param(
-            GRID + "robot = { hip_mass = [5, 10] }",
-            [
-                "map_controller.position_gain_controller.velocity_gain",
-                "map_controller.position_gain_robot.hip_mass",
-                "map_controller.velocity_gain_robot.hip_mass",
-            ],
-            marks=pytest.mark.slow,
-        ),
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
         ("", ["histograms"]),

@@ -87,7 +87,8 @@ def test_broken_off_it_goes_on_with_what_is_missing(
 ) -> None:
     study = read_study(file)
     run(study, tmp_path / "whole", workers=1, trajectories=True)
-    real, walked = running.row_of, []
+    real = running.row_of
+    walked: list[int] = []
 
     def counted(cell: Cell, **settings: Any) -> Row:
         if len(walked) == most:

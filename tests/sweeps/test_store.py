@@ -34,7 +34,7 @@ def test_rows_come_back_as_they_were_in_order(layout: Layout, tmp_path: Path) ->
     with opened(tmp_path / "new" / "folder", layout, IDENTITY) as store:
         store.save([row(2, steps=3, cost_of_transport=third), row(1, steps=8)])
         store.save([row(0, error='no, "gait"\nthere', strikes=0), row(1)])
-        with pytest.raises(RecordError, match="cannot write"):
+        with pytest.raises(RecordError, match="cannot be written"):
             store.save([row(0), row(2, error=object())])  # none of both
     with opened(tmp_path / "new" / "folder", layout, IDENTITY) as store:
         rows, path = store.rows(), store.export()
