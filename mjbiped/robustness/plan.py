@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from mjbiped.control.loading import is_reference, located
 from mjbiped.errors import InputError, prefixed, shortened, shown
@@ -18,14 +18,14 @@ from mjbiped.sweeps.sections import SCUFFING, read_section
 from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
+from mjbiped.utils.draws import Draw
 from mjbiped.utils.reading import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
 VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
 """Columns that say what a row is of."""
 
-_LIMITS = ("share", "phases", "steps_after", "torque")
-_MARGINS = ("share", "ground", "steps")
+AnyTried = TypeVar("AnyTried", Limits, Margins)
 
 BASIN_RATES = 20
 """Number of first rates of either leg, unless a study says otherwise."""
@@ -48,17 +48,10 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         InputError: As `read_plan`.
     """
     check_keys("key", content, KEYS)
-    limits = _table(content, "limits", (*_LIMITS, BASIN, *DISTURBANCES))
-    margins = _table(content, "margins", (*_MARGINS, *MARGINS))
     controllers = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
     if "scuffing" in content and all(each.kind.collides_from_lift_off for each in controllers.values()):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
-    with prefixed("limits."):
-        single = {key: limits[key] for key in _LIMITS if key in limits}
-        tried = Limits(_magnitudes(limits, DISTURBANCES), basin=_basin(limits), **single)
-    with prefixed("margins."):
-        lasting = {key: margins[key] for key in _MARGINS if key in margins}
-        tried_throughout = Margins(_magnitudes(margins, MARGINS) if "margins" in content else {}, **lasting)
+    limits = _table(content, "limits")
     wanted = Plan(
         study=Study((), VARIED, dict(content)),
         controllers=controllers,
@@ -66,8 +59,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         grounds=_texts("grounds", content.get("grounds", ["treads:deviation=0.03"])),
         seeds=content.get("seeds", 20),
         steps=content.get("steps", 1000),
-        limits=tried,
-        margins=tried_throughout,
+        limits=_tried(Limits, "limits", {**limits, BASIN: _basin(limits)}, DISTURBANCES),
+        margins=_tried(Margins, "margins", _table(content, "margins"), MARGINS if "margins" in content else {}),
         scuffing=ScuffingRule(**_table(content, "scuffing", SCUFFING)),
     )
     check_count(wanted.count)
@@ -89,24 +82,35 @@ def _table(content: Mapping[str, Any], name: str, valid: Sequence[str] | None = 
     return table
 
 
-def _magnitudes(table: Mapping[str, Any], kinds: Mapping[str, Disturbance]) -> dict[str, tuple[float, ...]]:
-    """Read the magnitudes of each disturbance that is tried; all disturbances, unless the table names some."""
-    found = {}
-    for name in [name for name in kinds if name in table] or kinds:
-        kind, given = kinds[name], table.get(name, True)
-        if given is not False:
-            numbers = kind.magnitudes if given is True else given
-            found[name] = tuple(domains.STUDY_POSITIVE.array(name, numbers, (None,)).tolist())
-            if not found[name] or list(found[name]) != sorted(set(found[name]), reverse=kind.falls):
-                order = "descend" if kind.falls else "ascend"
-                raise InputError(f"{name}: magnitudes must {order}, the gentlest first; got {shown(given)}")
-    return found
+def _tried(
+    kind: type[AnyTried], name: str, table: Mapping[str, Any], disturbances: Mapping[str, Disturbance]
+) -> AnyTried:
+    """Read a table of disturbances: their magnitudes, and how they are tried.
+
+    Unless the table names some, all disturbances are tried.
+
+    Raises:
+        InputError: A key is unknown, or a value is not valid.
+    """
+    settings: list[str] = [field.name for field in fields(kind) if field.name != "magnitudes"]
+    check_keys(f"key of {name}", table, (*settings, *disturbances))
+    magnitudes = {}
+    with prefixed(f"{name}."):
+        for test in [test for test in disturbances if test in table] or disturbances:
+            given, falls = table.get(test, True), disturbances[test].falls
+            if given is not False:
+                numbers = disturbances[test].magnitudes if given is True else given
+                magnitudes[test] = tuple(domains.STUDY_POSITIVE.array(test, numbers, (None,)).tolist())
+                if not magnitudes[test] or list(magnitudes[test]) != sorted(set(magnitudes[test]), reverse=falls):
+                    order = "descend" if falls else "ascend"
+                    raise InputError(f"{test}: magnitudes must {order}, the gentlest first; got {shown(given)}")
+        return kind(magnitudes, **{key: table[key] for key in settings if key in table})
 
 
 def _basin(limits: Mapping[str, Any]) -> int:
     """Read the number of first rates of either leg; `BASIN_RATES`, unless the file names disturbances but no basin."""
     given = limits.get(BASIN, not any(name in limits for name in DISTURBANCES))
-    return given * BASIN_RATES if isinstance(given, bool) else domains.GRID.check(BASIN, given)
+    return given * BASIN_RATES if isinstance(given, bool) else domains.GRID.check(f"limits.{BASIN}", given)
 
 
 def _texts(key: str, value: object) -> tuple[str, ...]:
@@ -135,7 +139,7 @@ def _controllers(tables: object, usual: object, folder: Path) -> dict[str, Cell]
         law = {key: value for key, value in table.items() if key not in ("label", "robot", "torque_limit")}
         settings: dict[str, Scalar] = {}
         for name, choice in {**read_section("robot", robot), **read_section("controller", law)}.items():
-            if not isinstance(choice, tuple) or len(choice) != 1:
+            if len(choice) != 1 or isinstance(choice[0], Draw):
                 raise InputError(f"controller {number}: {name} must be one value; give each variant a [[controller]]")
             settings[name] = choice[0]
         if "torque_limit" in table:

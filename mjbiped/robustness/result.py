@@ -169,11 +169,6 @@ class Robustness:
         return {"share": share, "area_rad2_per_s2": share * float(np.prod(np.ptp(tried, axis=1)))}
 
 
-def found(plan: Plan, rows: Sequence[Row]) -> Robustness:
-    """Evaluate the rows of a plan."""
-    return Robustness(plan, rows)
-
-
 def _survived(row: Row, torque: float | None, on_any_ground: bool = False) -> bool:
     """Whether a robot walked on within the torque allowed and, unless accepted, without violating the contact."""
     if row["outcome"] not in SURVIVED or (row[VIOLATING] and not on_any_ground):

@@ -94,7 +94,7 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
             if max(axis.count for axis in pair) <= _MOST_NUMBERED:
                 _number(axes, pair, table, count, norm)
     in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
-    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; below: number of walks")
+    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; in brackets: number of walks")
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
@@ -133,7 +133,8 @@ def _number(axes: Axes, parameters: Sequence[Axis], table: Array, counts: NDArra
     for j, i in np.ndindex(table.shape):
         value = float(table[j, i])
         light = math.isnan(value) or float(np.dot(_MAP(norm(value))[:3], (0.299, 0.587, 0.114))) >= 0.5
-        text = "–" if math.isnan(value) else f"{value:.3g}\n{counts[j, i]}".replace("-", "−")
+        number = f"{value:#.3g}".removesuffix(".") if abs(value) < 1000.0 else f"{value:.0f}"
+        text = "–" if math.isnan(value) else f"{number}\n({counts[j, i]})".replace("-", "−")
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size, "color": BLACK if light else "white"}
         axes.text(float(x.centres[i]), float(y.centres[j]), text, **look)
 

@@ -23,7 +23,7 @@ from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Periodic
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
-from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
+from mjbiped.sweeps.sections import OF_WALK, SECTIONS, parts_of
 from mjbiped.sweeps.values import Scalar, check_keys, generator
 from mjbiped.terrain.files import parse_toml
 from mjbiped.terrain.terrain import Terrain
@@ -104,13 +104,14 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
     check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
     read = list(parts_of(content))
-    draws = {name for part in read for one in part for name, each in one.items() if isinstance(each, Draw)}
+    choices = [choice for part in read for one in part for choice in one.items()]
+    draws = {name for name, values in choices if any(isinstance(value, Draw) for value in values)}
     if bool(draws) != ("samples" in content):
         words = "missing, but values are drawn" if draws else "given, but nothing is drawn"
         raise InputError(f"samples is {words} from distributions, such as {{uniform = [low, high]}}")
     samples = domains.WALKS.check("samples", content["samples"]) if draws else 1
-    check_count(samples * math.prod(sum(math.prod(map(len, _grid(one))) for one in part) for part in read))
-    parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*_grid(one))] for part in read]
+    check_count(samples * math.prod(sum(math.prod(map(len, one.values())) for one in part) for part in read))
+    parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*one.values())] for part in read]
     varied = tuple(name for part in parts for name in _varied(part))
     files = dict.fromkeys(one["terrain.file"] for one in parts[-1] if "terrain.file" in one)
     grounds: dict[Any, Terrain] = {file: Terrain.from_file(path.parent / str(file)) for file in files}
@@ -132,11 +133,6 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
         frozenset(draws),
         *_plot(content.get("plot", {}), varied),
     )
-
-
-def _grid(settings: Settings) -> list[tuple[Scalar | Draw, ...]]:
-    """Values of each choice; a distribution counts as one value."""
-    return [(choice,) if isinstance(choice, Draw) else choice for choice in settings.values()]
 
 
 def check_count(count: int) -> None:

@@ -9,7 +9,7 @@ from mjbiped.control.registry import DEFAULT_CONTROLLER
 from mjbiped.disturbances.disturbances import SETTINGS
 from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError, shortened, shown
 from mjbiped.sweeps.cell import LIMIT, LIMITS, OPTIONS
 from mjbiped.sweeps.values import Choice, check_keys, read_choice
 from mjbiped.terrain.files import FILE_KEY
@@ -62,10 +62,11 @@ def read_section(section: str, table: Mapping[str, Any]) -> Settings:
     settings: Settings = {}
     for key, value in {**usual, **names, **table}.items():
         place = f"{section}.{key}"
+        where = shortened(place)
         if section == "terrain" and isinstance(value, Mapping) and {*value} & (_ENDS | _PLUS_MINUS):
             if {*value} not in (_ENDS, _PLUS_MINUS):
-                raise InputError(f"{place}: expected {{low, high}} or {{plus_minus}}, got {shown([*value])}")
-            settings |= {f"{place}.{end}": read_choice(f"{place}.{end}", each) for end, each in value.items()}
+                raise InputError(f"{where}: expected {{low, high}} or {{plus_minus}}, got {shown([*value])}")
+            settings |= {f"{place}.{end}": read_choice(f"{where}.{end}", each) for end, each in value.items()}
         else:
-            settings[place] = read_choice(place, value)
+            settings[place] = read_choice(where, value)
     return settings

@@ -22,8 +22,8 @@ _RANGE = ("from", "to", "count", "scale")
 _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 
-Choice: TypeAlias = tuple[Scalar, ...] | Draw
-"""The values of a grid (a single one where the quantity is fixed), or a distribution."""
+Choice: TypeAlias = tuple[Scalar | Draw, ...]
+"""The values of a grid (a single one where the quantity is fixed); a distribution counts as one value."""
 
 
 def generator(seed: int, sample: int, name: str) -> np.random.Generator:
@@ -55,7 +55,7 @@ def read_choice(where: str, value: object) -> Choice:
     """
     if isinstance(value, Mapping):
         check_keys(f"way to vary {where}", value, (*_RANGE, *DISTRIBUTIONS))
-        return _read_range(where, value) if {*value} & {*_RANGE} else read_draw(where, value)
+        return _read_range(where, value) if {*value} & {*_RANGE} else (read_draw(where, value),)
     if not isinstance(value, list):
         return (_scalar(where, value),)
     values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))

@@ -148,7 +148,7 @@ def test_tables_with_what_no_walk_leaves(
 def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
     (tmp_path / ".running").write_text("no lock of anybody's" * 100)
     with (
-        pytest.raises(InputError, match=r"\.running is no lock of ours.*delete it"),
+        pytest.raises(InputError, match=r"\.running cannot be written, or is no lock of ours: delete it"),
         opened(tmp_path, layout, IDENTITY),
     ):
         pass

@@ -11,7 +11,7 @@ import pytest
 import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.robustness.plan import plan
-from mjbiped.robustness.result import found
+from mjbiped.robustness.result import Robustness
 from mjbiped.robustness.tables import robustness_tables, scuffing_words, texts_of
 from mjbiped.robustness.walks import BASIN, LEVEL
 from mjbiped.sweeps.run import run
@@ -72,7 +72,7 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
         Path("x.toml"), {**SMALL, "limits": {**SMALL["limits"], "torque": 40}, "controller": [SMALL["controller"][0]]}
     )
     rows, *_ = run(wanted.study, tmp_path, workers=1)
-    result = found(wanted, rows)
+    result = Robustness(wanted, rows)
     (findings,) = result.findings
     level = mjbiped.walk(wanted.study.cells[0].controller(), mjbiped.Terrain.level(), engine="hybrid", steps=40)
     assert rows[0]["test"] == LEVEL
@@ -82,4 +82,4 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     assert findings["survival"]["treads:deviation=0.01"]["falls"] == 0
     assert scuffing_words(result) == "the swing foot collides from lift-off on"
     assert [texts_of(table)[1][0][0] for table in robustness_tables(result)] == ["knees"] * 3
-    assert scuffing_words(found(plan(Path("x.toml"), SMALL), [])).endswith("with knees from lift-off on")
+    assert scuffing_words(Robustness(plan(Path("x.toml"), SMALL), [])).endswith("with knees from lift-off on")

@@ -16,7 +16,7 @@ from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
 from mjbiped.robustness.figures import plot_limits, plot_survival
 from mjbiped.robustness.plan import plan
-from mjbiped.robustness.result import Robustness, found
+from mjbiped.robustness.result import Robustness
 from mjbiped.robustness.tables import robustness_tables, texts_of, write_tables
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
@@ -72,7 +72,7 @@ def result(wanted: Plan) -> Robustness:
             rows.append(row("step down", controller, 24, "finished", magnitude=0.1, case=case, peak_hip_torque_Nm=peak))
         rows += [row(BASIN, controller, 20, "fell" if case == 2 else "finished", case=case) for case in range(4)]
     rows.append(row(SURVIVAL, "two", 0, "failed", ground="treads", case=1, error="no gait"))
-    return found(wanted, rows)
+    return Robustness(wanted, rows)
 
 
 def test_findings_of_rows(result: Robustness) -> None:
@@ -101,10 +101,10 @@ def test_findings_of_rows(result: Robustness) -> None:
 
 def test_ground_that_no_foot_has_is_told_apart(wanted: Plan) -> None:
     rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_violating_contact=1)]
-    findings, _ = found(wanted, rows).findings
+    findings, _ = Robustness(wanted, rows).findings
     assert findings["greatest_survived"]["step down"]["magnitude"] is None
     assert findings["greatest_survived"]["step down"]["with_contact_violated"] == 0.1
-    headings, cells = texts_of(robustness_tables(found(wanted, rows))[0])
+    headings, cells = texts_of(robustness_tables(Robustness(wanted, rows))[0])
     assert cells[0][headings.index("step down (m)")] == "< 0.1 (>= 0.1)"
 
 
@@ -112,7 +112,7 @@ def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
     blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_violating_contact"))
     rows = [row("step up", "one", 24, "finished", magnitude=0.02, case=0)]
     rows.append(row("step up", "one", 0, "failed", magnitude=0.04, case=0, error="never lands", **blank))
-    one = found(wanted, rows).of("hybrid")[0]
+    one = Robustness(wanted, rows).of("hybrid")[0]
     assert one["greatest_survived"]["step up"]["magnitude"] == 0.02
     assert one["errors"] == ["never lands"]
 
@@ -148,7 +148,7 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     rows = [
         row(SURVIVAL, name, 100, "finished", ground="treads", case=case) for name in ("one", "two") for case in (0, 1)
     ]
-    result = found(replace(wanted, limits=replace(wanted.limits, magnitudes={})), rows)
+    result = Robustness(replace(wanted, limits=replace(wanted.limits, magnitudes={})), rows)
     plot_survival(result, "hybrid")
     _, cells = texts_of(robustness_tables(result)[1])
     assert [row[3:5] for row in cells] == [["0", "no fall (> 51.5)"]] * 2  # 190 steps / -ln 0.025
