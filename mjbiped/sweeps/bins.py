@@ -11,12 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.disturbances.disturbances import Disturbances
+from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.records.measures import measures_of, verdict
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.sweeps.cell import FAILED, Row
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.sweeps.cell import FAILED, Row, state_of
 from mjbiped.sweeps.plan import FINISHED
+from mjbiped.terrain.presets import PRESETS
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import annotated
 
 SUMMARISED = (
@@ -53,24 +58,14 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-_WITH_UNIT = {
-    "m": ("distance", "length", "tread", "rise", "first", "segment_length", "roughness", "spacing"),
-    "s": ("timestep", "contact_timestep", "control_period", "delay", "push_interval", "push_duration"),
-    "rad": ("q1", "q2", "q3", "angle_noise", "angle_bias", "angle_resolution"),
-    "rad/s": ("dq1", "dq2", "dq3", "rate_noise", "rate_bias"),
-    "N m": ("torque_limit",),
-    "N s": ("push_impulse",),
-    "Hz": ("motor_bandwidth",),
-    "1/s": ("position_gain", "velocity_gain"),
-}  # fmt: skip
 _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
 """Parts of a dotted name, in the order in which they are replaced."""
 
-_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names} | {
-    name: str(getattr(domain, "unit", "")).replace("^2", "²")
-    for kind in KINDS.values()
-    for name, (domain, _) in annotated(kind).items()
-}
+_OWNERS = (Disturbances, ScuffingRule, Mujoco, *(getattr(Terrain, name) for name in PRESETS), *KINDS.values())
+_DOMAINS = {name: domain for owner in _OWNERS for name, (domain, _) in annotated(owner).items()} | state_of(KneedBiped)
+_UNITS = {name: str(getattr(getattr(d, "ends", d), "unit", "")).replace("^2", "²") for name, d in _DOMAINS.items()}
+_UNITS |= {"distance": "m", "position_gain": "1/s", "velocity_gain": "1/s"}
+"""Units of quantities by their names; those of walks and control laws are not in reach here."""
 _MEASURES = {key: (label, unit) for label, key, _, _, unit in measures_of(KneedBiped)}
 _UNSCALED = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}
 """Units of measures that are shown scaled elsewhere."""
