@@ -105,7 +105,7 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.robustness.figures import draw
     from mjbiped.robustness.plan import read_plan
-    from mjbiped.robustness.result import found
+    from mjbiped.robustness.result import Robustness
     from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
@@ -114,7 +114,7 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
         rows, table, *_ = run(planned.study, folder, progress=not results.quiet, **walks)
-        result = found(planned, rows)
+        result = Robustness(planned, rows)
         files = [table, write_tables(result, folder / TABLES), *draw(result, folder)]
     results.end(result.summary(), robustness_tables(result), files)
 

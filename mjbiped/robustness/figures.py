@@ -31,14 +31,12 @@ def draw(robustness: Robustness, folder: Path) -> Iterator[Path]:
     several = len(robustness.plan.engines) > 1
     for engine in robustness.plan.engines:
         suffix = f"_{engine}" if several else ""
-        if robustness.plan.grounds:
-            path = folder / f"survival{suffix}.png"
-            plot_survival(robustness, engine, path)
-            yield path
-        if robustness.plan.limits.magnitudes:
-            path = folder / f"limits{suffix}.png"
-            plot_limits(robustness, engine, path)
-            yield path
+        kinds = (plot_survival, robustness.plan.grounds), (plot_limits, robustness.plan.limits.magnitudes)
+        for plot, shown in kinds:
+            if shown:
+                path = folder / f"{plot.__name__.removeprefix('plot_')}{suffix}.png"
+                plot(robustness, engine, path)
+                yield path
 
 
 def plot_survival(robustness: Robustness, engine: str, path: Path | None = None) -> Any:
@@ -50,8 +48,9 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
         panels = figure.subplots(len(grounds), 1, squeeze=False)[:, 0]
         for number, (axes, ground) in enumerate(zip(panels, grounds, strict=True)):
             for place, each in enumerate(findings):
-                if ground in each.survival:
-                    draw_curve(axes, each.survival[ground], each.controller, look(place))
+                survival = robustness.survival(engine, each["controller"], ground)
+                if survival is not None:
+                    draw_curve(axes, survival, each["controller"], look(place))
             titled(axes, chr(ord("a") + number), plain(ground))
             lay_axes(axes, robustness.plan.steps)
         panels[-1].set_xlabel("steps (logarithmic)")
@@ -73,19 +72,11 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
             axes.remove()
         for number, (axes, test) in enumerate(zip(panels, tests, strict=False)):
             for place, each in enumerate(findings):
-                (colour, mark, _), limit = look(place), each.limits[test]
-                if not limit.magnitudes or math.isnan(each.level_cost):
-                    continue
-                axes.plot(
-                    each.level_cost,
-                    limit.greatest or 0.0,
-                    mark,
-                    color=colour,
-                    markersize=7,
-                    markerfacecolor=colour if limit.reached else "none",
-                    linestyle="none",
-                    label=plain(each.controller),
-                )
+                (colour, mark, _), limit = look(place), each["greatest_survived"][test]
+                fill = "none" if limit["beyond_what_was_tried"] else colour
+                cost, height = each["level"]["cost_of_transport"], limit["magnitude"] or 0.0
+                shape = {"color": colour, "markersize": 7, "markerfacecolor": fill}
+                axes.plot(cost, height, mark, label=plain(each["controller"]), **shape)
             titled(axes, chr(ord("a") + number), test)
             axes.set_ylim(bottom=0.0)
             axes.set_ylabel({"m": "height (m)", "deg": "change (deg)"}[DISTURBANCES[test].unit])
@@ -101,7 +92,8 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
 
 def _costs(findings: list[Findings]) -> tuple[float, float]:
     """Choose the ends of the axis of costs so wide that rounding does not look like a difference."""
-    costs = [each.level_cost for each in findings if not math.isnan(each.level_cost)] or [0.0]
+    costs = [each["level"]["cost_of_transport"] for each in findings]
+    costs = [cost for cost in costs if not math.isnan(cost)] or [0.0]
     middle, half = (min(costs) + max(costs)) / 2.0, (max(costs) - min(costs)) / 2.0
     half = max(1.2 * half, _LEAST_SPAN / 2.0)
     return max(0.0, middle - half), middle + half

@@ -15,9 +15,11 @@ from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.values import Scalar
 
-Told: TypeAlias = Mapping[str, Scalar]
-Values: TypeAlias = Callable[[float, Robot, float], Told]
-"""Values of a study's cell for a magnitude, the robot that walks, and the place of a single disturbance, m."""
+Values: TypeAlias = Mapping[str, Scalar]
+"""Values of a study's cell, by their dotted names."""
+
+Described: TypeAlias = Callable[[float, Robot, float], Values]
+"""Values for a magnitude, the robot that walks, and the place of a single disturbance, m."""
 
 FAR = 1e4  # of ground that goes on behind the disturbance, m
 
@@ -36,7 +38,7 @@ class Disturbance:
 
     unit: str
     magnitudes: tuple[float, ...]
-    values: Values
+    values: Described
     asked: str | None = None
 
     @property
@@ -44,7 +46,7 @@ class Disturbance:
         """Whether lower magnitudes are harder."""
         return self.magnitudes[0] > self.magnitudes[-1]
 
-    def told(self, magnitude: float, engine: str, robot: Robot, place: float = 0.0) -> Told:
+    def described(self, magnitude: float, engine: str, robot: Robot, place: float = 0.0) -> Values:
         """Values of a study's cell for a robot's walk in an engine."""
         return {} if self.asked is not None and engine == "hybrid" else self.values(magnitude, robot, place)
 
@@ -56,13 +58,13 @@ class Disturbance:
         return asked is not None and bool(asked <= row["magnitude"])
 
 
-def _step(sign: float) -> Values:
-    usual: Told = {"terrain.name": "stairs", "terrain.tread": FAR, "terrain.count": 1}
+def _step(sign: float) -> Described:
+    usual: Values = {"terrain.name": "stairs", "terrain.tread": FAR, "terrain.count": 1}
     return lambda height, _, place: {**usual, "terrain.rise": sign * height, "terrain.first": place}
 
 
-def _bend(sign: float) -> Values:
-    usual: Told = {"terrain.name": "slopes", "terrain.count": 1}
+def _bend(sign: float) -> Described:
+    usual: Values = {"terrain.name": "slopes", "terrain.count": 1}
     return lambda change, _, place: {**usual, "terrain.length": place, "terrain.change_deg": sign * change}
 
 
@@ -79,15 +81,15 @@ DISTURBANCES: Mapping[str, Disturbance] = {
 """Single disturbances of level ground, by name."""
 
 
-def _of(field: str, **others: Scalar) -> Values:
-    told = {f"disturbances.{name}": value for name, value in others.items()}
-    return lambda magnitude, *_: {f"disturbances.{field}": magnitude, **told}
+def _of(field: str, **others: Scalar) -> Described:
+    values = {f"disturbances.{name}": value for name, value in others.items()}
+    return lambda magnitude, *_: {f"disturbances.{field}": magnitude, **values}
 
 
-def _believed(sign: float, *endings: str) -> Values:
+def _believed(sign: float, *endings: str) -> Described:
     """Make the legs of the controller's model wrong by a number of percent."""
 
-    def values(percent: float, robot: Robot, _: float) -> Told:
+    def values(percent: float, robot: Robot, _: float) -> Values:
         factor = 1.0 + sign * percent / 100.0
         wrong = [name for name in robot.parameters() if name.endswith(endings) and name != "hip_mass"]
         return {f"model.{name}": round(getattr(robot, name) * factor, 12) for name in wrong}
@@ -104,74 +106,40 @@ _LENGTHS = ("_length", "_centre")
 
 MARGINS: Mapping[str, Disturbance] = {
     "delay": Disturbance(
-        "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.055, 0.06, 0.065, 0.07, 0.08), _of("delay")
-    ),
+        "s", (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.055, 0.06, 0.065, 0.07, 0.08), _of("delay")),
     "angle noise": Disturbance(
-        "rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")
-    ),
+        "rad", (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 4e-2, 6e-2, 8e-2, 0.1, 0.12, 0.15), _of("angle_noise")),
     "angle bias": Disturbance("rad", (5e-3, 1e-2, 2e-2, 3e-2, 4e-2, 5e-2, 6e-2, 8e-2, 0.1), _of("angle_bias")),
     "rate noise": Disturbance("rad/s", (0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 2.0), _of("rate_noise")),
     "push": Disturbance(
-        "N s",
-        (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0),
-        _of("push_impulse", push_interval=PUSH_INTERVAL),
-    ),
+        "N s", (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 7.0, 8.0),
+        _of("push_impulse", push_interval=PUSH_INTERVAL)),
     "torque limit": Disturbance(
-        "N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 17.5, 15.0, 12.5, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")
-    ),
+        "N m", (60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 17.5, 15.0, 12.5, 10.0, 8.0, 6.0, 4.0), _of("torque_limit")),
     "friction": Disturbance(
-        "", (0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.1), _of("friction"), "largest_stance_friction"
-    ),
+        "", (0.8, 0.7, 0.6, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.1), _of("friction"),
+        "largest_stance_friction"),
     "mass too great": Disturbance("%", _MORE, _believed(1.0, "_mass")),
     "mass too small": Disturbance("%", _LESS, _believed(-1.0, "_mass")),
     "inertia too great": Disturbance("%", _MORE, _believed(1.0, "_inertia")),
     "inertia too small": Disturbance("%", (*_LESS, 100.0), _believed(-1.0, "_inertia")),
     "legs too long": Disturbance("%", _MORE, _believed(1.0, *_LENGTHS)),
     "legs too short": Disturbance("%", _LESS, _believed(-1.0, *_LENGTHS)),
-}
+}  # fmt: skip
 """Disturbances of walks over rough ground, by name; the last six are of what the controller believes of its robot."""
 
 
-@dataclass(frozen=True)
-class Limit:
-    """What a robot survives of one kind of disturbance.
-
-    Attributes:
-        unit: Unit of the magnitudes.
-        magnitudes: Those that were tried, the gentlest first.
-        shares: Share of the cases of each that were survived.
-        wanted: Share that counts as survived.
-    """
-
-    unit: str
-    magnitudes: tuple[float, ...]
-    shares: tuple[float, ...]
-    wanted: float
-
-    @property
-    def greatest(self) -> float | None:
-        """The hardest magnitude up to which all are survived; None where not even the gentlest is."""
-        found = None
-        for magnitude, share in zip(self.magnitudes, self.shares, strict=True):
-            if share < self.wanted:
-                return found
-            found = magnitude
-        return found
-
-    @property
-    def reached(self) -> bool:
-        """Whether a magnitude was not survived; otherwise `greatest` is only the greatest that was tried."""
-        return any(share < self.wanted for share in self.shares)
-
-
-def limit_of(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> Limit:
-    """Find the limit from cases that were survived or not.
+def greatest_survived(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> float | None:
+    """Find the hardest magnitude up to which all are survived; None where not even the gentlest is.
 
     Args:
         kind: The disturbance, which says in what order magnitudes become harder.
         survived: Whether each case was survived, by magnitude.
-        wanted: Share that counts as survived.
+        wanted: Share of the cases that counts as survived.
     """
-    magnitudes = tuple(sorted(survived, reverse=kind.falls))
-    shares = tuple(sum(survived[each]) / len(survived[each]) for each in magnitudes)
-    return Limit(kind.unit, magnitudes, shares, wanted)
+    greatest = None
+    for magnitude in sorted(survived, reverse=kind.falls):
+        if sum(survived[magnitude]) / len(survived[magnitude]) < wanted:
+            break
+        greatest = magnitude
+    return greatest

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.analysis.survival import Survival
 from mjbiped.records.tables import bare_table
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Limit
-from mjbiped.robustness.result import FORGETTING, Findings, Robustness
-from mjbiped.robustness.walks import LEVEL, LEVEL_STEPS, Trial, rough_from
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS
+from mjbiped.robustness.result import FORGETTING, SOLE, Findings, Robustness
+from mjbiped.robustness.walks import LEVEL_STEPS, rough_from
 from mjbiped.utils.files import saved
 from mjbiped.utils.markdown import markdown_table
 
@@ -26,19 +24,19 @@ SOLE_WORDS = "sole: length of the foot that would hold the ankle's centre of pre
 VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or has friction over 0.8"
 
 
-Columns: TypeAlias = dict[str, Callable[[Findings], str]]
-"""Functions that write a controller's cell, by the column's heading."""
-
-
 def robustness_tables(robustness: Robustness) -> list[Table]:
     """Make each engine's tables: level walking and single disturbances, soles, margins, and each random ground."""
-    plan, tables = robustness.plan, []
+    plan, limits, margins, tables = robustness.plan, robustness.plan.limits, robustness.plan.margins, []
     for engine in plan.engines:
         tables.append(_level(robustness, engine))
-        if plan.limits.magnitudes:
-            tables.append(_soles(robustness, engine))
-        if plan.margins.magnitudes:
-            tables.append(_margins(robustness, engine))
+        if limits.magnitudes:
+            words = f"{SOLE_WORDS}, the greatest of all phases"
+            tables.append(_table(robustness, engine, "Soles at these limits (m)", limits.magnitudes, _soles, words))
+        if margins.magnitudes:
+            words = f"hardest with which {margins.share:.0%} of {plan.seeds} walks make {margins.steps} steps"
+            title, headings = f"Margins on {margins.ground}", _with_units(margins.magnitudes)
+            cells = partial(_limits, tried=margins.magnitudes)
+            tables.append(_table(robustness, engine, title, headings, cells, words, VIOLATING_WORDS))
         tables += [_random(robustness, engine, ground) for ground in plan.grounds]
     return tables
 
@@ -64,59 +62,49 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
     return path
 
 
-def _table(robustness: Robustness, engine: str, title: str, columns: Columns, *meanings: str) -> Table:
+def _table(
+    robustness: Robustness,
+    engine: str,
+    title: str,
+    headings: Iterable[str],
+    cells: Callable[[Findings], Iterable[str]],
+    *meanings: str,
+) -> Table:
     """Make a table with a row for each controller, and a caption that says what its numbers mean."""
-    table = bare_table("controller", *columns)
+    table = bare_table("controller", *headings)
     for each in robustness.of(engine):
-        table.add_row(*map(Text, (each.controller, *(write(each) for write in columns.values()))))
+        table.add_row(*map(Text, (each["controller"], *cells(each))))
     table.title, table.caption = f"{title}, {engine} engine", "; ".join((*meanings, scuffing_words(robustness)))
     table.title_justify = table.caption_justify = "left"
     return table
 
 
 def _level(robustness: Robustness, engine: str) -> Table:
-    plan = robustness.plan
-    columns: Columns = {
-        "c_mt, level": lambda each: _digits(each.level_cost, ".4f"),
-        "speed (m/s)": lambda each: _digits(each.level.get("speed_m_per_s"), ".3f"),
-        "sole (m)": lambda each: _digits(each.soles[LEVEL], ".2f"),
-        **_limits(plan.limits),
-    }
-    if plan.basin:
-        columns["basin (rad²/s²)"] = _basin
-    title = f"Level ground{' and single disturbances' if plan.limits.magnitudes else ''}"
-    return _table(robustness, engine, title, columns, conditions(robustness), VIOLATING_WORDS, SOLE_WORDS)
+    limits = robustness.plan.limits
 
+    def cells(each: Findings) -> Iterator[str]:
+        for name, form in (("cost_of_transport", ".4f"), ("speed_m_per_s", ".3f"), (SOLE, ".2f")):
+            yield _digits(each["level"][name], form)
+        yield from _limits(each, limits.magnitudes)
+        if limits.basin:
+            basin = each["basin"]
+            yield f"{'>= ' if basin['share'] == 1.0 else ''}{_digits(basin['area_rad2_per_s2'], '.1f')}"
 
-def _soles(robustness: Robustness, engine: str) -> Table:
-    columns: Columns = {test: partial(_sole, test=test) for test in robustness.plan.limits.magnitudes}
-    meaning = f"{SOLE_WORDS}, the greatest of all phases"
-    return _table(robustness, engine, "Soles at these limits (m)", columns, meaning)
-
-
-def _margins(robustness: Robustness, engine: str) -> Table:
-    plan, trial = robustness.plan, robustness.plan.margins
-    meaning = f"hardest with which {trial.share:.0%} of {plan.seeds} walks make {trial.steps} steps"
-    return _table(robustness, engine, f"Margins on {plan.margin_ground}", _limits(trial), meaning, VIOLATING_WORDS)
+    title = f"Level ground{' and single disturbances' if limits.magnitudes else ''}"
+    headings = ["c_mt, level", "speed (m/s)", "sole (m)", *_with_units(limits.magnitudes)]
+    headings += ["basin (rad²/s²)"] if limits.basin else []
+    return _table(robustness, engine, title, headings, cells, conditions(robustness), VIOLATING_WORDS, SOLE_WORDS)
 
 
 def _random(robustness: Robustness, engine: str, ground: str) -> Table:
-    plan, first = robustness.plan, robustness.of(engine)[0].controller
-    columns: Columns = {
-        "c_mt there": lambda each: _digits(each.costs.get(ground), ".4f"),
-        "sole (m)": lambda each: _digits(each.soles.get(ground), ".2f"),
-        "falls": lambda each: _survival(each.settled.get(ground))[0],
-        "steps to a fall (95 %)": lambda each: _survival(each.settled.get(ground))[1],
-        "λ₂": lambda each: _survival(each.settled.get(ground))[2],
-        "misfit": lambda each: _survival(each.settled.get(ground))[3],
-        "violating": lambda each: _share(each.violating.get(ground, math.nan)),
-        f"times that of {first} (95 %)": lambda each: _times(robustness, each, ground),
-    }
+    plan, first = robustness.plan, robustness.of(engine)[0]
+    headings = ["c_mt there", "sole (m)", "falls", "steps to a fall (95 %)", "λ₂", "misfit", "violating"]
     return _table(
         robustness,
         engine,
         ground,
-        columns,
+        [*headings, f"times that of {first['controller']} (95 %)"],
+        lambda each: (*_survival(each, ground), _times(each, first, ground)),
         f"{plan.seeds} grounds, at most {plan.steps} steps on each",
         f"{SOLE_WORDS}, median of the walks",
         f"falls after the transient of {rough_from(ground):g} m and {FORGETTING} steps",
@@ -136,75 +124,73 @@ def scuffing_words(robustness: Robustness) -> str:
 
 def conditions(robustness: Robustness) -> str:
     """Describe the cases in which the greatest disturbances were found."""
-    plan, limits, parts = robustness.plan, robustness.plan.limits, []
+    limits, parts = robustness.plan.limits, []
     if limits.magnitudes:
-        parts.append(f"greatest disturbances that {limits.share:.0%} of {plan.phases} phases of the step survive")
-    if plan.basin:
-        parts.append(f"basin of {plan.basin}² first rates of the legs")
+        parts.append(f"greatest disturbances that {limits.share:.0%} of {limits.phases} phases of the step survive")
+    if limits.basin:
+        parts.append(f"basin of {limits.basin}² first rates of the legs")
     if not parts:
         return f"{LEVEL_STEPS} steps on level ground"
     within = "" if limits.torque is None else f", within {limits.torque:g} N m"
     return f"{'; '.join(parts)}{within}"
 
 
-def _digits(value: float | None, form: str) -> str:
-    return "-" if value is None or math.isnan(value) else format(value, form)
+def _digits(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)
 
 
-def _limits(trial: Trial) -> Columns:
-    """Make the columns of the greatest disturbances survived."""
-    units = {test: {**DISTURBANCES, **MARGINS}[test].unit for test in trial.magnitudes}
-    return {f"{test} ({unit})" if unit else test: partial(_limit, test=test) for test, unit in units.items()}
+def _with_units(tried: Iterable[str]) -> list[str]:
+    """Headings of disturbances."""
+    units = {test: {**DISTURBANCES, **MARGINS}[test].unit for test in tried}
+    return [f"{test} ({unit})" if unit else test for test, unit in units.items()]
 
 
-def _sole(each: Findings, test: str) -> str:
-    return _digits(each.soles[test], ".2f")
+def _soles(each: Findings) -> list[str]:
+    """Write the soles at the limits of single disturbances."""
+    return [_digits(found[SOLE], ".2f") for test, found in each["greatest_survived"].items() if test in DISTURBANCES]
 
 
-def _limit(each: Findings, test: str) -> str:
-    strict, loose = _bound(each.limits[test]), _bound(each.limits_violating[test])
-    return strict if loose == strict else f"{strict} ({loose})"
+def _limits(each: Findings, tried: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
+    """Write the greatest disturbances survived; in brackets with walks that violate the contact."""
+    for test, magnitudes in tried.items():
+        found, falls = each["greatest_survived"][test], {**DISTURBANCES, **MARGINS}[test].falls
+        strict, loose = (_bound(found[name], magnitudes, falls) for name in ("magnitude", "with_contact_violated"))
+        yield strict if loose == strict else f"{strict} ({loose})"
 
 
-def _bound(limit: Limit) -> str:
-    if not limit.magnitudes:
-        return "-"
-    falling = limit.magnitudes[0] > limit.magnitudes[-1]
-    if limit.greatest is None:
-        return f"{'>' if falling else '<'} {limit.magnitudes[0]:g}"
-    beyond = "<= " if falling else ">= "
-    return f"{'' if limit.reached else beyond}{limit.greatest:g}"
-
-
-def _share(value: float) -> str:
-    return "-" if math.isnan(value) else f"{100.0 * value:.2g} %"
-
-
-def _basin(each: Findings) -> str:
-    return f"{'>= ' if each.basin == 1.0 else ''}{_digits(each.basin_area, '.1f')}"
+def _bound(greatest: float | None, tried: tuple[float, ...], falls: bool) -> str:
+    if greatest is None:
+        return f"{'>' if falls else '<'} {tried[0]:g}"
+    return f"{'' if greatest != tried[-1] else '<= ' if falls else '>= '}{greatest:g}"
 
 
 def _count(value: float) -> str:
     return "inf" if math.isinf(value) else f"{value:.3g}" if value < 1000 else f"{value:.0f}"
 
 
-def _survival(walks: Survival | None) -> tuple[str, ...]:
-    """Write the number of falls, the mean number of steps to a fall with its interval, second eigenvalue and misfit."""
-    if walks is None or not (walks.falls or any(walks.steps)):
-        return ("-",) * 4
-    low, high = walks.interval
-    if not walks.falls:
-        return "0", f"no fall (> {_count(low)})", "1", "-"
-    mean = f"{_count(walks.mean)} ({_count(low)} to {_count(high)})"
-    return str(walks.falls), mean, f"{walks.eigenvalue:.5f}", f"{walks.misfit:.3f}"
+def _survival(each: Findings, ground: str) -> tuple[str, ...]:
+    """Write what was found on a random ground, in the order of the columns; dashes where nothing was walked."""
+    found = each["survival"].get(ground)
+    if found is None:
+        return ("-",) * 7
+    falls: tuple[str, ...] = ("-",) * 4
+    if not math.isnan(found["mean_steps_to_fall"]):
+        low, high = map(_count, found["interval"])
+        falls = "0", f"no fall (> {low})", "1", "-"
+        if found["falls_after_transient"]:
+            mean = f"{_count(found['mean_steps_to_fall'])} ({low} to {high})"
+            misfit = f"{found['misfit_of_kaplan_meier']:.3f}"
+            falls = str(found["falls_after_transient"]), mean, f"{found['second_eigenvalue']:.5f}", misfit
+    violating = f"{100.0 * found['share_of_steps_violating_contact']:.2g} %"
+    return _digits(found["cost_of_transport"], ".4f"), _digits(found[SOLE], ".2f"), *falls, violating
 
 
-def _times(robustness: Robustness, each: Findings, ground: str) -> str:
+def _times(each: Findings, first: Findings, ground: str) -> str:
     """Write the ratio of the number of steps to a fall to the first controller's, with its interval."""
-    first = robustness.of(each.engine)[0]
-    if each is first or ground not in each.settled or ground not in first.settled:
+    found = each["survival"].get(ground, {})
+    if "ratio_to_first" not in found:
         return ""
-    if not first.settled[ground].falls or math.isnan(each.settled[ground].mean):
+    if not first["survival"][ground]["falls_after_transient"] or math.isnan(found["mean_steps_to_fall"]):
         return "-"
-    middle, low, high = robustness.ratios(each.engine, ground)[each.controller]
+    middle, low, high = found["ratio_to_first"]
     return f"> {_count(low)}" if math.isinf(middle) else f"{_count(middle)} ({_count(low)} to {_count(high)})"

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Told
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Values
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import LIMIT, Cell
 from mjbiped.sweeps.plan import Study
@@ -20,7 +20,8 @@ from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import known_name
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain, check_fields, known_name
 
 LEVEL, SURVIVAL, BASIN = "level", "survival", "basin"
 """Tests beside `DISTURBANCES` and `MARGINS`: steady walking on level ground, random ground until the robot falls, and
@@ -36,83 +37,108 @@ LONGEST_STEP = 0.6
 """Length of random ground that is laid for each step of a walk, m."""
 
 _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
+_SHARE = Domain(0.5, 1.0)
+
+
+class _Checked:
+    """Numbers that are checked by their domains."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers outside their domains."""
+        check_fields(self)
 
 
 @dataclass(frozen=True)
-class Trial:
-    """Disturbances that share one way of testing.
+class Limits(_Checked):
+    """Single disturbances of level ground.
 
     Attributes:
         magnitudes: The magnitudes that are tried, by the disturbance's name.
-        steps: Number of steps that must be made after a single disturbance, or under a lasting one.
-        share: Share of the cases that must be survived.
-        torque: Greatest torque of either joint with which a case counts as survived, N m; None: any.
+        basin: Number of first rates of either leg from which walks on level ground begin; 0: none do.
+        share: Share of the phases that must be survived.
+        phases: Number of phases of the step at which each disturbance comes.
+        steps_after: Number of steps that must be made after it.
+        torque: Greatest torque of any joint with which a walk counts as survived, N m; None: any.
     """
 
     magnitudes: Mapping[str, tuple[float, ...]]
-    steps: int
-    share: float
-    torque: float | None = None
+    basin: int
+    share: Annotated[float, _SHARE] = 0.99
+    phases: Annotated[int, domains.WALKS] = 24
+    steps_after: Annotated[int, domains.STEPS] = 20
+    torque: Annotated[float | None, domains.TORQUE_LIMIT] = None
 
 
 @dataclass(frozen=True)
-class Plan:
+class Margins(_Checked):
+    """Disturbances of whole walks over rough ground.
+
+    Attributes:
+        magnitudes: The magnitudes that are tried, by the disturbance's name.
+        share: Share of the seeds that must be survived.
+        ground: The rough ground, as the command line writes it; all controllers last on the usual one.
+        steps: Number of steps that must be made.
+    """
+
+    magnitudes: Mapping[str, tuple[float, ...]]
+    share: Annotated[float, _SHARE] = 0.95
+    ground: str = "treads:deviation=0.01"
+    steps: Annotated[int, domains.STEPS] = 200
+    torque = None
+
+
+@dataclass(frozen=True)
+class Plan(_Checked):
     """The tests of a robustness study.
 
     Attributes:
         study: Its walks.
-        controllers: Settings of the controllers and of their robots, by label.
+        controllers: Controllers with their robots by label, as cells that know nothing else.
         engines: Names of the engines.
         grounds: Random grounds, as the command line writes them.
         seeds: Number of grounds of each kind.
         steps: Greatest number of steps on them.
         limits: Single disturbances of level ground.
-        phases: Number of phases of the step at which each of them comes.
-        basin: Number of first rates of either leg from which walks on level ground begin; 0: none do.
         margins: Disturbances of whole walks over rough ground.
-        margin_ground: The rough ground under them.
         scuffing: The rule of all walks.
     """
 
     study: Study
-    controllers: Mapping[str, Mapping[str, Scalar]]
+    controllers: Mapping[str, Cell]
     engines: tuple[str, ...]
     grounds: tuple[str, ...]
-    seeds: int
-    steps: int
-    limits: Trial
-    phases: int
-    basin: int
-    margins: Trial
-    margin_ground: str
+    seeds: Annotated[int, domains.WALKS]
+    steps: Annotated[int, domains.STEPS]
+    limits: Limits
+    margins: Margins
     scuffing: ScuffingRule
 
     @property
     def count(self) -> int:
         """Number of walks."""
-        single, lasting = (sum(map(len, trial.magnitudes.values())) for trial in (self.limits, self.margins))
-        each = 1 + self.phases * single + self.basin**2 + self.seeds * (len(self.grounds) + lasting)
+        single, lasting = (sum(map(len, tried.magnitudes.values())) for tried in (self.limits, self.margins))
+        each = 1 + self.limits.phases * single + self.limits.basin**2 + self.seeds * (len(self.grounds) + lasting)
         return len(self.engines) * len(self.controllers) * each
 
 
-def walks_of(wanted: Plan) -> Iterator[Cell]:
+def walks_of(wanted: Plan, folder: Path) -> Iterator[Cell]:
     """Make all walks of a plan, whose study has no cells yet; the short walks come first.
+
+    Args:
+        wanted: The plan.
+        folder: Folder in which elevation files are looked for.
 
     Raises:
         InputError: The words of a random ground are not valid.
     """
-    folder, laws, number = wanted.study.path.parent, wanted.study.laws, itertools.count()
+    limits, margins, number = wanted.limits, wanted.margins, itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
-    plain = {  # with nothing but a controller and its robot
-        label: Cell(0, None, settings, None, laws.get(str(settings["controller.name"])))
-        for label, settings in wanted.controllers.items()
-    }
     records: dict[Scalar | None, Terrain] = {}
     grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
-    level, after, whole = {"terrain.name": "level"}, wanted.limits.steps, wanted.margins.steps
-    rough = _ground(wanted.margin_ground, whole, folder, records)
+    level, rough = {"terrain.name": "level"}, _ground(margins.ground, margins.steps, folder, records)
 
-    def cell(engine: str, test: str, label: str, steps: int, told: Told, **columns: Scalar) -> Cell:
+    def cell(engine: str, test: str, label: str, steps: int, described: Values, **columns: Scalar) -> Cell:
+        known = wanted.controllers[label]
         values = {
             "engine": engine,
             "test": test,
@@ -120,38 +146,40 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
             **columns,
             f"{LIMIT}.steps": steps,
             **({} if test == BASIN else {"initial": "gait"}),
-            **({} if plain[label].kind.collides_from_lift_off else rule),
-            **wanted.controllers[label],
-            **told,
+            **({} if known.kind.collides_from_lift_off else rule),
+            **known.values,
+            **described,
         }
-        return Cell(next(number), None, values, records.get(told.get("terrain.file")), plain[label].law)
+        return Cell(next(number), None, values, records.get(described.get("terrain.file")), known.law)
 
     for engine in wanted.engines:
-        for label in plain:
+        for label in wanted.controllers:
             yield cell(engine, LEVEL, label, LEVEL_STEPS, level)
-        for label, known in plain.items():
+        for label, known in wanted.controllers.items():
             robot, gait = known.robot(), known.controller().gait
             length = float(gait.step_length) if gait is not None else _FALLBACK * robot.leg_length
-            for test, magnitude, phase in _cases(wanted.limits, wanted.phases):
-                place = (_BEFORE + (phase + 0.5) / wanted.phases) * length
-                told = DISTURBANCES[test].told(magnitude, engine, robot, place)
-                yield cell(engine, test, label, _BEFORE + 1 + after, told, magnitude=magnitude, case=phase)
-            for case, rates in enumerate(_first_rates(gait, wanted.basin)):
-                yield cell(engine, BASIN, label, after, {**level, **rates}, case=case)
-        for label, (test, magnitude, seed) in itertools.product(plain, _cases(wanted.margins, wanted.seeds)):
-            told = {**rough, "terrain.seed": seed, **MARGINS[test].told(magnitude, engine, plain[label].robot())}
-            if any(name.startswith("disturbances.") for name in told):
-                told["disturbances.seed"] = seed
-            ground = wanted.margin_ground
-            yield cell(engine, test, label, whole, told, ground=ground, magnitude=magnitude, case=seed)
-        for words, seed, label in itertools.product(grounds, range(wanted.seeds), plain):
-            told = {**grounds[words], "terrain.seed": seed}
-            yield cell(engine, SURVIVAL, label, wanted.steps, told, ground=words, case=seed)
+            for test, magnitude, phase in _cases(limits.magnitudes, limits.phases):
+                place = (_BEFORE + (phase + 0.5) / limits.phases) * length
+                once = DISTURBANCES[test].described(magnitude, engine, robot, place)
+                yield cell(engine, test, label, _BEFORE + 1 + limits.steps_after, once, magnitude=magnitude, case=phase)
+            for case, rates in enumerate(_first_rates(gait, limits.basin)):
+                yield cell(engine, BASIN, label, limits.steps_after, {**level, **rates}, case=case)
+        for label, (test, magnitude, seed) in itertools.product(
+            wanted.controllers, _cases(margins.magnitudes, wanted.seeds)
+        ):
+            lasting = MARGINS[test].described(magnitude, engine, wanted.controllers[label].robot())
+            chance = {"disturbances.seed": seed} if any(name.startswith("disturbances.") for name in lasting) else {}
+            described = {**rough, "terrain.seed": seed, **lasting, **chance}
+            columns: dict[str, Scalar] = {"ground": margins.ground, "magnitude": magnitude, "case": seed}
+            yield cell(engine, test, label, margins.steps, described, **columns)
+        for words, seed, label in itertools.product(grounds, range(wanted.seeds), wanted.controllers):
+            described = {**grounds[words], "terrain.seed": seed}
+            yield cell(engine, SURVIVAL, label, wanted.steps, described, ground=words, case=seed)
 
 
-def _cases(trial: Trial, count: int) -> Iterator[tuple[str, float, int]]:
+def _cases(tried: Mapping[str, tuple[float, ...]], count: int) -> Iterator[tuple[str, float, int]]:
     """List name, magnitude and case of all that is tried, with a number of cases of each magnitude."""
-    for test, magnitudes in trial.magnitudes.items():
+    for test, magnitudes in tried.items():
         for magnitude, case in itertools.product(magnitudes, range(count)):
             yield test, magnitude, case
 
@@ -175,13 +203,14 @@ def _ground(words: object, steps: int, folder: Path, records: dict[Scalar | None
     for key, reason in (("seed", "the study draws the seeds itself"), ("length", "it follows from the steps")):
         if key in parameters:
             raise InputError(f"ground {shown(words)}: leave {key} out, {reason}")
-    parameters["length"] = START + steps * LONGEST_STEP
     file = parameters.get(FILE_KEY)
     if file is not None and file not in records:
         records[file] = Terrain.from_file(folder / file)
-    Terrain.preset(name, **{**parameters, "seed": 0, **({} if file is None else {FILE_KEY: records[file]})})
-    ranges = {key: "..".join(map(str, value)) for key, value in parameters.items() if isinstance(value, tuple)}
-    return {f"terrain.{key}": value for key, value in {"name": name, **parameters, **ranges}.items()}
+    values = {"name": name, **parameters, "length": START + steps * LONGEST_STEP}
+    return {
+        f"terrain.{key}": "..".join(map(str, value)) if isinstance(value, tuple) else value
+        for key, value in values.items()
+    }
 
 
 def rough_from(words: str) -> float:
@@ -205,5 +234,6 @@ def _first_rates(gait: Gait | None, count: int) -> Iterator[dict[str, Scalar]]:
     stance, swing = gait.start[half : half + 2].tolist()
     around = rates_around(gait.start, count, BASIN_WIDTH)
     for rate1, rate2 in itertools.product(*(rates.tolist() for rates in around)):
-        told = {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}
-        yield told if half == 2 else {**told, "initial.dq3": rate2 - swing}  # the knee is straight after a touchdown
+        described = {"initial.around": "gait", "initial.dq1": rate1 - stance, "initial.dq2": rate2 - swing}
+        # with knees the swing leg's is straight after a touchdown
+        yield described if half == 2 else {**described, "initial.dq3": rate2 - swing}

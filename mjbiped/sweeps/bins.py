@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.disturbances.disturbances import Disturbances
+from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.records.measure_table import measures_of
 from mjbiped.records.measures import verdict
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.sweeps.cell import FAILED, Row
+from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.sweeps.cell import FAILED, Row, state_of
 from mjbiped.sweeps.plan import FINISHED
+from mjbiped.terrain.presets import PRESETS
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import annotated
 
 SUMMARISED = (
-    "cost_of_transport",
-    "cost_of_transport_net",
-    "speed_m_per_s",
-    "peak_ankle_torque_Nm",
-    "peak_hip_torque_Nm",
-    "estimate_error_at_step_end_deg",
-    "largest_stance_friction",
-    "least_normal_force_weights",
-    "pressure_ahead_m",
-    "pressure_behind_m",
-    "foot_length_99_percent_m",
-)
+    "cost_of_transport", "cost_of_transport_net", "speed_m_per_s", "peak_ankle_torque_Nm", "peak_hip_torque_Nm",
+    "estimate_error_at_step_end_deg", "largest_stance_friction", "least_normal_force_weights", "pressure_ahead_m",
+    "pressure_behind_m", "foot_length_99_percent_m",
+)  # fmt: skip
 QUANTILES = (0.05, 0.5, 0.95)
 
 _ERRORS = 10  # kinds of them that are listed
@@ -43,47 +40,36 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
 
     Quantiles are None where no walk finished or none has the measure.
     """
-    outcomes = Counter(row["outcome"] for row in rows)
     verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
-    quantiles: dict[str, list[float] | None] = {}
-    for name in SUMMARISED:
-        values = values_of(rows, name)
-        known = values[~np.isnan(values)]
-        quantiles[name] = np.quantile(known, QUANTILES).tolist() if known.size else None
+    measured = {name: values_of(rows, name) for name in SUMMARISED}
+    known = {name: values[~np.isnan(values)] for name, values in measured.items()}
     errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
     first = {row["error"]: row["cell"] for row in reversed(rows)}
     return {
         "walks": len(rows),
-        "outcomes": dict(outcomes.most_common()),
+        "outcomes": dict(Counter(row["outcome"] for row in rows).most_common()),
         "verdicts": dict(verdicts.most_common()),
         "quantiles": list(QUANTILES),
-        "finished": quantiles,
+        "finished": {
+            name: np.quantile(values, QUANTILES).tolist() if values.size else None for name, values in known.items()
+        },
         "errors": [
             {"error": error, "walks": count, "first_cell": first[error]} for error, count in errors.most_common(_ERRORS)
         ],
     }
 
 
-_WITH_UNIT = {
-    "m": ("distance", "length", "tread", "rise", "first", "segment_length", "roughness",
-          "spacing"),
-    "s": ("timestep", "contact_timestep", "control_period", "delay", "push_interval", "push_duration"),
-    "rad": ("q1", "q2", "q3", "angle_noise", "angle_bias", "angle_resolution"),
-    "rad/s": ("dq1", "dq2", "dq3", "rate_noise", "rate_bias"),
-    "N m": ("torque_limit",),
-    "N s": ("push_impulse",),
-    "Hz": ("motor_bandwidth",),
-    "1/s": ("position_gain", "velocity_gain"),
-}  # fmt: skip
 _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
 """Parts of a dotted name, in the order in which they are replaced."""
 
-_UNITS = {name: unit for unit, names in _WITH_UNIT.items() for name in names} | {
-    name: str(getattr(domain, "unit", "")).replace("^2", "²")
-    for kind in KINDS.values()
-    for name, (domain, _) in annotated(kind).items()
-}
-_MEASURES = {each.key: (each.label, each.factor, each.unit) for each in measures_of(KneedBiped)}
+_OWNERS = (Disturbances, ScuffingRule, Mujoco, *(getattr(Terrain, name) for name in PRESETS), *KINDS.values())
+_DOMAINS = {name: domain for owner in _OWNERS for name, (domain, _) in annotated(owner).items()} | state_of(KneedBiped)
+_UNITS = {name: str(getattr(getattr(d, "ends", d), "unit", "")).replace("^2", "²") for name, d in _DOMAINS.items()}
+_UNITS |= {"distance": "m", "position_gain": "1/s", "velocity_gain": "1/s"}
+"""Units of quantities by their names; those of walks and control laws are not in reach here."""
+_MEASURES = {each.key: (each.label, each.unit) for each in measures_of(KneedBiped)}
+_UNSCALED = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}
+"""Units of measures that are shown scaled elsewhere."""
 
 
 def parameter_label(name: str) -> str:
@@ -100,9 +86,8 @@ def measure_label(name: str) -> str:
     """Label a measure in words, with its unit."""
     if name == FINISHED:
         return "share that finished"
-    label, _, unit = _MEASURES.get(name, (name.replace("_", " "), 1.0, ""))
-    units = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}  # shown scaled elsewhere
-    unit = units.get(name, unit)
+    label, unit = _MEASURES.get(name, (name.replace("_", " "), ""))
+    unit = _UNSCALED.get(name, unit)
     return f"{label} ({unit})" if unit else label
 
 
@@ -211,13 +196,12 @@ def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
     return Axis("_".join(names), label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
 
 
-def arranged(rows: Sequence[Row], shown: Sequence[str], logarithmic: Collection[str] = ()) -> tuple[list[Axis], Axis]:
+def arranged(rows: Sequence[Row], shown: Sequence[str]) -> tuple[list[Axis], Axis]:
     """Choose what the figures of a study show, and bin it.
 
     Args:
         rows: Rows of the table.
         shown: Names of the varied columns, the most important first; random seeds are left out.
-        logarithmic: Names of those whose bins have equal widths on a logarithmic scale.
 
     Returns:
         Bins of up to three numeric columns, to be axes, and the groups of walks that the other columns tell apart; the
@@ -233,7 +217,7 @@ def arranged(rows: Sequence[Row], shown: Sequence[str], logarithmic: Collection[
     numeric = numeric[:_MOST_PARAMETERS]
     each = len(rows) / groups.count / _WALKS_IN_BIN
     most = int(np.clip(each if len(numeric) == 1 else math.sqrt(each), _FEWEST_BINS, MOST_VALUES))
-    return [binned(rows, name, most, log=name in logarithmic) for name in numeric], groups
+    return [binned(rows, name, most) for name in numeric], groups
 
 
 def is_numeric(rows: Sequence[Row], name: str) -> bool:
@@ -241,19 +225,18 @@ def is_numeric(rows: Sequence[Row], name: str) -> bool:
     return all(isinstance(row[name], float | int | None) for row in rows)
 
 
-def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> Axis:
-    """Bin a numeric parameter: one bin for each value where they are few, else bins of equal width.
+def binned(rows: Sequence[Row], name: str, most: int) -> Axis:
+    """Bin a numeric parameter: one bin for each value where they are few, else bins of equal width or ratio.
 
     Args:
         rows: Rows of the table.
         name: Name of the parameter's column.
         most: Number of bins where the values are many.
-        log: Whether their widths are equal on a logarithmic scale.
     """
     values = np.array([row[name] for row in rows], dtype=float)
     there = ~np.isnan(values)
     unique = np.unique(values[there])
-    log = log or _is_geometric(unique)
+    log = _is_geometric(unique)
     if len(unique) <= MOST_VALUES:
         place = np.where(there, np.searchsorted(unique, values), -1)
         ticks = tuple(f"{value:.4g}" for value in unique.tolist())
@@ -266,8 +249,8 @@ def binned(rows: Sequence[Row], name: str, most: int, *, log: bool = False) -> A
 
 
 def _is_geometric(values: Array) -> bool:
-    """Whether values have equal ratios, as a range on a logarithmic scale has."""
-    if len(values) < 3 or not values[0] > 0.0:
+    """Whether values in ascending order, such as draws, lie more evenly on a logarithmic scale than on a linear one."""
+    if len(values) < 3 or not values[-1] > 3.0 * values[0] > 0.0:
         return False
-    ratios = np.diff(np.log(values))
-    return bool(np.ptp(ratios) < 1e-6 * ratios[0])
+    low, middle, high = values[0], float(np.median(values)), values[-1]
+    return bool(abs(middle / math.sqrt(low * high) - 1.0) < abs(2.0 * middle / (low + high) - 1.0))

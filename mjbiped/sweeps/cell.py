@@ -18,7 +18,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.errors import explained
+from mjbiped.errors import InputError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
 from mjbiped.records import measure_table, measures
@@ -30,7 +30,7 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.values import Scalar
+from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
@@ -94,20 +94,9 @@ class Cell:
     law: str | None = None
 
     def section(self, name: str) -> dict[str, Any]:
-        """Return the values of a section of the file by their names; names with a dot become nested tables.
-
-        A range of values as text, "low..high", stays text.
-        """
-        found: dict[str, Any] = {}
-        for key, value in self.values.items():
-            section, _, rest = key.partition(".")
-            if section == name and rest:
-                outer, _, inner = rest.partition(".")
-                if inner:
-                    found.setdefault(outer, {})[inner] = value
-                else:
-                    found[outer] = value
-        return found
+        """Return the values of a section of the file by their names in it."""
+        start = f"{name}."
+        return {key.removeprefix(start): value for key, value in self.values.items() if key.startswith(start)}
 
     def robot(self, **changed: Any) -> Robot:
         """The robot that walks, or one that differs from it in some parameters."""
@@ -140,28 +129,44 @@ class Cell:
 
     def engine(self) -> Engine:
         """The engine with its settings."""
-        options = {key: self.values[key] for key in OPTIONS if key in self.values}
-        return Mujoco(**options) if options else engine_of(str(self.values["engine"]))  # type: ignore[arg-type]  # checked
+        options: dict[str, Any] = {key: self.values[key] for key in OPTIONS if key in self.values}
+        name = str(self.values["engine"])
+        if options and name != Mujoco.name:
+            raise InputError(f"{', '.join(options)}: settings of the engine mujoco; the engine {name} has none")
+        return Mujoco(**options) if options else engine_of(name)
 
     def terrain(self) -> Terrain:
         """Return the ground."""
         settings = self.section("terrain")
         name = settings.pop("name", None)
         if name is None and self.ground is not None:
+            check_keys("key of a terrain of a file", settings, (FILE_KEY,))
             return self.ground
-        parameters = {key: _range(f"terrain.{key}", value) for key, value in settings.items() if key != FILE_KEY}
-        return Terrain.preset(name, **parameters, **({} if self.ground is None else {FILE_KEY: self.ground}))
+        settings.pop(FILE_KEY, None)
+        parameters: dict[str, Any] = {}
+        for key, value in settings.items():
+            outer, _, part = key.partition(".")
+            if part == "plus_minus":
+                half = domains.STUDY_HALF.check(f"terrain.{key}", value)
+                parameters[outer] = (-half, half)
+            elif part:  # the low end or the high one
+                parameters[outer] = (settings[f"{outer}.low"], settings[f"{outer}.high"])
+            else:
+                parameters |= parse_parameters(f"{key}={value}") if isinstance(value, str) else {key: value}
+        if self.ground is not None:
+            parameters[FILE_KEY] = self.ground
+        return Terrain.preset(name, **parameters)
 
     def initial(self, controller: Controller, robot: Robot, terrain: Terrain) -> str | tuple[float, ...]:
         """Return the first state: a name, or the robot's angles and rates."""
         if "initial" in self.values:
             return str(self.values["initial"])
-        domain, state = state_of(type(robot)), self.section("initial")
-        base = [0.0] * len(domain)  # at rest, or of the numbers alone
+        state = self.section("initial")
+        base = [0.0] * 2 * len(robot.angles)  # at rest, or of the numbers alone
         if state.get("around") == "gait":  # as in `walk`
             base = (controller.gait or passive_gait_of(robot, terrain.slope_at(0.0))).start.tolist()
-        added = [domain[key].check(f"initial.{key}", state.get(key, 0.0)) for key in domain]
-        return tuple(start + change for start, change in zip(base, added, strict=True))
+        names = state_of(type(robot))
+        return tuple(start + float(state.get(name, 0.0)) for name, start in zip(names, base, strict=True))
 
     def walk(self, sample_period: float = SPARSE) -> Walk:
         """Walk the cell.
@@ -233,15 +238,3 @@ def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
     except Exception as error:
         return {"outcome": FAILED, "error": explained(error)}
     return {**measure(done), "outcome": done.outcome, "error": None}
-
-
-def _range(where: str, value: Any) -> Any:
-    """Read a terrain's range of numbers from "low..high" or from a table; return anything else as it is."""
-    if isinstance(value, str):
-        return parse_parameters(f"{where}={value}")[where]
-    if not isinstance(value, Mapping):
-        return value
-    if "plus_minus" in value:
-        half = domains.STUDY_HALF.check(f"{where}.plus_minus", value["plus_minus"])
-        return (-half, half)
-    return (value["low"], value["high"])

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
-from mjbiped.sweeps.bins import MOST_VALUES, SHOWN, Axis, binned, grouped, is_numeric, middle, values_of
+import numpy as np
+from numpy.typing import NDArray
+
+from mjbiped.sweeps.bins import MOST_VALUES, SHOWN, binned, grouped, is_numeric, middle, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
 
@@ -20,20 +24,29 @@ def by_value(rows: Sequence[Row], study: Study) -> dict[str, list[dict[str, Any]
         For each quantity's name a list with an entry for each value, or for each of some ranges where there are many:
         `value` as text, the number of `walks`, and the study's measures, None where no walk has one.
     """
-    measures = study.plot_measures or SHOWN
-    columns = {name: values_of(rows, name) for name in measures}
-    found = {}
-    for name in _compared(study):
-        numeric = is_numeric(rows, name)
-        axis = binned(rows, name, MOST_VALUES // 2) if numeric else grouped(rows, [name])
-        values = _values(axis) if numeric else _words(rows, name)
-        entries = []
-        for k, value in enumerate(values):
-            chosen = axis.bin == k
-            medians = {measure: _known(middle(columns[measure][chosen], measure)) for measure in measures}
-            entries.append({"value": value, "walks": int(chosen.sum()), **medians})
-        found[name] = [entry for entry in entries if entry["walks"]]
-    return found
+    columns = {name: values_of(rows, name) for name in study.plot_measures or SHOWN}
+
+    def entry(value: str, chosen: NDArray[np.bool_]) -> dict[str, Any]:
+        medians = {name: middle(values[chosen], name) for name, values in columns.items()}
+        known = {name: None if math.isnan(median) else median for name, median in medians.items()}
+        return {"value": value, "walks": int(chosen.sum()), **known}
+
+    return {
+        name: [entry(value, chosen) for value, chosen in _split(rows, name) if chosen.any()]
+        for name in _compared(study)
+    }
+
+
+def _split(rows: Sequence[Row], name: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """The values of a column as texts, or its ranges where there are many numbers, and which rows have each of them."""
+    if is_numeric(rows, name):
+        axis = binned(rows, name, MOST_VALUES // 2)
+        for k, (low, high) in enumerate(pairwise(axis.edges)):
+            yield axis.ticks[k] if axis.ticks else f"{low:.3g} to {high:.3g}", axis.bin == k
+        return
+    values = [row[name] for row in rows]
+    for value in dict.fromkeys(values):
+        yield "(has none)" if value is None else str(value), np.array([each == value for each in values])
 
 
 def best(rows: Sequence[Row], study: Study) -> dict[str, Any] | None:
@@ -44,24 +57,18 @@ def best(rows: Sequence[Row], study: Study) -> dict[str, Any] | None:
         of transport of those, and the first cell; None where nothing varies but what is drawn, or nothing finished.
     """
     names = [name for name in _compared(study) if name not in study.drawn]
-    if not names:
-        return None
     groups = grouped(rows, names)
     finished, costs = values_of(rows, FINISHED), values_of(rows, _COST)
-    ranked = []
-    for k, words in enumerate(groups.ticks):
-        chosen = groups.bin == k
-        cost = middle(costs[chosen], _COST)
-        if not math.isnan(cost):
-            ranked.append((-float(finished[chosen].mean()), cost, k, words, chosen))
-    if not ranked:
+    chosen = [groups.bin == k for k in range(groups.count)]
+    ranked = [(-float(finished[each].mean()), middle(costs[each], _COST), k) for k, each in enumerate(chosen)]
+    share, cost, k = min((rank for rank in ranked if not math.isnan(rank[1])), default=(0.0, 0.0, -1))
+    if k < 0 or not names:
         return None
-    share, cost, _, words, chosen = min(ranked, key=lambda entry: entry[:3])
-    first = rows[int(chosen.argmax())]
+    first = rows[int(chosen[k].argmax())]
     return {
-        "combination": words,
+        "combination": groups.ticks[k],
         "values": {name: first[name] for name in names},
-        "walks": int(chosen.sum()),
+        "walks": int(chosen[k].sum()),
         FINISHED: -share,
         _COST: cost,
         "first_cell": first["cell"],
@@ -71,18 +78,3 @@ def best(rows: Sequence[Row], study: Study) -> dict[str, Any] | None:
 def _compared(study: Study) -> list[str]:
     """Names of what varies, but seeds."""
     return [name for name in study.varied if not name.endswith(".seed")]
-
-
-def _values(axis: Axis) -> list[str]:
-    """The values or ranges of a numeric axis's bins as texts."""
-    edges = zip(axis.edges[:-1], axis.edges[1:], strict=True)
-    return list(axis.ticks) or [f"{low:.3g} to {high:.3g}" for low, high in edges]
-
-
-def _words(rows: Sequence[Row], name: str) -> list[str]:
-    """The values of a column in order of appearance, as `grouped` has them, as texts."""
-    return ["(has none)" if value is None else str(value) for value in dict.fromkeys(row[name] for row in rows)]
-
-
-def _known(value: float) -> float | None:
-    return None if math.isnan(value) else value

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from io import BytesIO
 
 import numpy as np
 
-from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.parquet import Trajectories
+from mjbiped.sweeps.parquet import write_samples
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.run import layout_of, row_of
-from mjbiped.sweeps.store import opened
 from mjbiped.utils.parallel import cores
 
 TRIED = 5
 """Walks that are made, evenly spread over the table."""
 
 _LONGEST = 20.0  # s after which no further walk is tried
-_COPIES = 400  # of rows, for a database grows by whole pages
 
 
 @dataclass(frozen=True)
@@ -54,31 +50,18 @@ def estimate(study: Study, *, workers: int | None = None, trajectories: bool = F
     """
     count = len(study.cells)
     spread = np.unique(np.linspace(0, count - 1, min(TRIED, count)).round().astype(int)).tolist()
-    began, times, rows = time.monotonic(), [], []
+    began, times, sizes = time.monotonic(), [], []
     for place in spread:
         row_of(study.cells[place], trajectory=trajectories)
         started = time.perf_counter()
-        rows.append(row_of(study.cells[place], trajectory=trajectories))
+        row = row_of(study.cells[place], trajectory=trajectories)
         times.append(time.perf_counter() - started)
+        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in layout_of(study).columns))
+        if trajectories:
+            samples = BytesIO()
+            write_samples(row, samples)
+            sizes[-1] += samples.tell()
         if time.monotonic() - began > _LONGEST:
             break
     used = min(workers or cores(), count)
-    each = float(np.mean(times))
-    return Estimate(count, used, each * count / used, _size_of_row(study, rows, trajectories) * count, len(rows))
-
-
-def _size_of_row(study: Study, rows: list[Row], trajectories: bool) -> float:
-    """Mean size of a walk's row in the table's files and of its samples, bytes."""
-    copies = min(_COPIES, len(study.cells))
-    with TemporaryDirectory() as name, opened(Path(name), layout_of(study), {}) as store:
-        empty = _size(Path(name))
-        store.save([{**rows[k % len(rows)], "cell": k} for k in range(copies)])
-        store.export()
-        table = _size(Path(name)) - empty
-        if trajectories:
-            Trajectories(store, len(study.cells)).save(rows)
-        return table / copies + (_size(Path(name)) - empty - table) / len(rows)
-
-
-def _size(folder: Path) -> int:
-    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return Estimate(count, used, float(np.mean(times)) * count / used, float(np.mean(sizes)) * count, len(times))

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, tabulated, values_of
@@ -28,9 +28,11 @@ _MOST_TICKS = 8
 _COLUMNS = 3
 _BESIDE_MAP = 1.15  # labels and colour bar, inches
 _SMALLEST = 5.0  # letters in a map, points
+_LETTERS = 6  # of a number in a map
 _MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
 _LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
 _MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
+_SHARES = (-0.03, 1.03)  # ends of an axis of shares
 _LINES = ((BLUE, "-", "o"), (VERMILLION, (0, (5, 1.2)), "s"), (GREEN, (0, (2.5, 1)), "^"), (ORANGE, (0, (1, 0.8)), "D"),
           (BLACK, (0, (6, 1, 1, 1)), "v"))  # fmt: skip
 
@@ -49,7 +51,7 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     Raises:
         RenderError: A file cannot be written.
     """
-    axes, groups = arranged(rows, study.plot_parameters or study.varied, study.logarithmic)
+    axes, groups = arranged(rows, study.plot_parameters or study.varied)
     measures = study.plot_measures or SHOWN
     drawings: dict[str, Callable[[Figure], None]] = {
         f"map_{pair[0].name}_{pair[1].name}": partial(_maps, rows, pair, groups, measures)
@@ -86,14 +88,13 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
     for place, name in enumerate(measures):
         tables, counts = zip(*(tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
         norm = _norm(tables, name)
-        written = _format(tables, name, norm)
         for axes, table, count, kind in zip(panels[:, place], tables, counts, groups.ticks, strict=True):
             _draw_map(figure, axes, pair, table, norm)
             titled(axes, "", "\n".join(filter(None, (measure_label(name), plain(kind)))))
             if max(axis.count for axis in pair) <= _MOST_NUMBERED:
-                _number(axes, pair, table, count, norm, written)
+                _number(axes, pair, table, count, norm)
     in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
-    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; small: number of walks")
+    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; in brackets: number of walks")
 
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
@@ -120,51 +121,22 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
     axes.spines[:].set_visible(True)
 
 
-def _format(tables: Sequence[Array], name: str, norm: Normalize) -> Callable[[float], str]:
-    """Choose the format of a measure's numbers: all have the same number of decimals.
-
-    The middle one of them has three digits; where a colour scale is logarithmic, each one has.
-    """
-    values = np.concatenate([np.abs(table[np.isfinite(table)]) for table in tables])
-    values = values[values > 0.0]
-    if name == FINISHED:
-        return "{:.2f}".format
-    if isinstance(norm, LogNorm):
-        return lambda value: f"{value:#.3g}".removesuffix(".") if value < 1000.0 else f"{value:.0f}"
-    if not values.size or bool((values == values.round()).all()):
-        return "{:.0f}".format
-    digits = max(0, 2 - math.floor(math.log10(float(np.median(values)))))
-    return lambda value: f"{value:.{digits}f}".replace("-", "−")
-
-
-def _number(
-    axes: Axes,
-    parameters: Sequence[Axis],
-    table: Array,
-    counts: NDArray[np.int64],
-    norm: Normalize,
-    written: Callable[[float], str],
-) -> None:
-    """Write into each cell of a map its value and, in smaller letters below, the number of walks."""
+def _number(axes: Axes, parameters: Sequence[Axis], table: Array, counts: NDArray[np.int64], norm: Normalize) -> None:
+    """Write into each cell of a map its value and the number of walks, where there is room for them."""
     x, y = parameters
-    words = {place: written(float(table[place])) for place in np.ndindex(table.shape) if not math.isnan(table[place])}
     across = axes.get_subplotspec()
     columns = 1 if across is None else across.get_gridspec().ncols
-    cell = 72.0 * (width().inches / columns - _BESIDE_MAP) / x.count  # points
-    size = min(width().small, cell / (0.7 * max(map(len, words.values()), default=1)))
+    room = 72.0 * (width().inches / columns - _BESIDE_MAP) / x.count  # points
+    size = min(width().small, room / (0.7 * _LETTERS))
     if size < _SMALLEST:
         return
-    centres, up = x.centres.tolist(), y.centres.tolist()
     for j, i in np.ndindex(table.shape):
-        look: dict[str, Any] = {"ha": "center", "color": SHADE}
-        if (j, i) not in words:
-            axes.text(centres[i], up[j], "–", va="center", fontsize=size, **look)
-            continue
-        dark = float(np.dot(_MAP(norm(float(table[j, i])))[:3], (0.299, 0.587, 0.114))) < 0.5
-        look["color"] = "white" if dark else BLACK
-        note_at(axes, words[j, i], centres[i], up[j], (0, 0), xycoords="data", va="bottom", fontsize=size, **look)
-        count = str(counts[j, i])
-        note_at(axes, count, centres[i], up[j], (0, -1), xycoords="data", va="top", fontsize=0.8 * size, **look)
+        value = float(table[j, i])
+        light = math.isnan(value) or float(np.dot(_MAP(norm(value))[:3], (0.299, 0.587, 0.114))) >= 0.5
+        number = f"{value:#.3g}".removesuffix(".") if abs(value) < 1000.0 else f"{value:.0f}"
+        text = "–" if math.isnan(value) else f"{number}\n({counts[j, i]})".replace("-", "−")
+        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size, "color": BLACK if light else "white"}
+        axes.text(float(x.centres[i]), float(y.centres[j]), text, **look)
 
 
 def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
@@ -184,14 +156,12 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
         for k, (kind, (colour, style, marker)) in enumerate(styles):
             bins = [values[axis.within(i, groups.bin == k)] for i in range(axis.count)]
-            middles = [middle(each, name) for each in bins]
+            middles, low, high = _spread(bins, name)
             axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
-            if name != FINISHED:
-                ends = np.array([quartiles(each) for each in bins])
-                axes.fill_between(axis.at, ends[:, 0], ends[:, 1], color=colour, alpha=0.2, linewidth=0)
+            axes.fill_between(axis.at, low, high, color=colour, alpha=0.2, linewidth=0)
         titled(axes, "", measure_label(name))
         if name == FINISHED:
-            axes.set_ylim(-0.03, 1.03)
+            axes.set_ylim(*_SHARES)
         elif np.isnan(values).all():
             _write_none(axes)
         axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
@@ -201,22 +171,26 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
     _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
 
 
+def _spread(bins: Sequence[Array], name: str) -> Array:
+    """Middles and quartiles of a measure in bins, shape (3, bins); those of a share are the share itself."""
+    middles = [middle(each, name) for each in bins]
+    ends = [(share, share) for share in middles] if name == FINISHED else [quartiles(each) for each in bins]
+    return np.array([middles, *zip(*ends, strict=True)])
+
+
 def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
     """Draw the middle of each measure for each group, and a line from quartile to quartile."""
     panels = _panels(figure, measures, 0.9 + 0.3 * groups.count)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
-        bins = [values[groups.bin == k] for k in range(groups.count)]
-        axes.plot([middle(each, name) for each in bins], groups.centres, "o", color=BLUE, markersize=4.5)
-        if name != FINISHED:
-            ends = np.array([quartiles(each) for each in bins])
-            axes.hlines(groups.centres, ends[:, 0], ends[:, 1], color=BLUE)
+        middles, low, high = _spread([values[groups.bin == k] for k in range(groups.count)], name)
+        axes.plot(middles, groups.centres, "o", color=BLUE, markersize=4.5)
+        axes.hlines(groups.centres, low, high, color=BLUE)
         axes.set(ylim=(groups.count, 0.0), xlabel=measure_label(name))
+        if name == FINISHED:
+            axes.set_xlim(*_SHARES)
         axes.set_yticks(groups.centres, [plain(kind) for kind in groups.ticks])
         axes.grid(axis="x", color=GROUND, linewidth=0.5)
-        if name == FINISHED:
-            axes.set_xlim(-0.03, 1.03)
-    for axes in panels[0, 1:]:
         axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
     _note(figure, rows, "medians of those that finished; line: from the lower to the upper quartile")
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +49,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> Path:
         InputError: PyArrow is not installed.
         RecordError: The file cannot be written.
     """
-    parquet, arrow = (needed(module, "data", "a Parquet file") for module in ("pyarrow.parquet", "pyarrow"))
+    arrow, parquet = _modules("a Parquet file")
     table = arrow.table({name: _one_type([row[name] for row in rows]) for name in rows[0]})
     with saved(path) as unfinished:
         parquet.write_table(table, unfinished)
@@ -60,18 +59,14 @@ def write_table(path: Path, rows: Sequence[Row]) -> Path:
 def _one_type(values: list[Any]) -> list[Any]:
     """Convert the values of a column to one type; None stays."""
     kinds = {type(value) for value in values if value is not None}
-    if str in kinds and len(kinds) > 1:
-        return [None if value is None else str(value) for value in values]
-    if kinds == {int, float}:
-        return [None if value is None else float(value) for value in values]
-    return values
+    kind: Any = str if str in kinds else float if float in kinds else None
+    return values if kind is None else [None if value is None else kind(value) for value in values]
 
 
 FILE = "trajectories.parquet"
 """A row per sample: `cell` is the walk's number, the others are the columns of `Walk.to_pandas().samples`."""
 
 _PIECES = "trajectories"
-_SUFFIX = ".parquet"
 
 
 def forget(folder: Path) -> None:
@@ -84,7 +79,7 @@ class Trajectories:
     """A study's table, with the samples of its walks beside it.
 
     Attributes:
-        folder: The table's folder.
+        folder: Folder of the files.
     """
 
     def __init__(self, store: Store, count: int) -> None:
@@ -97,8 +92,7 @@ class Trajectories:
         Raises:
             InputError: PyArrow is not installed.
         """
-        modules = ("pyarrow", "pyarrow.parquet")
-        self._arrow, self._parquet = (needed(module, "data", "keeping trajectories") for module in modules)
+        check_installed("keeping trajectories")
         self.folder, self._store, self._count = store.folder, store, count
         self._whole, self._pieces = store.folder / FILE, store.folder / _PIECES
 
@@ -106,21 +100,18 @@ class Trajectories:
         """Numbers of the walks whose samples are kept."""
         if self._whole.is_file():
             return set(range(self._count))
-        return {int(piece.stem) for piece in self._pieces.glob(f"*{_SUFFIX}") if piece.stem.isdecimal()}
+        return {int(piece.stem) for piece in self._pieces.glob("*.parquet") if piece.stem.isdecimal()}
 
     def save(self, rows: Sequence[Row]) -> None:
-        """Keep the samples of walks that have ended, and then their rows; a walk that failed at once has no samples.
+        """Keep the samples of walks that have ended, and then their rows.
 
         Raises:
             RecordError: They cannot be written.
         """
         self._pieces.mkdir(exist_ok=True)
         for row in rows:
-            columns = row.get(TRAJECTORY, {})
-            length = len(next(iter(columns.values()), ()))
-            table = self._arrow.table({"cell": np.full(length, row["cell"], dtype=np.int64), **columns})
-            with saved(self._pieces / f"{row['cell']}{_SUFFIX}") as unfinished:
-                self._parquet.write_table(table, unfinished)
+            with saved(self._pieces / f"{row['cell']}.parquet") as unfinished:
+                write_samples(row, unfinished)
         self._store.save(rows)
 
     def join(self) -> None:
@@ -131,15 +122,32 @@ class Trajectories:
         """
         if self._whole.is_file():
             return
-        pieces = [self._pieces / f"{cell}{_SUFFIX}" for cell in range(self._count)]
+        arrow, parquet = _modules("keeping trajectories")
+        pieces = [self._pieces / f"{cell}.parquet" for cell in range(self._count)]
         # controllers differ in the number of their states, robots in that of their angles: what one has not is null
-        schema = self._arrow.unify_schemas([self._parquet.read_schema(piece) for piece in pieces])
+        schema = arrow.unify_schemas([parquet.read_schema(piece) for piece in pieces])
         known = {name: unit for kind in KINDS.values() for name, unit in units_of(tables_of(kind).samples).items()}
         units = {name: unit for name, unit in known.items() if name in schema.names}
         schema = schema.with_metadata(attributes(units))
-        with saved(self._whole) as unfinished, self._parquet.ParquetWriter(unfinished, schema) as writer:
+        with saved(self._whole) as unfinished, parquet.ParquetWriter(unfinished, schema) as writer:
             for piece in pieces:
-                table = self._parquet.read_table(piece)
-                writer.write_table(self._arrow.concat_tables([schema.empty_table(), table], promote_options="default"))
-        with suppress(OSError):
-            shutil.rmtree(self._pieces)
+                table = parquet.read_table(piece)
+                writer.write_table(arrow.concat_tables([schema.empty_table(), table], promote_options="default"))
+        shutil.rmtree(self._pieces, ignore_errors=True)
+
+
+def write_samples(row: Row, file: Any) -> None:
+    """Write the samples of a walk; one that failed at once has none."""
+    arrow, parquet = _modules("keeping trajectories")
+    columns = row.get(TRAJECTORY, {})
+    length = len(next(iter(columns.values()), ()))
+    parquet.write_table(arrow.table({"cell": np.full(length, row["cell"], dtype=np.int64), **columns}), file)
+
+
+def _modules(what: str) -> tuple[Any, Any]:
+    """Import PyArrow and its part for Parquet.
+
+    Raises:
+        InputError: PyArrow is not installed.
+    """
+    return needed("pyarrow", "data", what), needed("pyarrow.parquet", "data", what)

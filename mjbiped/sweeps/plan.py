@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
-from itertools import count, product
+from itertools import product
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +18,15 @@ from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.checks import check_controller
-from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
 from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
-from mjbiped.sweeps.sections import OF_WALK, SECTIONS, Settings, parts_of
+from mjbiped.sweeps.sections import OF_WALK, SECTIONS, parts_of
 from mjbiped.sweeps.values import Scalar, check_keys, generator
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_toml
+from mjbiped.terrain.files import parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
@@ -43,40 +42,36 @@ FINISHED = "finished"
 
 _STAND_IN_SLOPE = math.radians(2.0)  # of a gait that settings are checked with
 
-Combination: TypeAlias = dict[str, Scalar | Draw]
-"""A value for each name; a distribution stands for the values that are drawn from it."""
-
 
 @dataclass(frozen=True)
 class Study:
     """A study as its file describes it.
 
     Attributes:
-        path: Path of the file.
         cells: The walks, in the order of the table.
         varied: Names of the values that differ between cells.
-        drawn: Names of the values that are drawn from distributions; where there are any, cells have a sample.
-        logarithmic: Names of the values whose logarithm is drawn.
         declared: Content of the file without the figures, in plain JSON types.
+        drawn: Names of the values that are drawn from distributions; where there are any, cells have a sample.
         plot_parameters: Up to three of `varied` for the figures; empty: use the defaults.
         plot_measures: Names out of `MEASURES` and `FINISHED` for the figures; empty: use the defaults.
-        laws: Places of the user's own controllers, with whole paths, by their names in the file.
     """
 
-    path: Path
     cells: tuple[Cell, ...]
     varied: tuple[str, ...]
-    drawn: frozenset[str]
-    logarithmic: frozenset[str]
     declared: Mapping[str, Any]
+    drawn: frozenset[str] = frozenset()
     plot_parameters: tuple[str, ...] = ()
     plot_measures: tuple[str, ...] = ()
-    laws: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def measures(self) -> tuple[str, ...]:
         """Names of the columns of measures."""
         return KNEES_MEASURES if any("knee" in cell.kind.joints for cell in self.cells) else MEASURES
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """Places of the user's own controllers, with whole paths, by their names in the file."""
+        return {str(cell.values["controller.name"]): cell.law for cell in self.cells if cell.law is not None}
 
     @property
     def digest(self) -> str:
@@ -100,40 +95,45 @@ def read_study(path: Path) -> Study:
 
 
 def plan(path: Path, content: Mapping[str, Any]) -> Study:
-    """Read the study of a file's content; terrain files are looked for in the file's folder.
+    """Read the study of a file's content; files that it names are looked for in the file's folder.
+
+    The whole grid is walked for each sample, with the same drawn values everywhere in it.
 
     Raises:
         InputError: As `read_study`.
     """
     check_keys("key", content, KEYS)
     seed = domains.SEED.check("seed", content.get("seed", 0))
-    read = list(parts_of(content, path.parent))
-    draws = {name: each for part in read for one in part for name, each in one.items() if isinstance(each, Draw)}
-    drawn = bool(draws)
-    if drawn != ("samples" in content):
-        raise InputError(
-            "values are drawn from distributions, but samples is missing; add for instance samples = 100"
-            if drawn
-            else "samples is given, but nothing is drawn: no value has a distribution, as {uniform = [low, high]}"
-        )
-    samples = domains.WALKS.check("samples", content["samples"]) if drawn else 1
-    check_count(samples * math.prod(sum(math.prod(map(len, _grid(one))) for one in part) for part in read))
-    parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*_grid(one))] for part in read]
-    varied = tuple(name for combinations in parts for name in _varied(combinations))
-    grounds = _read_grounds(path, parts[-1])
-    named = {str(one["controller.name"]) for each in parts for one in each if "controller.name" in one}
-    laws = {name: located(name, path.parent) for name in sorted(named) if is_reference(name)}
-    cells = tuple(_cells(parts, seed, samples, drawn, grounds, laws))
+    read = list(parts_of(content))
+    choices = [choice for part in read for one in part for choice in one.items()]
+    draws = {name for name, values in choices if any(isinstance(value, Draw) for value in values)}
+    if bool(draws) != ("samples" in content):
+        words = "missing, but values are drawn" if draws else "given, but nothing is drawn"
+        raise InputError(f"samples is {words} from distributions, such as {{uniform = [low, high]}}")
+    samples = domains.WALKS.check("samples", content["samples"]) if draws else 1
+    check_count(samples * math.prod(sum(math.prod(map(len, one.values())) for one in part) for part in read))
+    parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*one.values())] for part in read]
+    varied = tuple(name for part in parts for name in _varied(part))
+    files = dict.fromkeys(one["terrain.file"] for one in parts[-1] if "terrain.file" in one)
+    grounds: dict[Any, Terrain] = {file: Terrain.from_file(path.parent / str(file)) for file in files}
+    cells: list[Cell] = []
+    for sample, combination in product(range(samples), product(*parts)):
+        values = {
+            name: value.value(generator(seed, sample, name)) if isinstance(value, Draw) else value
+            for part in combination
+            for name, value in part.items()
+        }
+        name, ground = str(values["controller.name"]), grounds.get(values.get("terrain.file"))
+        law = located(name, path.parent) if is_reference(name) else None
+        cells.append(Cell(len(cells), sample if draws else None, values, ground, law))
     check_cells(cells, varied)
-    logarithmic = frozenset(name for name, value in draws.items() if value.kind == "log_uniform")
-    declared = {key: value for key, value in content.items() if key != "plot"}
-    plot = _plot(content.get("plot", {}), varied)
-    return Study(path, cells, varied, frozenset(draws), logarithmic, declared, *plot, laws)
-
-
-def _grid(settings: Settings) -> list[tuple[Scalar | Draw, ...]]:
-    """Values of each choice; a distribution counts as one value."""
-    return [(choice,) if isinstance(choice, Draw) else choice for choice in settings.values()]
+    return Study(
+        tuple(cells),
+        varied,
+        {key: value for key, value in content.items() if key != "plot"},
+        frozenset(draws),
+        *_plot(content.get("plot", {}), varied),
+    )
 
 
 def check_count(count: int) -> None:
@@ -144,50 +144,15 @@ def check_count(count: int) -> None:
     """
     if count > MOST_CELLS:
         raise InputError(
-            f"these are {shown(count)} walks; at most {MOST_CELLS} are one study: take fewer values or samples"
+            f"these are {shown(count)} walks; a study has at most {MOST_CELLS}: take fewer values or samples"
         )
 
 
-def _cells(
-    parts: Sequence[Sequence[Combination]],
-    seed: int,
-    samples: int,
-    drawn: bool,
-    grounds: Mapping[str, Terrain],
-    laws: Mapping[str, str],
-) -> Iterator[Cell]:
-    """Make all cells: the whole grid for each sample, which has the same drawn values everywhere in its grid."""
-    index = count()
-    for sample in range(samples):
-        for combination in product(*parts):
-            values = {
-                name: value.value(generator(seed, sample, name)) if isinstance(value, Draw) else value
-                for part in combination
-                for name, value in part.items()
-            }
-            ground = grounds.get(str(values.get("terrain.file")))
-            law = laws.get(str(values["controller.name"]))
-            yield Cell(next(index), sample if drawn else None, values, ground, law)
-
-
-def _varied(combinations: Sequence[Combination]) -> list[str]:
+def _varied(combinations: Sequence[Mapping[str, Scalar | Draw]]) -> list[str]:
     """Names whose values differ between combinations."""
     names, first = dict.fromkeys(name for each in combinations for name in each), combinations[0]
     differ = {name for each in combinations for name in names if each.get(name) != first.get(name)}
     return [name for name in names if name in differ or isinstance(first.get(name), Draw)]
-
-
-def _read_grounds(path: Path, combinations: Sequence[Combination]) -> dict[str, Terrain]:
-    """Read the terrain files, by their names in the study.
-
-    Raises:
-        InputError: A file is no terrain file.
-    """
-    named = dict.fromkeys(each["terrain.file"] for each in combinations if "terrain.file" in each)
-    for name in named:
-        if not isinstance(name, str):
-            raise InputError(f"terrain.file must be the path of a file ({', '.join(FILE_SUFFIXES)}), got {shown(name)}")
-    return {str(name): Terrain.from_file(path.parent / str(name)) for name in named}
 
 
 def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
@@ -196,13 +161,14 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     Raises:
         InputError: A cell has such a value.
     """
+    checks: tuple[tuple[Callable[[Cell], object], set[str]], ...] = (
+        (_check_walk, {"engine", LIMIT, *OPTIONS, "initial", "robot", "disturbances", "scuffing"}),
+        (_check_controller, {"robot", "model", "controller"}),
+        (Cell.terrain, {"terrain"}),
+    )
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
-        for sections, check in (
-            (("engine", LIMIT, *OPTIONS, "initial", "robot", "disturbances", "scuffing"), _check_walk),
-            (("robot", "model", "controller"), _check_controller),
-            (("terrain",), Cell.terrain),
-        ):
+        for check, sections in checks:
             mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in sections}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
@@ -242,22 +208,19 @@ def _check_controller(cell: Cell) -> None:
 
 def _check_walk(cell: Cell) -> None:
     """Refuse engine, limits, initial state, scuffing rule or disturbances that no walk of the robot can have."""
-    engine = known_name("engine", cell.values["engine"], ENGINES)
-    for key in OPTIONS:
-        if key in cell.values and engine != "mujoco":
-            raise InputError(f"{key} is for the engine mujoco; the engine {engine} has none")
+    engine = cell.engine()
     if "initial" in cell.values:
         known_name("initial state", cell.values["initial"], INITIAL_STATES)
     else:
-        _check_initial(cell)
+        _check_initial(cell.section("initial"), type(cell.robot()))
     limits = cell.section(LIMIT)
-    terms = Terms(cell.engine(), limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
+    terms = Terms(engine, limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
     make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
 
 
-def _check_initial(cell: Cell) -> None:
+def _check_initial(given: Mapping[str, Any], robot: type[Robot]) -> None:
     """Refuse an initial state that does not fit the robot."""
-    given, valid = cell.section("initial"), state_of(type(cell.robot()))
+    valid = state_of(robot)
     for name, value in given.items():
         if known_name("key of initial", name, ("around", *valid)) == "around":
             known_name("initial.around", value, INITIAL_STATES)
@@ -265,10 +228,8 @@ def _check_initial(cell: Cell) -> None:
             valid[name].check(f"initial.{name}", value)
     missing = [name for name in valid if name not in given]
     if missing and "around" not in given:
-        raise InputError(
-            f"initial needs {', '.join(missing)} as well: all of {', '.join(valid)} (rad, rad/s), or around = one of "
-            f"{', '.join(INITIAL_STATES)} and the deviations from it"
-        )
+        words = f"all of {', '.join(valid)}, or around = one of {', '.join(INITIAL_STATES)} and the deviations from it"
+        raise InputError(f"initial needs {', '.join(missing)} as well: {words}")
 
 
 def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

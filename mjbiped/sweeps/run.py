@@ -5,13 +5,11 @@ from __future__ import annotations
 import hashlib
 import queue
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import lru_cache, partial
 from importlib.util import find_spec
-from itertools import islice
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 from mjbiped import errors
@@ -27,10 +25,6 @@ from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
-
-MOST_IN_BATCH = 32
-LONGEST_BATCH = 0.5
-"""Time after which a worker returns its finished rows, s, so that little is lost if it is killed."""
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
 """Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
@@ -60,16 +54,7 @@ def layout_of(study: Study) -> Layout:
     return Layout("study", columns, range(len(study.cells)), frozenset(KNEES_MEASURES))
 
 
-def run(
-    study: Study,
-    folder: Path,
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    fresh: bool = False,
-    trajectories: bool = False,
-    progress: bool = False,
-) -> Swept:
+def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool = False, **walking: Any) -> Swept:
     """Walk all cells of a study that have no row yet.
 
     The rows depend neither on the number of workers nor on interruptions. A cell that fails gets a row with the error's
@@ -78,12 +63,10 @@ def run(
     Args:
         study: The study.
         folder: Folder of the table.
-        workers: Number of processes on this machine; by default one per core.
-        scheduler: Address of a Dask scheduler, whose workers are used instead.
         fresh: Delete all rows in the folder and start again.
         trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.parquet.FILE`; cells whose samples were
             not kept are walked again.
-        progress: Show a progress bar (never where the output is not a terminal).
+        **walking: The arguments workers, scheduler and progress of `walk_cells`.
 
     Raises:
         InputError: The folder holds rows of another study, or the scheduler cannot be used.
@@ -91,7 +74,9 @@ def run(
         MjbipedError: Workers died, or run other versions than this process; finished rows are kept.
         KeyboardInterrupt: Ctrl-C was pressed; finished rows are kept.
     """
-    identity = {"study": dict(study.declared), **_machinery(study.laws), "cells": study.digest}
+    laws = {name: digest_of(place) for name, place in study.laws.items()}
+    own = {"controllers": laws} if laws else {}
+    identity = {"study": dict(study.declared), **machinery(), **own, "cells": study.digest}
     with opened(folder, layout_of(study), identity, fresh=fresh) as store:
         if fresh:
             forget(folder)
@@ -101,16 +86,8 @@ def run(
             done &= samples.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
         started = time.monotonic()
-        walk_cells(
-            partial(row_of, trajectory=trajectories),
-            todo,
-            samples or store,
-            ended=len(done),
-            workers=workers,
-            scheduler=scheduler,
-            progress=progress,
-            laws=study.laws,
-        )
+        walked = partial(row_of, trajectory=trajectories, laws=laws)
+        walk_cells(walked, todo, samples or store, ended=len(done), **walking)
         seconds = time.monotonic() - started
         if samples is not None:
             samples.join()
@@ -126,9 +103,8 @@ def walk_cells(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
-    laws: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
-    """Walk cells in worker processes, and store their rows as they arrive.
+    """Walk cells in worker processes, and store each row as it arrives.
 
     Args:
         walked: Function that walks a cell in a worker and returns its row.
@@ -138,7 +114,6 @@ def walk_cells(
         workers: Number of processes on this machine; by default one per core.
         scheduler: Address of a Dask scheduler, whose workers are used instead.
         progress: Show a progress bar (never where the output is not a terminal).
-        laws: The user's own controllers, see `Study.laws`.
 
     Raises:
         InputError: The scheduler cannot be used.
@@ -147,30 +122,21 @@ def walk_cells(
     """
     if not todo:
         return
-    machinery = _machinery(laws)
-    back: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
-    pending: dict[Future[list[Row]], list[AnyCell]] = {}
-
-    def submit(cells: Iterable[AnyCell], most: int) -> None:
-        rest = iter(cells)
-        while batch := list(islice(rest, most)):
-            future = pool.submit(
-                walk_batch, walked, batch, machinery, dict(laws), len(todo)
-            )  # no mapping proxy: it cannot be pickled
-            pending[future] = batch
-            future.add_done_callback(back.put)
-
+    back: queue.SimpleQueue[Future[Row]] = queue.SimpleQueue()
     count = min(workers or cores(), len(todo))
     bar = progress_bar(total=ended + len(todo), initial=ended, desc="walks", unit="walk", progress=progress)
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
-            submit(todo, MOST_IN_BATCH)
-            while pending:
-                future = back.get()
-                batch, rows = pending.pop(future), future.result()
-                store.save(rows)
-                bar.update(len(rows))
-                submit(batch[len(rows) :], len(rows))  # cells that the batch had no time for
+            for cell in todo:
+                pool.submit(walk_one, walked, cell, machinery(), len(todo)).add_done_callback(back.put)
+            left = len(todo)
+            while left:
+                arrived = [back.get() for _ in range(max(1, back.qsize()))]
+                store.save([future.result() for future in arrived if future.exception() is None])
+                for future in arrived:
+                    future.result()
+                bar.update(len(arrived))
+                left -= len(arrived)
     except MjbipedError:
         raise
     except Exception as error:
@@ -181,61 +147,49 @@ def walk_cells(
         ) from error
 
 
-def walk_batch(
-    walked: Callable[[AnyCell], Row],
-    cells: Sequence[AnyCell],
-    machinery: dict[str, Any],
-    laws: Mapping[str, str] = MappingProxyType({}),
-    walks: int = 1,
-) -> list[Row]:
-    """Walk cells in order until all are done or `LONGEST_BATCH` has passed; a worker calls this.
+def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, Any], walks: int) -> Row:
+    """Walk a cell; a worker calls this.
 
     Args:
-        walked: Function that walks a cell and returns its row.
-        cells: At least one cell.
-        machinery: Sources and versions with which the rows must be computed.
-        laws: The user's own controllers, see `Study.laws`.
-        walks: Number of walks of all batches.
-
-    Returns:
-        Rows of the cells that were walked, at least one.
+        walked: Function that walks the cell and returns its row.
+        cell: The cell.
+        needed: Sources and versions with which the row must be computed.
+        walks: Number of walks that are being made.
 
     Raises:
         MjbipedError: This process has other sources or versions.
     """
-    here = _machinery(laws)
-    for name, digest in machinery.get("controllers", {}).items():
-        if here["controllers"][name] != digest:
-            raise MjbipedError(
-                f"the source of the controller {name} is another one where it walks: it has changed since the study "
-                "was begun, or that machine has another file"
-            )
-    if machinery != here:
-        raise MjbipedError(
-            "a worker's mjbiped, Python or libraries are not the same as here; install the same versions everywhere"
-        )
-    started, rows = time.monotonic(), []
+    if needed != machinery():
+        raise MjbipedError("a worker has another mjbiped, Python or libraries: install the same versions everywhere")
     before = AHEAD.set(walks)
     try:
-        for cell in cells:
-            rows.append(walked(cell))
-            if time.monotonic() - started > LONGEST_BATCH:
-                break
+        return walked(cell)
     finally:
         AHEAD.reset(before)
-    return rows
 
 
-def _machinery(laws: Mapping[str, str]) -> dict[str, Any]:
-    """Digests and versions of everything that computes the rows."""
-    own = {"controllers": {name: digest_of(place) for name, place in laws.items()}} if laws else {}
-    return {"sources": sources(), "versions": dict(versions()), **own}
+def row_of(cell: Cell, *, trajectory: bool = False, laws: Mapping[str, str] | None = None) -> Row:
+    """Walk a study's cell, and return its row, with booleans as text.
 
+    Args:
+        cell: The cell.
+        trajectory: Whether the samples are kept.
+        laws: Digests of the user's own controllers, by their names in the study, with which it must walk.
 
-def row_of(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Walk a study's cell, and return its row, with booleans as text."""
+    Raises:
+        MjbipedError: The user's own controller is another one here.
+    """
+    name = cell.values["controller.name"]
+    if cell.law is not None and laws and digest_of(cell.law) != laws[str(name)]:
+        raise MjbipedError(f"the source of the controller {name} is another one where it walks, or has just changed")
     plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
     return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
+
+
+@lru_cache(maxsize=1)
+def machinery() -> Mapping[str, Any]:
+    """Digest of the sources, and versions, of everything that computes the rows."""
+    return {"sources": sources(), "versions": dict(versions())}
 
 
 @lru_cache(maxsize=1)
@@ -257,8 +211,7 @@ def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     """Digest the contents and paths of all files that a walk's numbers can depend on."""
     found = hashlib.sha256()
     for place in (package, *laws, models):
-        files = [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")])
-        for file in files:
+        for file in [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")]):
             name = file.relative_to(place)
             if place != package or name.parts[0] not in _NO_NUMBERS or name.name == "cell.py":
                 found.update(f"{place.name}/{name.as_posix()}\n".encode() + hashlib.sha256(file.read_bytes()).digest())

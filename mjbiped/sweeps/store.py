@@ -17,15 +17,13 @@ from mjbiped.utils.files import saved
 
 _LOCK = ".running"
 _FORMAT = 1
-_BROKEN = (sqlite3.Error, UnicodeDecodeError)  # an error's text may hold what stands in a damaged file
-_BEGIN = "BEGIN IMMEDIATE"  # a connection's own block ends it: all of it is kept, or none
 _IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
 _WAY_OUT = "; name another --out, or begin again with --fresh"
 _OTHERS = "its tables are others than they must be, or another version of mjbiped made them"
 _SHOWN = 5  # differences in a message
+_LONG = 60  # letters of a value that a message leaves out
 _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
-"""Kinds of an identity that are digests; all else that cells depend on has a kind of its own."""
-_OF_CONTROLLERS = "controllers."  # digests too, by the names of the user's own
+"""Parts of an identity that are digests; those of a user's own controllers are called `controllers.` and the name."""
 
 
 class Layout(NamedTuple):
@@ -76,12 +74,8 @@ class Store:
         """
         marks = ", ".join("?" * len(self._layout.columns))
         values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
-        try:
-            with self._database:
-                self._database.execute(_BEGIN)
-                self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
-        except _BROKEN as error:
-            raise RecordError(f"cannot write {self._path}: {error}") from error
+        with _explained(self._path), self._database:
+            self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
         """Read all rows, in the order of their keys.
@@ -101,17 +95,15 @@ class Store:
 
     def _read(self, which: str, *values: Any) -> list[Row]:
         """Read some rows, and check every value."""
-        try:
+        with _explained(self._path):
             found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
-        except _BROKEN as error:
-            raise _damaged(self._path, str(error)) from error
-        rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
-        for row in rows:
-            wrong = next((name for name, value in row.items() if not self._layout.fits(name, value)), None)
-            if wrong is not None:
-                place = f"{wrong} of cell {shown(row[self._layout.columns[0]])} is {shown(row[wrong])}"
-                raise _damaged(self._path, f"{place}, which no walk here has")
-        return rows
+            rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
+            for row in rows:
+                for name, value in row.items():
+                    if not self._layout.fits(name, value):
+                        key = shown(row[self._layout.columns[0]])
+                        raise ValueError(f"{name} of cell {key} is {shown(value)}, which no walk here has")
+            return rows
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -123,7 +115,7 @@ class Store:
         with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(self._layout.columns)
-            writer.writerows([row[name] for name in self._layout.columns] for row in self.rows())
+            writer.writerows(row.values() for row in self.rows())
         return path
 
 
@@ -143,23 +135,14 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
     """
     make_folder(folder)
     path = folder / f"{layout.name}.sqlite"
-    with _exclusive(folder):
-        try:
-            if fresh:
-                for file in (
-                    path,
-                    path.with_name(f"{path.name}-journal"),
-                    *map(path.with_suffix, (".csv", ".parquet")),
-                ):
-                    file.unlink(missing_ok=True)
-            database = sqlite3.connect(path, isolation_level=None)
-        except (OSError, *_BROKEN) as error:
-            raise RecordError(f"cannot write {path}: {error}") from error
-        try:
-            _begin(database, path, layout.columns, identity)
+    with _exclusive(folder / _LOCK):
+        with _explained(path):
+            for suffix in (".sqlite", ".sqlite-journal", ".csv", ".parquet") if fresh else ():
+                path.with_suffix(suffix).unlink(missing_ok=True)
+            database = sqlite3.connect(path)
+        with closing(database):
+            _begin(database, path, layout.columns, {"format": _FORMAT, **identity})
             yield Store(path, layout, database)
-        finally:
-            database.close()
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
@@ -174,16 +157,12 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     Raises:
         RecordError: The file is no table of mjbiped's, or a damaged one.
     """
-    try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
-            _check_tables(database)
-            identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-            found = database.execute("SELECT * FROM cells ORDER BY 1")
-            names = [name for name, *_ in found.description]
-            rows = [dict(zip(names, values, strict=True)) for values in found]
-    except (*_BROKEN, ValueError, TypeError, RecursionError) as error:
-        raise RecordError(f"{path} is no table of mjbiped's, or a damaged one: {error}") from error
-    return rows, identity
+    address = f"{path.absolute().as_uri()}?mode=ro"
+    with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
+        columns = _columns(database)
+        identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
+        found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
+        return [dict(zip(columns, values, strict=True)) for values in found], identity
 
 
 def make_folder(folder: Path) -> None:
@@ -199,64 +178,43 @@ def make_folder(folder: Path) -> None:
 
 
 @contextmanager
-def _exclusive(folder: Path) -> Iterator[None]:
-    """Lock a folder against other processes; the system releases the lock however this one ends.
+def _exclusive(file: Path) -> Iterator[None]:
+    """Lock a file against other processes; the system releases the lock however this one ends.
 
     Raises:
         InputError: Another process has the lock.
     """
     with ExitStack() as stack:
         try:
-            lock = stack.enter_context(closing(sqlite3.connect(folder / _LOCK, isolation_level=None, timeout=0.0)))
+            lock = stack.enter_context(closing(sqlite3.connect(file, timeout=0.0)))
             lock.execute("BEGIN EXCLUSIVE")
-        except sqlite3.OperationalError as error:
-            raise InputError(
-                f"the table in {folder} cannot be taken: another process is at it, or the folder cannot be written "
-                f"({error})"
-            ) from error
-        except _BROKEN as error:
-            raise InputError(
-                f"the table in {folder} cannot be taken: {folder / _LOCK} is no lock of ours ({error}); delete it"
-            ) from error
+        except sqlite3.Error as error:
+            why = f"another process is at it, or {file} cannot be written, or is no lock of ours: delete it ({error})"
+            raise InputError(f"the table in {file.parent} cannot be taken: {why}") from error
         yield
 
 
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
     """Make the tables of a new file, or check those of an old one and compare its identity."""
-    text = {key: json.dumps(value, sort_keys=True) for key, value in identity.items()}
-    made = _statements(columns)
-    try:
+    text = {kind: json.dumps(value, sort_keys=True) for kind, value in identity.items()}
+    with _explained(path):
         with database:
-            database.execute(_BEGIN)
-            empty = not database.execute("SELECT name FROM sqlite_master").fetchall()
-            if empty:
-                for statement in made:
+            database.execute("BEGIN IMMEDIATE")
+            if not database.execute("SELECT name FROM sqlite_master").fetchall():
+                for statement in _statements(columns):
                     database.execute(statement)
-                database.execute("INSERT INTO identity VALUES ('format', ?)", (str(_FORMAT),))
                 database.executemany("INSERT INTO identity VALUES (?, ?)", text.items())
-        found = _check_tables(database)
-        kept = dict(database.execute("SELECT kind, value FROM identity"))
-        health = database.execute("PRAGMA quick_check").fetchall()
-    except _BROKEN as error:
-        raise RecordError(f"{path} is no table of mjbiped's, or cannot be written: {error}{_WAY_OUT}") from error
-    if health != [("ok",)]:
-        raise _damaged(path, str(health[0][0]))
-    if kept.pop("format", None) != str(_FORMAT):
-        raise RecordError(f"{path} is a table of another mjbiped's format{_WAY_OUT}")
-    try:
-        differences = [line for kind in text for line in _differences(kind, kept.get(kind), text[kind])]
-    except (TypeError, ValueError, RecursionError) as error:
-        raise _damaged(path, f"it does not tell what its rows are of ({shown(error)})") from error
-    if len(differences) > 1:  # the content of a file follows from the others
-        differences = [line for line in differences if not line.startswith(_IN_WORDS["cells"])]
+        found = _columns(database)
+        differences = _differences(dict(database.execute("SELECT kind, value FROM identity")), text)
+        ((health,),) = database.execute("PRAGMA quick_check(1)")
+        if health != "ok" or (not differences and found != [*columns]):
+            raise sqlite3.DatabaseError(_OTHERS if health == "ok" else health)
     if differences:
         more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
         raise InputError(
             f"the rows in {path.parent} are of another study: {'; '.join(differences[:_SHOWN])}{more}. Name another "
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
-    if found != made:
-        raise _damaged(path, _OTHERS)
 
 
 def _statements(columns: Sequence[str]) -> list[str]:
@@ -266,11 +224,8 @@ def _statements(columns: Sequence[str]) -> list[str]:
     return [_IDENTITY, f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})"]
 
 
-def _check_tables(database: sqlite3.Connection) -> list[str]:
-    """Refuse a file that holds anything but two plain tables, before they are read: a view can be without end.
-
-    Returns:
-        The statements that made the tables.
+def _columns(database: sqlite3.Connection) -> list[str]:
+    """Return the columns of the rows, and refuse a file that holds anything but the two tables: a view can be endless.
 
     Raises:
         sqlite3.Error: There is something else, or the file is damaged.
@@ -279,30 +234,40 @@ def _check_tables(database: sqlite3.Connection) -> list[str]:
     columns = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
     if not columns or found != _statements(columns):
         raise sqlite3.DatabaseError(_OTHERS)
-    return found
+    return columns
 
 
-def _damaged(path: Path, why: str) -> RecordError:
-    return RecordError(f"{path} is damaged: {shortened(' '.join(why.split()))}{_WAY_OUT}")
+@contextmanager
+def _explained(path: Path, way_out: str = _WAY_OUT) -> Iterator[None]:
+    """Raise what goes wrong with a table as an error that says so, and what to do.
+
+    Raises:
+        RecordError: Anything went wrong; a damaged file may hold no text where one is expected.
+    """
+    try:
+        yield
+    except (OSError, sqlite3.Error, ValueError, TypeError, RecursionError) as error:
+        why = f"{shortened(' '.join(str(error).split()))}{way_out}"
+        raise RecordError(f"{path} is no table of mjbiped's, or damaged, or cannot be written: {why}") from error
 
 
-def _differences(kind: str, kept: str | None, now: str) -> Iterator[str]:
-    """Describe the differences between two values of an identity."""
-    if kept == now:
-        return
-    before, after = _flat(kind, json.loads(kept or "null")), _flat(kind, json.loads(now))
+def _differences(kept: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """Describe the differences between two identities."""
+    before, after = (dict(_flat({kind: json.loads(text) for kind, text in each.items()})) for each in (kept, now))
+    found = []
     for name in dict.fromkeys((*before, *after)):
         old, new = before.get(name, "nothing"), after.get(name, "nothing")
         if old != new:
-            long = max(len(old), len(new)) > 60
-            words = _IN_WORDS.get(name, name)
-            if name.startswith(_OF_CONTROLLERS):
-                words = f"the source of the controller {name.removeprefix(_OF_CONTROLLERS)}"
-            yield f"{words} changed" if long else f"{name} was {old}, is {new}"
+            words = _IN_WORDS.get(name, name.replace("controllers.", "the source of the controller ", 1))
+            found.append(f"{words} changed" if max(len(old), len(new)) > _LONG else f"{name} was {old}, is {new}")
+    # the content of a terrain file changes the cells, and so does all else
+    return [each for each in found if len(found) == 1 or not each.startswith(_IN_WORDS["cells"])]
 
 
-def _flat(name: str, value: Any) -> dict[str, str]:
+def _flat(table: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, str]]:
     """Flatten a nested table to dotted names, with its values as text."""
-    if not isinstance(value, dict):
-        return {name: json.dumps(value)}
-    return {key: text for inner, each in value.items() for key, text in _flat(f"{name}.{inner}", each).items()}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{place}{key}.")
+        else:
+            yield f"{place}{key}", json.dumps(value)

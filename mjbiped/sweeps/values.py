@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import TypeAlias
 
 import numpy as np
 
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.draws import DISTRIBUTIONS, Draw, read_draw
@@ -23,8 +22,8 @@ _RANGE = ("from", "to", "count", "scale")
 _DIGITS = 12  # of a range's inner values: 0.3 and not 0.30000000000000004
 
 
-Choice: TypeAlias = tuple[Scalar, ...] | Draw
-"""The values of a grid (a single one where the quantity is fixed), or a distribution."""
+Choice: TypeAlias = tuple[Scalar | Draw, ...]
+"""The values of a grid (a single one where the quantity is fixed); a distribution counts as one value."""
 
 
 def generator(seed: int, sample: int, name: str) -> np.random.Generator:
@@ -54,15 +53,15 @@ def read_choice(where: str, value: object) -> Choice:
     Raises:
         InputError: It is anything else.
     """
-    if isinstance(value, list):
-        if not value:
-            raise InputError(f"{where} is an empty list; expected at least one value")
-        values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))
-        for (_, each), times in Counter((type(each), each) for each in values).items():
-            if times > 1:
-                raise InputError(f"{where} has {shown(each)} twice; give it once")
-        return values
-    return _read_table(where, value) if isinstance(value, Mapping) else (_scalar(where, value),)
+    if isinstance(value, Mapping):
+        check_keys(f"way to vary {where}", value, (*_RANGE, *DISTRIBUTIONS))
+        return _read_range(where, value) if {*value} & {*_RANGE} else (read_draw(where, value),)
+    if not isinstance(value, list):
+        return (_scalar(where, value),)
+    values = tuple(_scalar(f"{where}, value {i}", each) for i, each in enumerate(value, start=1))
+    if not values or len({(type(each), each) for each in values}) < len(values):
+        raise InputError(f"{where} = {shown(value)}: must be a list of at least one value, each of them once")
+    return values
 
 
 def _scalar(where: str, value: object) -> Scalar:
@@ -73,28 +72,12 @@ def _scalar(where: str, value: object) -> Scalar:
     return domains.STUDY_WHOLE.check(where, value) if type(value) is int else value
 
 
-def _read_table(where: str, table: Mapping[str, object]) -> Choice:
-    if "from" in table or "to" in table:
-        return _read_range(where, table)
-    forms = f"{{from, to, count}} or one of {', '.join(DISTRIBUTIONS)}"
-    if len(table) != 1:
-        raise InputError(f"{where} has the keys {shortened(', '.join(table)) or 'none'}; expected {forms}")
-    ((kind, _),) = table.items()
-    if kind not in DISTRIBUTIONS:
-        known_name(f"way to vary {where}", kind, (*_RANGE, *DISTRIBUTIONS))
-        raise InputError(f"{where} has {shown(kind)} alone; expected {forms}")
-    return read_draw(where, table)
-
-
 def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
-    check_keys(f"key of the range {where}", table, _RANGE)
-    missing = [key for key in _RANGE[:3] if key not in table]
-    if missing:
-        raise InputError(f"{where}: the range lacks {', '.join(missing)}; expected {{from, to, count}}")
+    if not {"from", "to", "count"} <= {*table} <= {*_RANGE}:
+        raise InputError(f"{where} has the keys {', '.join(table)}; a range has from, to, count, and scale at will")
     scale = known_name(f"scale of {where}", table.get("scale", "linear"), SCALES)
     domain = domains.STUDY_POSITIVE if scale == "log" else domains.STUDY_NUMBER
-    first = domain.check(f"{where}: from", table["from"])
-    last = domain.check(f"{where}: to", table["to"])
+    first, last = (domain.check(f"{where}: {end}", table[end]) for end in ("from", "to"))
     count = domains.STUDY_RANGE.check(f"{where}: count", table["count"])
     if first == last:
         raise InputError(f"{where} goes from {first:g} to {last:g}; give one value, or two different ends")

@@ -13,7 +13,6 @@ from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction import methods, plan
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell, opened_walks, walked
-from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.store import read_table
 
@@ -69,7 +68,6 @@ def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.Mo
         return walked(folder, cell)
 
     monkeypatch.setattr(walks, "walked", interrupted)
-    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")

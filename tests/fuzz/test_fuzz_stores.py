@@ -13,7 +13,7 @@ from time_limits import within
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.errors import InputError, RecordError
+from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction.cell import Cell, opened_walks, record_path
 from mjbiped.reproduction.reproduce import TABLE
@@ -126,9 +126,9 @@ def test_damaged_tables_by_the_thousand(layout: Layout, table: bytes, tmp_path: 
         ("ALTER TABLE cells DROP COLUMN strikes", "its tables are others"),
         ("ALTER TABLE cells ADD COLUMN more", "its tables are others"),
         ("CREATE TRIGGER t AFTER INSERT ON cells BEGIN DELETE FROM cells; END", "its tables are others"),
-        ("UPDATE identity SET value = '{' WHERE kind = 'study'", "does not tell what its rows are of"),
-        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "does not tell what its rows are of"),
-        ("DELETE FROM identity WHERE kind = 'format'", "another mjbiped's format"),
+        ("UPDATE identity SET value = '{' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
+        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
+        ("DELETE FROM identity WHERE kind = 'format'", "format was nothing, is 1"),
         ("DROP TABLE cells", "its tables are others"),
     ],
 )
@@ -138,7 +138,7 @@ def test_tables_with_what_no_walk_leaves(
     (tmp_path / "study.sqlite").write_bytes(table)
     with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
         database.execute(change)
-    with pytest.raises(RecordError, match=message) as refused, opened(tmp_path, layout, IDENTITY) as store:
+    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, layout, IDENTITY) as store:
         store.rows()
     assert "--fresh" in str(refused.value)
     with opened(tmp_path, layout, IDENTITY, fresh=True) as store:
@@ -148,7 +148,7 @@ def test_tables_with_what_no_walk_leaves(
 def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
     (tmp_path / ".running").write_text("no lock of anybody's" * 100)
     with (
-        pytest.raises(InputError, match=r"\.running is no lock of ours.*delete it"),
+        pytest.raises(InputError, match=r"\.running cannot be written, or is no lock of ours: delete it"),
         opened(tmp_path, layout, IDENTITY),
     ):
         pass

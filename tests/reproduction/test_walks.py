@@ -17,7 +17,6 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction.cell import Cell, opened_walks, record_path, walked
-from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import Row
 
 ROOT = Path(__file__).parents[2]
@@ -63,7 +62,6 @@ def test_finished_cells_are_not_walked_again(
         return walked(folder, cell)
 
     monkeypatch.setattr(walks, "walked", counting)
-    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*cells, cells[0]])
     found = results(tmp_path, cells)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS, limit_of
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS, greatest_survived
 from mjbiped.sweeps.cell import Cell
 
 
@@ -17,25 +17,15 @@ from mjbiped.sweeps.cell import Cell
 def test_nothing_below_the_greatest_is_not_survived(shares: list[float], wanted: float) -> None:
     cases = 100
     survived = {float(k): [case < round(share * cases) for case in range(cases)] for k, share in enumerate(shares, 1)}
-    limit = limit_of(DISTURBANCES["step up"], survived, wanted)
-    greatest = int(limit.greatest or 0)
-    assert all(share >= wanted for share in limit.shares[:greatest])
-    assert greatest == len(shares) or limit.shares[greatest] < wanted
-    assert limit.reached == (greatest < len(shares))
-    assert (limit.greatest is None) == (limit.shares[0] < wanted)
+    greatest = int(greatest_survived(DISTURBANCES["step up"], survived, wanted) or 0)
+    found = [sum(each) / cases for each in survived.values()]
+    assert all(share >= wanted for share in found[:greatest])
+    assert greatest == len(shares) or found[greatest] < wanted
 
 
 def test_a_torque_limit_is_harder_the_lower_it_is() -> None:
     survived = {10.0: [True, False], 30.0: [True, True], 20.0: [True, True]}
-    limit = limit_of(MARGINS["torque limit"], survived, 0.9)
-    assert (limit.magnitudes, limit.greatest) == ((30.0, 20.0, 10.0), 20.0)
-
-
-@pytest.mark.parametrize("name", DISTURBANCES)
-def test_magnitudes_ascend_from_one_step_on(name: str) -> None:
-    magnitudes = DISTURBANCES[name].magnitudes
-    assert list(magnitudes) == sorted(set(magnitudes))
-    assert magnitudes[0] > 0.0
+    assert greatest_survived(MARGINS["torque limit"], survived, 0.9) == 20.0
 
 
 @pytest.mark.parametrize(
@@ -50,7 +40,7 @@ def test_magnitudes_ascend_from_one_step_on(name: str) -> None:
 def test_level_ground_is_disturbed_once_and_where_it_is_said(
     name: str, magnitude: float, rise: float, slope_deg: float
 ) -> None:
-    terrain = Cell(0, None, DISTURBANCES[name].told(magnitude, "hybrid", Compass(), 1.5)).terrain()
+    terrain = Cell(0, None, DISTURBANCES[name].described(magnitude, "hybrid", Compass(), 1.5)).terrain()
     assert terrain.height(1.4999) == 0.0
     assert terrain.slope(1.4999) == 0.0
     assert terrain.height(1.5) == pytest.approx(rise, abs=1e-12)
@@ -62,15 +52,13 @@ def test_level_ground_is_disturbed_once_and_where_it_is_said(
     ("name", "factors"),
     [
         ("mass too great", {"leg_mass": 1.2, "leg_inertia": 1.2}),  # heavier legs of the same shape
-        ("mass too small", {"leg_mass": 0.8, "leg_inertia": 0.8}),
         ("inertia too great", {"leg_inertia": 1.2}),
         ("legs too long", {"lower_length": 1.2, "upper_length": 1.2, "leg_inertia": 1.44}),  # m l^2 / 12
-        ("legs too short", {"lower_length": 0.8, "upper_length": 0.8, "leg_inertia": 0.64}),
     ],
 )
 def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]) -> None:
-    told = MARGINS[name].told(20.0, "hybrid", Compass())
-    believed, usual = Compass(**Cell(0, None, told).section("model")), Compass()
+    described = MARGINS[name].described(20.0, "hybrid", Compass())
+    believed, usual = Compass(**Cell(0, None, described).section("model")), Compass()
     for parameter in ("leg_mass", "hip_mass", "lower_length", "upper_length", "leg_inertia", "gravity"):
         wanted = factors.get(parameter, 1.0) * getattr(usual, parameter)
         assert getattr(believed, parameter) == pytest.approx(wanted, rel=1e-12)
@@ -81,7 +69,6 @@ def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]
     [
         # uniform rods of the same shape; the point mass at the hip is none of the legs'
         ("mass too great", dict.fromkeys(("thigh_mass", "shank_mass", "thigh_inertia", "shank_inertia"), 1.2)),
-        ("inertia too small", dict.fromkeys(("thigh_inertia", "shank_inertia"), 0.8)),
         (
             "legs too short",
             {
@@ -93,8 +80,8 @@ def test_what_a_controller_believes_wrongly(name: str, factors: dict[str, float]
 )
 def test_what_a_controller_believes_wrongly_of_knees(name: str, factors: dict[str, float]) -> None:
     robot = KneedBiped(hip_mass=4.0)
-    told = MARGINS[name].told(20.0, "hybrid", robot)
-    cell = Cell(0, None, {"robot.kind": "kneed", "robot.hip_mass": 4.0, "controller.name": "adaptive", **told})
+    described = MARGINS[name].described(20.0, "hybrid", robot)
+    cell = Cell(0, None, {"robot.kind": "kneed", "robot.hip_mass": 4.0, "controller.name": "adaptive", **described})
     believed = cell.controller(find_kneed_gait(KneedBiped(), math.radians(2.5))).robot
     assert cell.robot() == robot
     for parameter in KneedBiped.numbers():
@@ -104,8 +91,8 @@ def test_what_a_controller_believes_wrongly_of_knees(name: str, factors: dict[st
 
 def test_friction_is_set_in_mujoco_and_asked_for_in_the_hybrid_engine() -> None:
     friction = MARGINS["friction"]
-    assert friction.told(0.5, "mujoco", Compass()) == {"disturbances.friction": 0.5}
-    assert friction.told(0.5, "hybrid", Compass()) == {}
+    assert friction.described(0.5, "mujoco", Compass()) == {"disturbances.friction": 0.5}
+    assert friction.described(0.5, "hybrid", Compass()) == {}
     row = {"engine": "hybrid", "magnitude": 0.5}
     assert friction.borne({**row, "largest_stance_friction": 0.49})
     assert not friction.borne({**row, "largest_stance_friction": 0.51})

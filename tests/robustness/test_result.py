@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dask_cluster import two_workers
 from legible import assert_legible
 
+from mjbiped.analysis.survival import Survival
 from mjbiped.cli.main import main
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
 from mjbiped.robustness.figures import plot_limits, plot_survival
 from mjbiped.robustness.plan import plan
-from mjbiped.robustness.result import Robustness, found
-from mjbiped.robustness.tables import TABLES, robustness_tables, texts_of, write_tables
+from mjbiped.robustness.result import Robustness
+from mjbiped.robustness.tables import robustness_tables, texts_of, write_tables
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
 CONTENT: dict[str, Any] = {
@@ -45,26 +45,12 @@ position_gain = 2
 
 def row(test: str, controller: str, steps: int, outcome: str, **values: Any) -> dict[str, Any]:
     blank = dict.fromkeys(("ground", "magnitude", "case", "error"))
-    torques = {
-        "peak_ankle_torque_Nm": 1.0,
-        "peak_hip_torque_Nm": 1.0,
-        "cost_of_transport": 0.03,
-        "distance_m": 0.4 * steps,
-        "mean_step_length_m": 0.4,
-        "foot_length_99_percent_m": 0.05,
-        "speed_m_per_s": 0.5,
+    usual = {
+        "engine": "hybrid", "peak_ankle_torque_Nm": 1.0, "peak_hip_torque_Nm": 1.0, "cost_of_transport": 0.03,
+        "distance_m": 0.4 * steps, "mean_step_length_m": 0.4, "foot_length_99_percent_m": 0.05, "speed_m_per_s": 0.5,
         "steps_violating_contact": 0,
-    }
-    return {
-        "engine": "hybrid",
-        "test": test,
-        "controller": controller,
-        "steps": steps,
-        "outcome": outcome,
-        **blank,
-        **torques,
-        **values,
-    }
+    }  # fmt: skip
+    return {"test": test, "controller": controller, "steps": steps, "outcome": outcome, **blank, **usual, **values}
 
 
 @pytest.fixture(scope="module")
@@ -86,73 +72,56 @@ def result(wanted: Plan) -> Robustness:
             rows.append(row("step down", controller, 24, "finished", magnitude=0.1, case=case, peak_hip_torque_Nm=peak))
         rows += [row(BASIN, controller, 20, "fell" if case == 2 else "finished", case=case) for case in range(4)]
     rows.append(row(SURVIVAL, "two", 0, "failed", ground="treads", case=1, error="no gait"))
-    return found(wanted, rows)
+    return Robustness(wanted, rows)
 
 
 def test_findings_of_rows(result: Robustness) -> None:
     one, two = result.of("hybrid")
-    assert (one.survival["treads"].mean, two.survival["treads"].mean) == (20.0, 200.0)
+    assert result.survival("hybrid", "one", "treads") == Survival((20, 20), (True, True))
     # 2 m of level ground are five steps of 0.4 m; five more are to forget them
-    assert (one.settled["treads"].mean, two.settled["treads"].mean) == (10.0, 180.0)
-    assert one.costs["treads"] == pytest.approx(0.03, rel=1e-12)
-    assert (one.limits["step up"].greatest, one.limits["step up"].reached) == (0.02, True)
-    assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, False)
-    assert two.limits["step down"].greatest is None  # beyond the torque that is allowed
-    assert (one.errors, two.errors) == ((), ("no gait",))
-    start = find_passive_gait(Compass(), math.radians(2)).start
-    window = 3.3 * start[2] * 13.2 * max(abs(start[2:]))  # three times as wide as that of `mjbiped basin`, either way
-    assert one.basin == 0.75
-    assert one.basin_area == pytest.approx(0.75 * window)
-    assert result.ratios("hybrid", "treads")["two"][0] == pytest.approx(18.0)
-
-
-def test_ground_that_no_foot_has_is_told_apart(wanted: Plan) -> None:
-    several = replace(wanted, engines=("hybrid", "mujoco"))
-    rows = [
-        row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_violating_contact=1, engine=engine)
-        for engine in several.engines
-    ]
-    findings = [each for each in found(several, rows).findings if each.controller == "one"]
-    assert [each.limits["step down"].greatest for each in findings] == [None, None]
-    assert [each.limits_violating["step down"].greatest for each in findings] == [0.1, 0.1]
-    headings, cells = texts_of(robustness_tables(found(several, rows))[0])
-    assert cells[0][headings.index("step down (m)")] == "< 0.1 (>= 0.1)"
-
-
-def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
-    rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0)]
-    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_violating_contact"))
-    rows.append(row("step down", "one", 0, "failed", magnitude=0.2, case=0, error="never lands", **blank))
-    one = found(wanted, rows).of("hybrid")[0]
-    assert (one.limits["step down"].greatest, one.limits["step down"].reached) == (0.1, True)
-    assert one.errors == ("never lands",)
-
-
-def test_summary_is_plain_json(result: Robustness) -> None:
-    summary = json.loads(json.dumps(result.summary(), allow_nan=False))
-    assert summary["controllers"][1]["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(18.0)
-    assert summary["controllers"][0]["greatest_survived"]["step up"] == {
+    assert [each["survival"]["treads"]["mean_steps_to_fall"] for each in (one, two)] == [10.0, 180.0]
+    assert two["survival"]["treads"]["ratio_to_first"][0] == pytest.approx(18.0)
+    assert one["survival"]["treads"]["cost_of_transport"] == pytest.approx(0.03, rel=1e-12)
+    assert one["greatest_survived"]["step up"] == {
         "magnitude": 0.02,
         "foot_length_99_percent_m": 0.05,
         "with_contact_violated": 0.02,
         "unit": "m",
         "beyond_what_was_tried": False,
     }
-    assert summary["scuffing"] == {"reach_leg_lengths": 0.2, "delay_s": 0.1}
+    assert one["greatest_survived"]["step down"]["magnitude"] == 0.1
+    assert one["greatest_survived"]["step down"]["beyond_what_was_tried"]
+    assert two["greatest_survived"]["step down"]["magnitude"] is None  # beyond the torque that is allowed
+    assert (one["errors"], two["errors"]) == ([], ["no gait"])
+    start = find_passive_gait(Compass(), math.radians(2)).start
+    window = 3.3 * start[2] * 13.2 * max(abs(start[2:]))  # three times as wide as that of `mjbiped basin`, either way
+    assert one["basin"] == {"share": 0.75, "area_rad2_per_s2": pytest.approx(0.75 * window)}
+    assert result.summary()["scuffing"] == {"reach_leg_lengths": 0.2, "delay_s": 0.1}
+
+
+def test_ground_that_no_foot_has_is_told_apart(wanted: Plan) -> None:
+    rows = [row("step down", "one", 24, "finished", magnitude=0.1, case=0, steps_violating_contact=1)]
+    findings, _ = Robustness(wanted, rows).findings
+    assert findings["greatest_survived"]["step down"]["magnitude"] is None
+    assert findings["greatest_survived"]["step down"]["with_contact_violated"] == 0.1
+    headings, cells = texts_of(robustness_tables(Robustness(wanted, rows))[0])
+    assert cells[0][headings.index("step down (m)")] == "< 0.1 (>= 0.1)"
+
+
+def test_a_walk_that_an_error_ends_is_not_survived(wanted: Plan) -> None:
+    blank = dict.fromkeys(("peak_ankle_torque_Nm", "peak_hip_torque_Nm", "steps_violating_contact"))
+    rows = [row("step up", "one", 24, "finished", magnitude=0.02, case=0)]
+    rows.append(row("step up", "one", 0, "failed", magnitude=0.04, case=0, error="never lands", **blank))
+    one = Robustness(wanted, rows).of("hybrid")[0]
+    assert one["greatest_survived"]["step up"]["magnitude"] == 0.02
+    assert one["errors"] == ["never lands"]
 
 
 def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:
     tables = robustness_tables(result)
     (headings, level), (_, soles), (_, random) = map(texts_of, tables)
-    assert headings == [
-        "controller",
-        "c_mt, level",
-        "speed (m/s)",
-        "sole (m)",
-        "step up (m)",
-        "step down (m)",
-        "basin (rad²/s²)",
-    ]
+    assert headings[:4] == ["controller", "c_mt, level", "speed (m/s)", "sole (m)"]
+    assert headings[4:] == ["step up (m)", "step down (m)", "basin (rad²/s²)"]
     assert level[0][:-1] == ["one", "0.0350", "0.500", "0.05", "0.02", ">= 0.1"]
     assert level[1][-2] == "< 0.1"
     assert "survive; basin of 2² first rates of the legs, within 10 N m" in str(tables[0].caption)
@@ -179,7 +148,7 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     rows = [
         row(SURVIVAL, name, 100, "finished", ground="treads", case=case) for name in ("one", "two") for case in (0, 1)
     ]
-    result = found(replace(wanted, limits=replace(wanted.limits, magnitudes={})), rows)
+    result = Robustness(replace(wanted, limits=replace(wanted.limits, magnitudes={})), rows)
     plot_survival(result, "hybrid")
     _, cells = texts_of(robustness_tables(result)[1])
     assert [row[3:5] for row in cells] == [["0", "no fall (> 51.5)"]] * 2  # 190 steps / -ln 0.025
@@ -208,25 +177,3 @@ def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.Cap
     assert gentle["survival"]["treads:deviation=0.04"]["walks"] == 2
     assert run() == printed  # all rows were there
     assert (out / "study.csv").read_bytes() == table
-
-
-@pytest.mark.slow
-def test_a_cluster_walks_the_same(tmp_path: Path) -> None:
-    """Two worker processes of Dask; the elevation file is on this side alone."""
-    pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
-    folder, study = tmp_path / "study", tmp_path / "study" / "study.toml"
-    folder.mkdir()
-    (folder / "trail.csv").write_text("x,z\n0,0\n3,0.1\n7,-0.1\n9,0\n")
-    grounds = 'grounds = ["treads:deviation=0.04", "recorded:file=trail.csv"]'
-    study.write_text(STUDY.replace('grounds = ["treads:deviation=0.04"]', grounds))
-
-    def run(out: str, *words: str) -> None:
-        with pytest.raises(SystemExit) as ended:
-            main(["robustness", str(study), "--out", str(tmp_path / out), "--quiet", *words])
-        assert ended.value.code in (0, None)
-
-    with two_workers(tmp_path) as (address, _):
-        run("there", "--scheduler", address)
-    run("here", "--workers", "1")
-    for name in ("study.csv", TABLES):
-        assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes()

@@ -31,8 +31,8 @@ def test_the_size_is_that_of_the_files(trajectories: bool, tmp_path: Path, studi
     assert expected.seconds > 0.0
     run(study, tmp_path / "out", workers=1, trajectories=trajectories)
     made = sum(file.stat().st_size for file in (tmp_path / "out").iterdir() if file.is_file())
-    # the empty database, and what the joining of samples saves, are not in it
-    assert 0.4 * made < expected.bytes < 2.5 * made
+    # whole pages of the database, and what the joining of samples saves, are not in it
+    assert 0.3 * made < expected.bytes < 3.0 * made
     assert [file.name for file in tmp_path.iterdir()] == ["out"]
 
 

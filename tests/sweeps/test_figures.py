@@ -11,16 +11,7 @@ import pytest
 from PIL import Image
 
 from mjbiped.plotting import style as plot_style
-from mjbiped.sweeps.bins import (
-    binned,
-    grouped,
-    measure_label,
-    middle,
-    parameter_label,
-    quartiles,
-    value_label,
-    values_of,
-)
+from mjbiped.sweeps.bins import binned, middle, quartiles, values_of
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.figures import draw
 from mjbiped.sweeps.plan import FINISHED, plan
@@ -45,28 +36,8 @@ SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
     ("text", "names"),
     [
         (GRID + SEEDS, ["map_controller.position_gain_controller.velocity_gain"]),
-        pytest.param(
-            GRID + 'engine = ["mujoco", "hybrid"]',
-            ["map_controller.position_gain_controller.velocity_gain"],
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            GRID + "robot = { hip_mass = [5, 10] }",
-            [
-                "map_controller.position_gain_controller.velocity_gain",
-                "map_controller.position_gain_robot.hip_mass",
-                "map_controller.velocity_gain_robot.hip_mass",
-            ],
-            marks=pytest.mark.slow,
-        ),
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
-        pytest.param(
-            'engine = ["mujoco", "hybrid"]\ncontroller = { position_gain = { from = 1, to = 40, count = 40 } }',
-            ["line_controller.position_gain"],
-            marks=pytest.mark.slow,
-        ),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
-        pytest.param(SEEDS, ["histograms"], marks=pytest.mark.slow),
         ("", ["histograms"]),
         pytest.param(
             "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"
@@ -146,22 +117,3 @@ def test_few_values_stand_by_themselves_and_many_in_bins() -> None:
     geometric = binned([{"x": 2.0**k} for k in range(20)], "x", 5)
     assert geometric.log
     assert np.bincount(geometric.bin).tolist() == [4, 4, 4, 4, 4]
-
-
-def test_groups() -> None:
-    kinds = (("hybrid", 0.5), ("hybrid", "none"), ("x", None))
-    rows: list[dict[str, Any]] = [{"engine": engine, "a.delay": delay} for engine, delay in kinds]
-    groups = grouped([*rows, rows[0]], ["engine", "a.delay"])
-    assert groups.bin.tolist() == [0, 1, 2, 0]
-    assert groups.ticks == ("hybrid, delay 0.5", "hybrid, delay none", "x")
-    assert grouped(rows, []).count == 1
-
-
-def test_labels() -> None:
-    assert parameter_label("controller.position_gain") == "controller position gain (1/s)"
-    assert parameter_label("terrain.slope_deg.plus_minus") == "terrain slope, ± (°)"
-    assert parameter_label("controller.name") == "controller"
-    assert parameter_label("controller.adaptation_gain") == "controller adaptation gain"
-    assert measure_label("peak_ankle_torque_Nm") == "peak torque, ankle (N m)"
-    assert measure_label("largest_slip_m") == "slip, largest (m)"
-    assert value_label("terrain.name", "level") == "level"

@@ -10,6 +10,7 @@ import own_controllers
 import pytest
 
 import mjbiped
+from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import make_controller
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.sweeps import run as running
@@ -73,32 +74,23 @@ def test_rows_belong_to_the_file_as_it_was(study: Path, tmp_path: Path) -> None:
 
 def test_a_file_that_changes_while_it_is_walked_is_refused(study: Path, tmp_path: Path) -> None:
     planned = read_study(study)
-    machinery = running._machinery(planned.laws)
+    laws = {name: digest_of(place) for name, place in planned.laws.items()}
     own_controllers.write(tmp_path, "laws/spread.py", own_controllers.SPREAD + "# changed\n")
     with pytest.raises(MjbipedError, match=r"source of the controller laws/spread\.py:HipSpread is another one"):
-        running.walk_batch(running.row_of, planned.cells[:1], machinery, planned.laws)
+        running.row_of(planned.cells[0], laws=laws)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ("spread.py", "gone.py", "'.*/laws/gone.py' .*there is no such file"),
-        ("HipSpread", "HipSpred", "did you mean 'HipSpread'"),
-        ("stiffness =", "stifness =", "did you mean 'stiffness'"),
         ("[0.4, 0.5]", '"stiff"', "stiffness = 'stiff': must be a finite number, as a field of HipSpread"),
-        ('"laws/spread.py:HipSpread"', '["laws/spread.py:HipSpread", "adaptive"]', "give adaptive its own"),
+        ('"laws/spread.py:HipSpread"', '["laws/spread.py:HipSpread", "adaptive"]', r"cell .*adaptive.*stiffness"),
     ],
 )
 def test_refused_before_anything_walks(old: str, new: str, words: str, study: Path) -> None:
     study.write_text(STUDY.replace(old, new))
     with pytest.raises(InputError, match=words):
-        read_study(study)
-
-
-def test_a_broken_contract_is_refused_before_anything_walks(study: Path, tmp_path: Path) -> None:
-    source = own_controllers.SPREAD.replace("return 0.0, ", "return ")
-    own_controllers.write(tmp_path, "laws/spread.py", source)
-    with pytest.raises(InputError, match=r"cell 0 .*HipSpread.torque returned .*expected 2"):
         read_study(study)
 
 

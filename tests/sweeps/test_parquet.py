@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import sys
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 from command_line import run as command
 
-import mjbiped
+from mjbiped.errors import MjbipedError
 from mjbiped.sweeps import run as running
-from mjbiped.sweeps.cell import Row
+from mjbiped.sweeps.cell import Cell, Row
 from mjbiped.sweeps.parquet import FILE, write_table
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import run
@@ -86,42 +87,25 @@ def test_broken_off_it_goes_on_with_what_is_missing(
 ) -> None:
     study = read_study(file)
     run(study, tmp_path / "whole", workers=1, trajectories=True)
-    real = running.walk_batch
+    real = running.row_of
     walked: list[int] = []
 
-    def one_batch(walk, cells, *rest):  # type: ignore[no-untyped-def]
-        if walked:
-            raise mjbiped.MjbipedError("a worker died")
-        walked.append(cells[0].index)
-        return real(walk, cells[:1], *rest)
+    def counted(cell: Cell, **settings: Any) -> Row:
+        if len(walked) == most:
+            raise MjbipedError("a worker died")
+        walked.append(cell.index)
+        return real(cell, **settings)
 
-    monkeypatch.setattr(running, "walk_batch", one_batch)
-    with pytest.raises(mjbiped.MjbipedError, match="a worker died"):
+    monkeypatch.setattr(running, "row_of", counted)
+    most = 1
+    with pytest.raises(MjbipedError, match="a worker died"):
         run(study, tmp_path / "out", workers=1, trajectories=True)
     assert not (tmp_path / "out" / FILE).exists()
     assert [piece.name for piece in (tmp_path / "out" / "trajectories").glob("*.parquet")] == ["0.parquet"]
-    again: list[int] = []
-
-    def counted(walk, cells, *rest):  # type: ignore[no-untyped-def]
-        rows = real(walk, cells, *rest)
-        again.extend(row["cell"] for row in rows)
-        return rows
-
-    monkeypatch.setattr(running, "walk_batch", counted)
+    most = 10
     run(study, tmp_path / "out", workers=1, trajectories=True)
-    assert sorted(again) == [1, 2, 3, 4, 5]
+    assert walked == [*range(6)]
     assert (tmp_path / "out" / FILE).read_bytes() == (tmp_path / "whole" / FILE).read_bytes()
-
-
-@pytest.mark.slow
-def test_a_table_made_without_is_walked_again_and_fresh_deletes(file: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "study"
-    assert command("sweep", file).exit_code == 0
-    assert not (folder / FILE).exists()
-    assert command("sweep", file, "--trajectories").exit_code == 0
-    assert (folder / FILE).exists()
-    assert command("sweep", file, "--fresh").exit_code == 0
-    assert not (folder / FILE).exists()
 
 
 @pytest.mark.parametrize("option", ["--parquet", "--trajectories"])

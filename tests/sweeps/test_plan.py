@@ -56,7 +56,7 @@ def test_whole_grid_for_each_sample() -> None:
     assert study.varied == (
         "controller.position_gain", "robot.hip_mass", "terrain.seed", "terrain.slope_deg.plus_minus",
     )  # fmt: skip
-    assert study.logarithmic == {"terrain.slope_deg.plus_minus"}
+    assert study.drawn == {"robot.hip_mass", "terrain.seed", "terrain.slope_deg.plus_minus"}
     assert [(cell.sample, cell.values["controller.position_gain"]) for cell in study.cells] == [
         (sample, gain) for sample in range(4) for gain in (2, 8)
     ]
@@ -104,10 +104,21 @@ def test_nothing_but_defaults_is_one_walk() -> None:
     assert cell.robot() == mjbiped.Compass()
 
 
-def test_controller_believes_in_its_own_model() -> None:
-    (cell,) = planned("robot = { hip_mass = 12, upper_length = 0.4 }\nmodel = { hip_mass = 9 }").cells
-    assert cell.robot() == mjbiped.Compass(hip_mass=12, upper_length=0.4)
-    assert cell.controller().robot == mjbiped.Compass(hip_mass=9, upper_length=0.4)
+def test_settings_reach_the_walk() -> None:
+    cells = planned("""
+        robot = { hip_mass = 12, upper_length = 0.4 }
+        model = { hip_mass = 9 }
+        controller = { imitate_slope_deg = 1.5, initial_slope_estimate_deg = 1 }
+        terrain = { name = "random", rise = ["-0.02..0", "0..0.01"], segment_length = { low = 1, high = 1.5 } }
+    """).cells
+    law = cells[0].controller()
+    assert isinstance(law, AdaptiveController)
+    assert cells[0].robot() == mjbiped.Compass(hip_mass=12, upper_length=0.4)
+    assert law.robot == mjbiped.Compass(hip_mass=9, upper_length=0.4)
+    assert law.gait.slope == math.radians(1.5)
+    assert law.initial_slope_estimate == math.radians(1.0)
+    assert [dict(cell.terrain().parameters)["rise"] for cell in cells] == [(-0.02, 0.0), (0.0, 0.01)]
+    assert dict(cells[0].terrain().parameters)["segment_length"] == (1.0, 1.5)
 
 
 def test_initial_states(controller: AdaptiveController) -> None:
@@ -153,15 +164,6 @@ def test_samples_of_a_record(tmp_path: Path) -> None:
     assert study.varied == ("terrain.seed",)
 
 
-def test_ranges_of_a_terrain() -> None:
-    first, second = planned("""
-        terrain = { name = "random", rise = ["-0.02..0", "0..0.01"], segment_length = { low = 1, high = 1.5 } }
-    """).cells
-    assert dict(first.terrain().parameters)["rise"] == (-0.02, 0.0)
-    assert dict(second.terrain().parameters)["rise"] == (0.0, 0.01)
-    assert dict(first.terrain().parameters)["segment_length"] == (1.0, 1.5)
-
-
 def test_figures_leave_the_study_as_it_is() -> None:
     text = "controller = { position_gain = [2, 3] }\n"
     study = planned(text + '[plot]\nparameters = ["controller.position_gain"]\nmeasures = ["finished", "steps"]')
@@ -174,53 +176,33 @@ def test_figures_leave_the_study_as_it_is() -> None:
     ("text", "words"),
     [
         ("sead = 1", "unknown key 'sead'.*did you mean 'seed'"),
-        ("seed = -1", "seed = .*: must be a whole number"),
         ("samples = 3", "nothing is drawn"),
         ("robot = { hip_mass = { uniform = [5, 15] } }", "samples is missing"),
         ('engine = "drake"', "unknown engine 'drake': valid are mujoco, hybrid"),
-        ("steps = 2.5", "steps = 2.5: must be a whole number"),
         ("steps = [3, 0]", r"cell 1 \(limit.steps = 0\): steps = 0: "),
-        ("distance = 0", r"distance = 0: must be from 1e-06"),
-        ('engine = "hybrid"\ntimestep = 1e-4', "timestep is for the engine mujoco"),
-        ("timestep = 1", "timestep = 1: must be from 1e-06 to 0.004 s"),
-        ("contact_timestep = 1e-9", "contact_timestep = 1e-09: must be"),
-        ('engine = "hybrid"\ncontact_timestep = 1e-5', "contact_timestep is for the engine mujoco"),
+        ('engine = "hybrid"\ntimestep = 1e-4', "timestep: settings of the engine mujoco"),
         ('initial = "jump"', "unknown initial state 'jump': valid are gait, rest"),
         ("initial = { q1 = 1 }", "all of q1, q2, dq1, dq2"),
         ('initial = { around = "gait", q3 = 1 }', "around, q1, q2, dq1, dq2"),
-        ('initial = { around = "jump" }', "gait, rest"),
         ('initial = { around = "rest", q1 = "x" }', "initial.q1 = 'x': must be a finite number"),
-        ("controller = 3", r"\[controller\]"),
         ('controller = { name = "pid" }', "unknown controller 'pid': valid are adaptive, bounded-ankle"),
-        ("controller = { gain = 3 }", "setting of the controller adaptive 'gain'.*position_gain"),
+        ("controller = { gain = 3 }", "gain.*position_gain"),
         ("controller = { position_gain = [5, -1] }", r"cell 1 \(controller.position_gain = -1\): position_gain = "),
-        ('controller = { position_gain = "high" }', "position_gain = 'high': must be a finite number"),
-        ("controller = { position_gain = { uniform = [0, 1] } }", "samples is missing"),
-        ('controller = { name = ["adaptive", "passive"], position_gain = 3 }', r"passive has no position_gain.*\[\["),
-        ('controller = { name = "passivity", slope_source = "gps" }', "none, local, two_point"),
-        ("robot = { hip = 3 }", "leg_mass, hip_mass"),
+        ('controller = { name = ["adaptive", "passive"], position_gain = 3 }', "name = 'passive'.*position_gain"),
         ("robot = { hip_mass = -3 }", "hip_mass"),
-        ('robot = { hip_mass = "heavy" }', "hip_mass"),
-        ("model = { leg_mass = 0 }", "leg_mass"),
         ("scuffing = { raech = 0.1 }", "reach, delay"),
         ("scuffing = { reach = [0.1, -1] }", r"cell 1 \(scuffing.reach = -1\).*reach = -1"),
         ('terrain = { name = "moon" }', "unknown terrain 'moon': valid are level, incline"),
         ('terrain = { name = "stairs", slope_deg = 3 }', "tread, rise, first, count"),
-        ('terrain = { name = "random", slope_deg = 3 }', r'"low..high"'),
-        ('terrain = { name = "random", slope_deg = [-3, 3] }', r'"low..high"'),
+        ('terrain = { name = "random", slope_deg = 3 }', "on the command line low..high"),
         ('terrain = { name = "random", slope_deg = "3..-3" }', "low end first"),
         ('terrain = { name = "random", slope_deg = { low = 3 } }', "expected {low, high} or {plus_minus}"),
-        ('terrain = { name = "random", slope_deg = { half = 3 } }', "low, high, plus_minus"),
         ('terrain = { name = "random", slope_deg = { plus_minus = -3 } }', "plus_minus = -3: must be"),
-        ('terrain = { name = "random", seed = [0, 0.5] }', "seed = .*: must be a whole number"),
-        ('terrain = { name = ["random", "stairs"], rise = 0.1 }', r"own \[\[terrain\]\]"),
+        ('terrain = { name = ["random", "stairs"], rise = 0.1 }', "on the command line low..high"),
         ('terrain = { name = "stairs", rise = [0.1, 0.9] }', r"cell 1 \(terrain.rise = 0.9\).*rise = 0.9: "),
         ('terrain = { file = "none.csv" }', "no such file"),
-        ("terrain = { file = 3 }", "path of a file"),
-        ('terrain = { file = "none.csv", seed = 1 }', "terrain of a file"),
         ("controller = { position_gain = { from = 1, to = 2, count = 1000 } }\n"
          "robot = { hip_mass = { from = 1, to = 2, count = 1001 } }", f"at most {MOST_CELLS}"),
-        ("plot = { colour = 1 }", "parameters, measures"),
         ('plot = { parameters = ["robot.hip_mass"] }', "name in plot.parameters"),
         ('plot = { measures = ["beauty"] }', "cost_of_transport"),
     ],
@@ -238,14 +220,6 @@ def test_unreadable_file(tmp_path: Path, content: bytes | None, words: str) -> N
     with pytest.raises(InputError, match=words) as refused:
         read_study(path)
     assert str(path) in str(refused.value)
-
-
-def test_imitated_slope_is_in_degrees() -> None:
-    (cell,) = planned("controller = { imitate_slope_deg = 1.5, initial_slope_estimate_deg = 1 }").cells
-    law = cell.controller()
-    assert isinstance(law, AdaptiveController)
-    assert law.gait.slope == math.radians(1.5)
-    assert law.initial_slope_estimate == math.radians(1.0)
 
 
 def test_example_is_the_one_that_is_described(tmp_path: Path) -> None:

@@ -8,20 +8,20 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 from dask_cluster import two_workers
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records import measures
-from mjbiped.sweeps import cell as cells
 from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import MEASURES, Cell, Row, measured
 from mjbiped.sweeps.plan import read_study
-from mjbiped.sweeps.run import run
+from mjbiped.sweeps.run import machinery, run
+from mjbiped.sweeps.store import read_table
 
 ROOT = Path(__file__).parents[2]
 STUDY = """
@@ -68,34 +68,18 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
         )
         summary = measures.summary(done)
         assert {name: row[name] for name in MEASURES} == {name: summary[name] for name in MEASURES}  # bit by bit
+        assert {*summary} == {*MEASURES, "outcome", "verdict", "warnings"}
         assert row["outcome"] == done.outcome
         assert row["error"] is None
         assert row["sample"] == cell.index // 2
         assert row["terrain.seed"] == dict(done.terrain.parameters)["seed"]
 
 
-def test_measures_are_those_of_a_summary(controller: AdaptiveController) -> None:
-    done = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
-    assert {*measures.summary(done)} == {*MEASURES, "outcome", "verdict", "warnings"}
-
-
 @pytest.mark.usefixtures("studies_in_threads")
-@pytest.mark.parametrize("longest", [0.0, 1e9])
-def test_table_does_not_depend_on_workers_and_batches(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, longest: float
-) -> None:
+def test_cells_are_walked_once_whoever_walks_them(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = read_study(file)
-    one = run(study, tmp_path / "one", workers=1)[1].read_bytes()
-    monkeypatch.setattr(running, "LONGEST_BATCH", longest)  # each batch comes back after one walk, or with all
-    monkeypatch.setattr(running, "MOST_IN_BATCH", 5)
-    assert run(study, tmp_path / "two", workers=2)[1].read_bytes() == one
-    assert one.count(b"\n") == 25
-
-
-@pytest.mark.usefixtures("studies_in_threads")
-def test_cells_are_walked_once(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study = read_study(file)
-    whole = run(study, tmp_path / "whole", workers=1)[1].read_bytes()
+    whole = run(study, tmp_path / "whole", workers=2)[1].read_bytes()
+    assert whole.count(b"\n") == 25
     walked: list[int] = []
     broken_at = 9
 
@@ -106,12 +90,11 @@ def test_cells_are_walked_once(file: Path, tmp_path: Path, monkeypatch: pytest.M
         return measured(cell)
 
     monkeypatch.setattr(running, "measured", counting)
-    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     with pytest.raises(KeyboardInterrupt):
         run(study, tmp_path / "out", workers=1)
     broken_at = 10**9
     assert run(study, tmp_path / "out", workers=1)[1].read_bytes() == whole
-    assert sorted(walked) == list(range(24))
+    assert walked == list(range(24))
     run(study, tmp_path / "out", workers=1)
     assert len(walked) == 24
 
@@ -126,21 +109,19 @@ def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytes
     with pytest.raises(InputError, match=r"another study: study\.steps was 6, is 7\. Name another"):
         run(read_study(file), tmp_path / "out")
     file.write_text(text)
-    monkeypatch.setattr(running, "sources", lambda: "mended" * 20)
+    monkeypatch.setattr(running, "machinery", lambda: {**machinery(), "sources": "mended" * 20})
     with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
         run(read_study(file), tmp_path / "out")
     run(read_study(file), tmp_path / "out", fresh=True)
 
 
 @pytest.mark.usefixtures("studies_in_threads")
-def test_changed_terrain_file_is_refused(tmp_path: Path) -> None:
-    path, trail = tmp_path / "study.toml", tmp_path / "trail.toml"
-    path.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
-    trail.write_text("segments = [[1, 0], [1, 1]]")
-    run(read_study(path), tmp_path / "out")
-    trail.write_text("segments = [[1, 0], [1, 2]]")
-    with pytest.raises(InputError, match="content of a terrain file changed"):
-        run(read_study(path), tmp_path / "out")
+def test_changed_terrain_file_is_refused(file: Path, tmp_path: Path) -> None:
+    file.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
+    for slope in (1, 2):
+        (tmp_path / "trail.toml").write_text(f"segments = [[1, 0], [1, {slope}]]")
+        with pytest.raises(InputError, match="content of a terrain file changed") if slope == 2 else nullcontext():
+            run(read_study(file), tmp_path / "out")
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -159,50 +140,32 @@ def test_failed_cells_are_rows(tmp_path: Path) -> None:
     assert run(read_study(path), tmp_path / "out")[1] == table  # and not tried again
 
 
-def test_what_is_no_fault_of_the_walk_is_raised(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    def out_of_memory(*_: object, **__: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(cells, "walk", out_of_memory)
-    with pytest.raises(MemoryError):
-        measured(read_study(file).cells[0])
-
-
 @pytest.mark.usefixtures("studies_in_threads")
 def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = read_study(file)
 
     def failing(cell: Cell, **_: object) -> Row:
-        if cell.index == 20:
+        if cell.index >= 20:
             raise MemoryError("too much")
         return measured(cell)
 
-    monkeypatch.setattr(running, "MOST_IN_BATCH", 1)
     monkeypatch.setattr(running, "measured", failing)
     with pytest.raises(MjbipedError, match=r"MemoryError: too much.*the same command goes on"):
         run(study, tmp_path / "out", workers=1)
-    walked: list[int] = []
-
-    def counting(cell: Cell, **_: object) -> Row:
-        walked.append(cell.index)
-        return measured(cell)
-
-    monkeypatch.setattr(running, "measured", counting)
-    run(study, tmp_path / "out", workers=1)
-    assert min(walked) == 20  # the others were kept
+    monkeypatch.undo()
+    rows, _ = read_table(tmp_path / "out" / "study.sqlite")
+    assert [row["cell"] for row in rows] == list(range(20))
 
 
 def test_worker_of_another_version_is_refused(file: Path) -> None:
     with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_batch(running.row_of, read_study(file).cells[:1], {"sources": "others", "versions": {}})
+        running.walk_one(running.row_of, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
 
 
 @pytest.mark.slow
-def test_worker_that_dies_loses_nothing_that_had_ended(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_worker_that_dies_is_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes here, and one of them is killed from the inside, at its first walk."""
-    monkeypatch.setattr(running, "walk_batch", _die)
+    monkeypatch.setattr(running, "walk_one", _die)
     with pytest.raises(MjbipedError, match="the same command goes on"):
         run(read_study(file), tmp_path / "out", workers=1)
 
@@ -227,22 +190,6 @@ def test_killed_twice_it_ends_with_the_same_table(tmp_path: Path, engine: str) -
         process.wait()
     assert start(tmp_path, "--out", tmp_path / "killed", "--workers", 1).wait(timeout=300) == 0
     assert (tmp_path / "killed" / "study.csv").read_bytes() == (tmp_path / "whole" / "study.csv").read_bytes()
-
-
-@pytest.mark.slow
-def test_interrupted_it_says_what_is_kept(tmp_path: Path) -> None:
-    (tmp_path / "study.toml").write_text(STUDY.format(samples=5000))
-    process = start(tmp_path, "--out", tmp_path / "out")
-    end = time.monotonic() + 120.0
-    while not (tmp_path / "out" / "study.sqlite").exists():
-        assert time.monotonic() < end
-        time.sleep(0.1)
-    time.sleep(3.0)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers hear it too
-    assert process.wait(timeout=60) == 130
-    message = (tmp_path / "errors").read_text()
-    assert "the same command goes on" in message
-    assert "Traceback" not in message
 
 
 @pytest.mark.slow
