@@ -16,9 +16,8 @@ from functools import cached_property
 from numbers import Real
 from typing import Any
 
-from mjbiped.control.adapters import gives_its_law, values_of
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.scalar_laws import takes_scalars
+from mjbiped.control.functions import gives_its_law, values_of
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -92,8 +91,6 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
     Raises:
         InputError: It does.
     """
-    if takes_scalars(law.torque):
-        return
     names = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     out: list[Any] = [None] * len(names) + [0.0] * ROOM
     try:

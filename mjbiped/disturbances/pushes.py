@@ -50,9 +50,8 @@ def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
         after: End of the push before it, s.
     """
     if pushes.interval > 0.0:
-        seed = (pushes.seed_low, pushes.seed_high)
-        size = pushes.size if uniform(seed, number, _SIGN) < 0.5 else -pushes.size
-        return after - pushes.interval * math.log(uniform(seed, number, _TIME)), size
+        size = pushes.size if uniform(pushes, number, _SIGN) < 0.5 else -pushes.size
+        return after - pushes.interval * math.log(uniform(pushes, number, _TIME)), size
     if number < pushes.listed:
         times, impulses = numbers(pushes.times, pushes.listed), numbers(pushes.impulses, pushes.listed)
         return float(times[number]), float(impulses[number])

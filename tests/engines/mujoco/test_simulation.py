@@ -18,7 +18,7 @@ from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.jit import raises
+from mjbiped.numerics.sources import raises
 from mjbiped.records import measures
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import PLACE
