@@ -260,7 +260,7 @@ def copied(to: Path) -> Path:
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
-            shutil.copytree(source, to / name, symlinks=True, ignore=shutil.ignore_patterns("*.nbi.*.tmp"))
+            shutil.copytree(source, to / name, symlinks=True, ignore=shutil.ignore_patterns("*.nbt"))
         else:
             shutil.copy2(source, to / name)
     return to

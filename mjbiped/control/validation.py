@@ -91,7 +91,7 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
     Raises:
         InputError: It does.
     """
-    names = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
+    names = _names(controller)
     out: list[Any] = [None] * len(names) + [0.0] * ROOM
     try:
         found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)
@@ -125,6 +125,14 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
         raise InputError(f"{kind.__name__}.{method} fails: {words}{place_of(error, kind)}{advice}") from error
 
 
+def _names(controller: Controller) -> tuple[str, ...]:
+    """Names of the numbers that `torque` gives."""
+    return (
+        *(f"{joint} torque" for joint in controller.joints),
+        *(f"rate of {state}" for state in controller.states),
+    )
+
+
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
     """Describe which numbers from `torque` are not finite, and in which state; empty if all are.
 
@@ -135,10 +143,9 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: State
         q: The robot's angles, rad.
         dq: Their rates, rad/s.
     """
-    named = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     faults = [
         f"{shown(value)} for the {name}"
-        for name, value in zip(named, values, strict=False)
+        for name, value in zip(_names(controller), values, strict=False)
         if not math.isfinite(as_float(value))
     ]
     if not faults:

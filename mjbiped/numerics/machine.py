@@ -176,13 +176,12 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     code = function.__code__.replace(co_name=name, co_qualname=name)  # so are symbols of the machine code named
     named = FunctionType(code, function.__globals__, name, None, function.__closure__)
     given = {**_OPTIONS, "boundscheck": checked, "nogil": not for_c}
-    exact = sigutils._parse_signature_string(signature)
     if for_c:
-        made = CFunc(named, sigutils.normalize_signature(exact), {}, given, pipeline_class=Pipeline)
+        made = CFunc(named, sigutils.normalize_signature(signature), {}, given, pipeline_class=Pipeline)
     else:
         made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Pipeline, **given)(named)
     made._cache = _File(name)
-    made.compile(*(() if for_c else (exact,)))
+    made.compile(*(() if for_c else (signature,)))
     return made
 
 
