@@ -127,10 +127,7 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
 
 def _names(controller: Controller) -> tuple[str, ...]:
     """Names of the numbers that `torque` gives."""
-    return (
-        *(f"{joint} torque" for joint in controller.joints),
-        *(f"rate of {state}" for state in controller.states),
-    )
+    return (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
 
 
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
