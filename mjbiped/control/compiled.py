@@ -175,7 +175,7 @@ class CalledMethods:
                 ctypes.memset(given[-1], 0, ctypes.sizeof(values_of))
             return math.nan
 
-        passed = [number if kind == _TIME else word for kind in _TAKEN[name]]
+        passed = [number if kind == "t" else word for kind in _TAKEN[name]]
         return ctypes.CFUNCTYPE(number if name in _RETURNING else None, word, word, *passed)(call)
 
 
@@ -189,11 +189,9 @@ def as_machine_code(controller: Controller) -> MachineCode | CalledMethods:
     return CalledMethods(controller) if law is None else MachineCode(controller, law)
 
 
-_TIME, _STATE, _OUT = "t", "q", "o"
-_TAKEN = {"touchdown": "qqq", "slope_estimate": "", "next_discontinuity": "t", "torque": "tqqo"} | dict.fromkeys(
-    ("tick", "knee_strike"), "tqq"
-)
-"""What a law's functions take beside parameters and memory: a time, arrays with a number for each angle, and `out`."""
+_TAKEN = {"touchdown": "aaa", "slope_estimate": "", "next_discontinuity": "t", "torque": "taaa"}
+_TAKEN |= {"tick": "taa", "knee_strike": "taa"}
+"""What a law's functions take beside parameters and memory: a time, and arrays."""
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
@@ -264,7 +262,7 @@ def _function(name: str, function: Callable[..., Any], read: Callable[..., Any])
         around = (_slope_estimate if name == "slope_estimate" else _next_discontinuity)(function, read)
     else:
         around = _event(function, read, numbers if name == "touchdown" else _itself)
-    passed = ["float64" if kind == _TIME else "int64" for kind in _TAKEN[name]]
+    passed = ["float64" if kind == "t" else "int64" for kind in _TAKEN[name]]
     signature = f"{'float64' if name in _RETURNING else 'void'}({', '.join(['int64', 'int64', *passed])})"
     return compiled(around, signature, for_c=True, checked=not function.__module__.startswith(_OURS))
 
@@ -298,7 +296,7 @@ def _reason(name: str, function: Callable[..., Any], error: Exception) -> str:
     array, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64
     alone = numba.njit(_nrt=False)(function)
     try:
-        alone.compile((array, array, *(number if kind == _TIME else array for kind in _TAKEN[name])))
+        alone.compile((array, array, *(number if kind == "t" else array for kind in _TAKEN[name])))
     except (numba.core.errors.NumbaError, TypeError) as found:  # TypeError: another number of arguments
         error = found
     else:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from mjbiped.disturbances.chance import uniform
 from mjbiped.numerics.blocks import Floats, numbers
 
@@ -35,10 +33,6 @@ class Pushes(NamedTuple):
     interval: float
     seed_low: int
     seed_high: int
-
-
-NONE = Pushes(np.zeros(0), np.zeros(0), 0, 1.0, 0.0, 0.0, 0, 0)
-"""No pushes."""
 
 
 def following(pushes: Any, number: int, after: float) -> tuple[float, float]:

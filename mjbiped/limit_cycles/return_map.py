@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.disturbances.pushes import NONE
+from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.motion import enter_mode
@@ -261,7 +261,7 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
         **own,
         **law_constants(code.law, robot, 0, -1),
         **ground_constants(ground, [slope], math.inf),
-        pushes=[NONE],
+        pushes=[UNDISTURBED.schedule],
         **buffer_constants(1, 1, 0, math.inf),
         **rule_constants(robot, scuffing, None, None),
         tolerance=TOLERANCE,
