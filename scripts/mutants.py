@@ -2,8 +2,8 @@
 
 Each mutant is made in a copy of the sources, and the tests of its module's own room are run there until one fails. The
 sample is drawn by a seed, evenly over all places of the modules in `ROOMS`. Machine code is kept by digests of all that
-was compiled (`mjbiped.numerics.jit`), so that the copies share what is kept of the original: of a mutant, only what it
-reaches is compiled anew. `make mutants` draws twenty; 24 took 28 minutes on two busy cores.
+was compiled (`mjbiped.numerics.machine`), so that the copies share what is kept of the original: of a mutant, only what
+it reaches is compiled anew. `make mutants` draws twenty; 24 took 28 minutes on two busy cores.
 
     python -m scripts.mutants --count 20 --seed 0
 """
@@ -257,7 +257,7 @@ def copied(to: Path) -> Path:
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
-            shutil.copytree(source, to / name, symlinks=True, ignore=shutil.ignore_patterns("*.nbi.*.tmp"))
+            shutil.copytree(source, to / name, symlinks=True, ignore=shutil.ignore_patterns("*.nbt"))
         else:
             shutil.copy2(source, to / name)
     return to

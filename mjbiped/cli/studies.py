@@ -232,17 +232,15 @@ def compile_(results: Results, controllers: tuple[str, ...], clear: bool, **give
       mjbiped compile spread.py:HipSpread
       mjbiped compile --clear
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.numerics import cache_folder
+    from mjbiped.numerics import cache
     from mjbiped.rollout.precompilation import precompile
 
     engine, workers = given["engine"], given["workers"]
     if clear:
         if controllers or engine or workers:
             raise click.UsageError("--clear deletes all machine code; give it alone.")
-        deleted = cache_folder.clear()
-        results.end(
-            {"deleted_bytes": deleted}, [f"deleted {deleted / 1e6:.1f} MB of machine code in {cache_folder.root()}"]
-        )
+        deleted = cache.clear()
+        results.end({"deleted_bytes": deleted}, [f"deleted {deleted / 1e6:.1f} MB of machine code in {cache.root()}"])
         return
     engines = None if engine is None else (engine,)
     made = precompile(controllers or None, engines=engines, workers=workers, progress=not results.quiet)

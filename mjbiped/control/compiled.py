@@ -1,31 +1,29 @@
 """Machine code of a controller's laws, apart from any engine: one calling convention for all that call laws.
 
 An engine compiled around a law has to be compiled again with every other law, which takes ten times as long as the law
-itself. So each law becomes C functions, and engines call what stands at the addresses that `CompiledLaw` has:
+itself. So each law becomes C functions, and engines call what stands at the addresses of a `Law`:
 
 | function | arguments | returns |
 |---|---|---|
-| `torque` | int64 record, int64 memory, double t, int64 q, int64 dq, int64 out | nothing |
-| `touchdown` | int64 record, int64 memory, int64 q_before, int64 q, int64 dq | nothing |
-| `slope_estimate` | int64 record, int64 memory | double |
-| `next_discontinuity` | int64 record, int64 memory, double t | double |
-| `tick`, `knee_strike` | int64 record, int64 memory, double t, int64 q, int64 dq | nothing |
+| `torque` | int64 parameters, int64 memory, double t, int64 q, int64 dq, int64 out | nothing |
+| `touchdown` | int64 parameters, int64 memory, int64 q_before, int64 q, int64 dq | nothing |
+| `slope_estimate` | int64 parameters, int64 memory | double |
+| `next_discontinuity` | int64 parameters, int64 memory, double t | double |
+| `tick`, `knee_strike` | int64 parameters, int64 memory, double t, int64 q, int64 dq | nothing |
 
-All integers are addresses of contiguous floats. The record is a header of `HEADER` floats, which has the lengths of all
-arrays, and behind it the law's parameters: one machine code serves all gains, gaits and robots of a law. `out` has
-places for torques, rates of the states, and `ROOM` floats more. A law that raises an exception sets the record's
-`FAILED`, and all torques are NaN from then on.
+All integers are addresses of contiguous floats, that of the parameters excepted: there a `Head` stands, which has the
+lengths of all arrays. So one machine code serves all gains, gaits and robots of a law. `out` has places for torques,
+rates of the states, and `ROOM` floats more. A law that raises an exception sets `Head.failed`, and all torques are NaN
+from then on.
 """
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import math
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import lru_cache
+from collections.abc import Callable
+from functools import cache, lru_cache
 from importlib import import_module
 from numbers import Real
 from pathlib import Path
@@ -33,53 +31,46 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjbiped.control.adapters import LAWS, gives_its_law
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.scalar_laws import on_arrays
+from mjbiped.control.functions import gives_its_law, in_python
 from mjbiped.errors import InputError
-from mjbiped.numerics.jit import OPTIONS, c_function, described, prepared, raises, renamed, takes_powers
-
-(
-    FAILED,  # not zero once a law has raised an exception
-    COUNT,  # of the parameters
-    MEMORY,  # floats of the memory
-    ANGLES,  # of the robot, as many as joints
-    VALUES,  # torques and rates of states
-    HEADER,
-) = range(6)
-"""Indices in a record, and the number of them."""
+from mjbiped.numerics.blocks import Floats, numbers, packed, reader
+from mjbiped.numerics.sources import raises, takes_powers
 
 _ADVICE = (
     "A law reads and writes the arrays of floats that it is given, allocates nothing (no list, array or string), and "
     "calls only functions that do the same, of `math` or at the top level of a module. Correct it, or let law() return "
     "None: the walk then runs in plain Python"
 )
+_OURS = ("mjbiped.", "controllers.")  # whose indices tests have checked
 
 
 class LawError(InputError):
     """A controller's laws cannot be compiled; nothing has been computed then."""
 
 
-class CompiledLaw(NamedTuple):
-    """Addresses of a law's C functions and of its record.
+class Head(NamedTuple):
+    """What stands at the address of a law's parameters.
 
     Attributes:
-        torque: See this module, as for all of the functions.
-        touchdown: 0 never.
-        slope_estimate: 0 never.
-        next_discontinuity: 0 never.
-        record: Address of the header and the parameters.
-        tick: 0: the law has none.
-        knee_strike: 0: the law has none.
+        failed: Not zero once a function has raised an exception.
+        parameters: The parameters.
+        length: Number of parameters; 0: they are one block.
+        memory: Floats of the memory.
+        angles: Of the robot, as many as joints.
+        values: Torques and rates of states.
     """
 
-    torque: int
-    touchdown: int
-    slope_estimate: int
-    next_discontinuity: int
-    record: int
-    tick: int = 0
-    knee_strike: int = 0
+    failed: float
+    parameters: Floats
+    length: int
+    memory: int
+    angles: int
+    values: int
+
+
+_head_at = reader(Head)
+_block_at: Any = cache(reader)
 
 
 class MachineCode:
@@ -89,34 +80,48 @@ class MachineCode:
         law: Addresses, for compiled engines.
     """
 
-    law: CompiledLaw
+    law: Law
 
-    def __init__(self, law: Law, states: int, memory_size: int, *, joints: int = 2) -> None:
+    def __init__(self, controller: Controller, law: Law) -> None:
         """Compile the law, or take it from the cache.
 
         Args:
-            law: The controller's.
-            states: Number of its integrated states.
-            memory_size: Floats of its memory.
-            joints: Number of torques, and of angles.
+            controller: The controller.
+            law: Its `compilable_law`.
 
         Raises:
-            NumbaError: The law cannot be compiled.
+            LawError: The law cannot be compiled.
         """
-        head = 0.0, len(law.parameters), memory_size, joints, joints + states
-        self._record = np.array([*head, *law.parameters], dtype=np.float64)
-        self._functions = {name: _function(name, each) for name, each in law.functions.items()}  # kept alive
-        addresses = {name: function.address for name, function in self._functions.items()}
-        self.law = CompiledLaw(record=self._record.ctypes.data, **addresses)
+        given: Any = law.parameters
+        self._inner = None if controller.inner is None else as_machine_code(controller.inner)
+        if self._inner is not None:
+            given = given._replace(inner=[self._inner.law])
+        block = hasattr(given, "_fields")
+        read = _block_at(type(given)) if block else numbers
+        values, kept = packed(given) if block else (np.array(given, dtype=np.float64), [])
+        joints = len(controller.joints)
+        sizes = 0 if block else len(values), controller.memory_size, joints, joints + len(controller.states)
+        self._head, _ = packed(Head(0.0, values, *sizes))
+        self._kept: list[Any] = [values, kept]
+        addresses: Any = {"tick": 0, "parameters": self._head.ctypes.data}
+        for name, function in law.functions.items():
+            try:
+                code = _function(name, function, read)
+            except import_module("numba").core.errors.NumbaError as error:
+                reason = f"{name} ({function.__name__}){_reason(name, function, error)}. {_ADVICE}"
+                raise LawError(f"the laws of {type(controller).__name__} cannot be compiled: {reason}") from error
+            self._kept.append(code)
+            addresses[name] = code.address
+        self.law = Law(**addresses)
 
     @property
     def failed(self) -> bool:
         """Whether a law has raised an exception; its torques are NaN from then on."""
-        return bool(self._record[FAILED])
+        return bool(self._head["failed"][0]) or (self._inner is not None and self._inner.failed)
 
 
 class CalledMethods:
-    """C functions that call a controller's methods in plain Python, to be kept while engines call them.
+    """C functions that call a controller's functions in plain Python, to be kept while engines call them.
 
     Attributes:
         law: Addresses, for compiled engines.
@@ -124,16 +129,18 @@ class CalledMethods:
             zero.
     """
 
-    law: CompiledLaw
+    law: Law
     error: BaseException | None = None
 
     def __init__(self, controller: Controller) -> None:
-        """Wrap the methods of a controller."""
-        self._failed = ctypes.c_double()  # as a record begins
-        methods = zip(Law._fields[1:], LAWS, strict=True)
-        self._functions = {name: self._behind(name, method, controller) for name, method in methods}  # kept alive
-        addresses = {name: ctypes.cast(each, ctypes.c_void_p).value or 0 for name, each in self._functions.items()}
-        self.law = CompiledLaw(record=ctypes.addressof(self._failed), **addresses)
+        """Wrap the functions of a controller."""
+        self._failed = ctypes.c_double()  # as a head begins
+        law = in_python(controller)
+        self._kept = {name: self._behind(name, each, law, controller) for name, each in law.functions.items()}
+        addresses: Any = {"tick": 0, "parameters": ctypes.addressof(self._failed)}
+        self.law = Law(
+            **addresses | {name: ctypes.cast(each, ctypes.c_void_p).value for name, each in self._kept.items()}
+        )
 
     @property
     def failed(self) -> bool:
@@ -145,147 +152,137 @@ class CalledMethods:
         error, self.error, self._failed.value = self.error, None, 0.0
         return error
 
-    def _behind(self, name: str, method: Callable[..., Any], controller: Controller) -> Any:
-        """The C function of a method."""
-        number, word, joints = ctypes.c_double, ctypes.c_int64, len(controller.joints)
-        memory_of, state_of = number * controller.memory_size, number * joints
-        values_of, kinds = number * (joints + len(controller.states)), _TAKEN[name]
+    def _behind(self, name: str, function: Callable[..., Any], law: Law, controller: Controller) -> Any:
+        """The C function of a function."""
+        number, word, n = ctypes.c_double, ctypes.c_int64, len(controller.joints)
+        count = n + len(controller.states)
+        memory_of, state_of, values_of = number * controller.memory_size, number * n, number * count
 
-        def call(_record: int, memory: int, *given: Any) -> float:
+        def call(_parameters: int, memory: int, *given: Any) -> float:
             if self.error is None:
                 try:
-                    held = memory_of.from_address(memory)
-                    own: list[Any] = held[:]
-                    state = [
-                        each if kind == _TIME else tuple(state_of.from_address(each))
-                        for kind, each in zip(kinds, given, strict=True)
-                        if kind != _OUT
-                    ]
-                    found = method(controller, own, *state)
+                    held: Any = memory_of.from_address(memory)
+                    own, out = held[:], [0.0] * (count + ROOM)
+                    taken = [each if isinstance(each, float) else state_of.from_address(each)[:] for each in given]
+                    found = function(law.parameters, own, *(taken if name != "torque" else [*taken[:-1], out]))
                     held[:] = own
-                    if name != "torque":
-                        return 0.0 if found is None else float(found)
-                    values_of.from_address(given[-1])[:] = found
-                    return 0.0
+                    if name == "torque":
+                        ctypes.memmove(given[-1], values_of(*out[:count]), ctypes.sizeof(values_of))
+                    return 0.0 if found is None else float(found)
                 except BaseException as error:  # an interruption, too
                     self.error, self._failed.value = error, 1.0
             if name == "torque":
                 ctypes.memset(given[-1], 0, ctypes.sizeof(values_of))
             return math.nan
 
-        passed = [number if kind == _TIME else word for kind in kinds]
+        passed = [number if kind == "t" else word for kind in _TAKEN[name]]
         return ctypes.CFUNCTYPE(number if name in _RETURNING else None, word, word, *passed)(call)
 
 
-_TIME, _STATE, _OUT = "t", "q", "o"
-_TAKEN = {"touchdown": "qqq", "slope_estimate": "", "next_discontinuity": "t", "torque": "tqqo"} | dict.fromkeys(
-    ("tick", "knee_strike"), "tqq"
-)
-"""What a law's functions take beside parameters and memory: a time, arrays with a number for each angle, and `out`."""
+def as_machine_code(controller: Controller) -> MachineCode | CalledMethods:
+    """A controller's laws as machine code, or C functions that call its methods.
+
+    Raises:
+        LawError: The laws cannot be compiled.
+    """
+    law = compilable_law(controller)
+    return CalledMethods(controller) if law is None else MachineCode(controller, law)
+
+
+_TAKEN = {"touchdown": "aaa", "slope_estimate": "", "next_discontinuity": "t", "torque": "taaa"}
+_TAKEN |= {"tick": "taa", "knee_strike": "taa"}
+"""What a law's functions take beside parameters and memory: a time, and arrays."""
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
-# in each copy of the functions below the law's function, and `mjbiped.numerics.addresses.numbers`
-law: Any = None
-numbers: Any = None
-_NAN = math.nan
+
+def _torque(law: Callable[..., None], read: Callable[..., Any]) -> Callable[..., None]:
+    def torque(parameters: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
+        head = _head_at(parameters, 0)
+        own, n, values = numbers(memory, head.memory), head.angles, numbers(out, head.values + ROOM)
+        try:
+            law(read(head.parameters, head.length), own, t, numbers(q, n), numbers(dq, n), values)
+        except Exception:  # such as an index out of bounds; it could not pass through C
+            head.failed = 1.0
+        if head.failed != 0.0:  # be it at a touchdown: the walk goes no further
+            for index in range(head.values):
+                values[index] = math.nan
+
+    return torque
 
 
-def _torque(record: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
-    head = numbers(record, HEADER)
-    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
-    own = numbers(memory, int(head[MEMORY]))
-    n, values = int(head[ANGLES]), int(head[VALUES])
-    given = numbers(out, values + ROOM)
-    try:
-        law(parameters, own, t, numbers(q, n), numbers(dq, n), given)
-    except Exception:  # such as an index out of bounds; it could not pass through C
-        head[FAILED] = 1.0
-    if head[FAILED] != 0.0:  # be it at a touchdown: the walk goes no further
-        for index in range(values):
-            given[index] = _NAN
+def _event(law: Callable[..., None], read: Callable[..., Any], first: Callable[..., Any]) -> Callable[..., None]:
+    def event(parameters: int, memory: int, given: Any, q: int, dq: int) -> None:
+        head = _head_at(parameters, 0)
+        own, n = numbers(memory, head.memory), head.angles
+        try:
+            law(read(head.parameters, head.length), own, first(given, n), numbers(q, n), numbers(dq, n))
+        except Exception:
+            head.failed = 1.0
+
+    return event
 
 
-def _touchdown(record: int, memory: int, q_before: int, q: int, dq: int) -> None:
-    head = numbers(record, HEADER)
-    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
-    own, n = numbers(memory, int(head[MEMORY])), int(head[ANGLES])
-    try:
-        law(parameters, own, numbers(q_before, n), numbers(q, n), numbers(dq, n))
-    except Exception:
-        head[FAILED] = 1.0
+def _slope_estimate(law: Callable[..., float], read: Callable[..., Any]) -> Callable[..., float]:
+    def slope_estimate(parameters: int, memory: int) -> float:
+        head, found = _head_at(parameters, 0), math.nan
+        try:
+            found = float(law(read(head.parameters, head.length), numbers(memory, head.memory)))
+        except Exception:
+            head.failed = 1.0
+        return found
+
+    return slope_estimate
 
 
-def _event(record: int, memory: int, t: float, q: int, dq: int) -> None:
-    head = numbers(record, HEADER)
-    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
-    own, n = numbers(memory, int(head[MEMORY])), int(head[ANGLES])
-    try:
-        law(parameters, own, t, numbers(q, n), numbers(dq, n))
-    except Exception:
-        head[FAILED] = 1.0
+def _next_discontinuity(law: Callable[..., float], read: Callable[..., Any]) -> Callable[..., float]:
+    def next_discontinuity(parameters: int, memory: int, t: float) -> float:
+        head, found = _head_at(parameters, 0), math.nan
+        try:
+            found = float(law(read(head.parameters, head.length), numbers(memory, head.memory), t))
+        except Exception:
+            head.failed = 1.0
+        return found
+
+    return next_discontinuity
 
 
-def _slope_estimate(record: int, memory: int) -> float:
-    head, found = numbers(record, HEADER), _NAN
-    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
-    try:
-        found = float(law(parameters, numbers(memory, int(head[MEMORY]))))
-    except Exception:
-        head[FAILED] = 1.0
-    return found
-
-
-def _next_discontinuity(record: int, memory: int, t: float) -> float:
-    head, found = numbers(record, HEADER), _NAN
-    parameters = numbers(record + 8 * HEADER, int(head[COUNT]))
-    try:
-        found = float(law(parameters, numbers(memory, int(head[MEMORY])), t))
-    except Exception:
-        head[FAILED] = 1.0
-    return found
-
-
-_OURS = ("mjbiped.controllers.", "controllers.", "mjbiped.control.")  # whose indices tests have checked
-_AROUND: tuple[Callable[..., Any], ...] = (_torque, _touchdown, _slope_estimate, _next_discontinuity, _event, _event)
+def _itself(value: float, count: int) -> float:  # noqa: ARG001 (a time in the place of an array)
+    return value
 
 
 @lru_cache(maxsize=256)
-def _function(name: str, function: Callable[..., Any]) -> Any:
+def _function(name: str, function: Callable[..., Any], read: Callable[..., Any]) -> Any:
     """Compile one of a law's C functions; an unchanged one comes from the cache."""
-    from numba import types
+    from mjbiped.numerics.machine import compiled
 
-    from mjbiped.numerics import addresses
-
-    around = dict(zip(Law._fields[1:], _AROUND, strict=True))[name]
-    checked = not function.__module__.startswith(_OURS)
-    known = prepared((function,), (function,), checked=checked), described(around)
-    digest = hashlib.sha256(repr(known).encode()).hexdigest()
-    made = renamed(around, f"{name}_{digest[:16]}", law=function, numbers=addresses.numbers)
-    passed = [types.float64 if kind == _TIME else types.int64 for kind in _TAKEN[name]]
-    returned = types.float64 if name in _RETURNING else types.void
-    return c_function(made, returned(types.int64, types.int64, *passed), **OPTIONS)
+    around: Callable[..., Any]
+    if name == "torque":
+        around = _torque(function, read)
+    elif name in _RETURNING:
+        around = (_slope_estimate if name == "slope_estimate" else _next_discontinuity)(function, read)
+    else:
+        around = _event(function, read, numbers if name == "touchdown" else _itself)
+    passed = ["float64" if kind == "t" else "int64" for kind in _TAKEN[name]]
+    signature = f"{'float64' if name in _RETURNING else 'void'}({', '.join(['int64', 'int64', *passed])})"
+    return compiled(around, signature, for_c=True, checked=not function.__module__.startswith(_OURS))
 
 
 def compilable_law(controller: Controller) -> Law | None:
     """Return the law that engines compile for a controller, or None where its methods must be called."""
-    law = controller.law() if gives_its_law(controller) else None
-    if law is None:
+    if controller.inner is not None and compilable_law(controller.inner) is None:
         return None
-    law = on_arrays(law)
-    return law if can_be_compiled(law) else None
+    law = controller.law() if gives_its_law(controller) else None
+    return law if law is not None and can_be_compiled(law) else None
 
 
 def can_be_compiled(law: Law) -> bool:
     """Whether machine code could do what the law does.
 
-    An exception that it raises would lose its message there, and a record holds only floats.
+    An exception that it raises would lose its message there, and parameters are floats, or one block.
     """
     given: Any = law.parameters
-    if isinstance(given, np.ndarray):
-        flat = given.ndim == 1 and given.dtype == np.float64
-    else:
-        flat = isinstance(given, list | tuple) and all(issubclass(kind, Real) for kind in set(map(type, given)))
-    return flat and not raises(tuple(law.functions.values()))
+    flat = isinstance(given, list | tuple | np.ndarray) and all(issubclass(each, Real) for each in {*map(type, given)})
+    return (flat or hasattr(given, "_fields")) and not raises(tuple(law.functions.values()))
 
 
 def rounds_alike(law: Law) -> bool:
@@ -293,48 +290,18 @@ def rounds_alike(law: Law) -> bool:
     return not takes_powers(tuple(law.functions.values()))
 
 
-@contextmanager
-def refused_in_words(controller: Controller, law: Law | None) -> Iterator[None]:
-    """Explain which law cannot be compiled, why, and where, if the block's compilation fails.
-
-    Args:
-        controller: Controller of the laws.
-        law: Result of `compilable_law`; None where nothing is compiled.
-
-    Raises:
-        LawError: They cannot be compiled. An exception that a running law raised passes unchanged.
-    """
-    try:
-        yield
-    except Exception as error:
-        if law is None or not isinstance(error, import_module("numba").core.errors.NumbaError):
-            raise
-        reason = _blame(law) or f"together: {_reason(error)}"
-        raise LawError(f"the laws of {type(controller).__name__} cannot be compiled: {reason}. {_ADVICE}") from error
-
-
-def _blame(law: Law) -> str:
-    """Describe the first law that cannot be compiled by itself, and why; empty if all can."""
+def _reason(name: str, function: Callable[..., Any], error: Exception) -> str:
+    """Describe why a law cannot be compiled: what Numba says of it by itself, and the place in the source."""
     numba: Any = import_module("numba")  # slow to import, and without types
-    numbers, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64
-    for name, function in law.functions.items():
-        taken = [number if kind == _TIME else numbers for kind in _TAKEN[name]]
-        prepared((function,), (), checked=True)
-        alone = numba.njit(_nrt=False)(function)
-        try:
-            alone.compile((numbers, numbers, *taken))
-        except (numba.core.errors.NumbaError, TypeError) as error:  # TypeError: another number of arguments
-            return f"{name} ({function.__name__}): {_reason(error)}"
-        given = alone.nopython_signatures[0].return_type
-        if name in _RETURNING and not isinstance(numba.types.unliteral(given), numba.types.Number):
-            return f"{name} ({function.__name__}) returns {given}; expected a float"
-        if name not in _RETURNING and given != numba.types.none:
-            return f"{name} ({function.__name__}) returns {given}; expected nothing"
-    return ""
-
-
-def _reason(error: Exception) -> str:
-    """Return the line of Numba's message that says what is wrong, and the place in the source."""
+    array, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64
+    alone = numba.njit(_nrt=False)(function)
+    try:
+        alone.compile((array, array, *(number if kind == "t" else array for kind in _TAKEN[name])))
+    except (numba.core.errors.NumbaError, TypeError) as found:  # TypeError: another number of arguments
+        error = found
+    else:
+        if name in _RETURNING:
+            return f" returns {alone.nopython_signatures[0].return_type}; expected a float"
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     message = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
     if "NRT required" in message:
@@ -342,4 +309,4 @@ def _reason(error: Exception) -> str:
     place = re.search(r'File "(?P<file>[^"]+)", line (?P<line>\d+)', str(error)) or re.search(
         r"at (?P<file>\S+) \((?P<line>\d+)\)", str(error)
     )
-    return f"{message} (line {place['line']} of {Path(place['file']).name})" if place else message
+    return f": {message} (line {place['line']} of {Path(place['file']).name})" if place else f": {message}"

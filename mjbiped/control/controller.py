@@ -19,7 +19,6 @@ from functools import cached_property
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
-from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
@@ -36,6 +35,10 @@ Memory = MutableSequence[float]
 
 ROOM = 64
 """Floats behind torques and rates in `out` of `Law.torque`, for a law's intermediate results."""
+
+
+def _strike_nothing(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> None:
+    """Do nothing at a knee strike."""
 
 
 class Law(NamedTuple):
@@ -57,7 +60,7 @@ class Law(NamedTuple):
         next_discontinuity: (parameters, memory, t) -> float, s.
         tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.sampled.SampledController` once in each
             control period; None for all other controllers.
-        knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; robots with knees need it.
+        knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; unless given, nothing happens.
     """
 
     parameters: Sequence[float]
@@ -66,7 +69,7 @@ class Law(NamedTuple):
     slope_estimate: Callable[..., float]
     next_discontinuity: Callable[..., float]
     tick: Callable[..., None] | None = None
-    knee_strike: Callable[..., None] | None = None
+    knee_strike: Callable[..., None] = _strike_nothing
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
@@ -103,6 +106,8 @@ class Controller(ABC):
             does without. In the first step they are what `start` has made of them.
         robot: The robot model that the laws use, or None; the walking robot is this one unless told otherwise.
         gait: The gait that is imitated, or None; a walk with `initial="gait"` starts on it.
+        inner: The controller that this one is put around, or None. The parameters of this one's law are then a block
+            (`mjbiped.numerics.blocks`) whose field `inner` is a list of one `Law`: that of the inner controller.
     """
 
     states: ClassVar[tuple[str, ...]] = ()
@@ -113,6 +118,7 @@ class Controller(ABC):
     support: ClassVar[int] = -1
     robot: Robot | None = None
     gait: Gait | None = None
+    inner: Controller | None = None
 
     def driving(self, robot: Robot) -> Controller:
         """The controller that drives a given robot on behalf of this one: by default itself, whatever the robot."""
@@ -216,7 +222,7 @@ class LawController(Controller):
 
     @cached_property
     def _law(self) -> Law:
-        return on_arrays(self.plain_law)
+        return self.plain_law
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after a support transfer; see `Controller.on_touchdown`."""
@@ -226,8 +232,7 @@ class LawController(Controller):
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after the knee strike; see `Controller.on_knee_strike`."""
         law = self._law
-        if law.knee_strike is not None:
-            law.knee_strike(law.parameters, memory, t, q, dq)
+        law.knee_strike(law.parameters, memory, t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Joint torques and the rates of the states; see `Controller.torque`."""

@@ -1,73 +1,95 @@
-"""A controller's functions as engines call them, in plain Python and as machine code.
+"""A controller's functions as engines call them in plain Python, by the signatures of `mjbiped.control.controller.Law`.
 
-Their arguments are those of `mjbiped.control.controller.Law`; `mjbiped.numerics.blocks.call` calls them.
+`mjbiped.numerics.blocks.call` calls them, and in machine code what `mjbiped.control.compiled` makes of them.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from numbers import Real
+from typing import Any
 
-from mjbiped.control import adapters
-from mjbiped.control.compiled import CalledMethods, MachineCode, compilable_law, refused_in_words
-from mjbiped.control.controller import Controller, LawController
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Room
+from mjbiped.errors import InputError, shown
+from mjbiped.utils.domains import entries
+
+_METHODS = ("on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
 
 
-class Functions(NamedTuple):
-    """The functions, or their addresses.
+def gives_its_law(controller: Controller) -> bool:
+    """Tell whether `law` stands for all methods of the controller: none of them is newer than it.
 
-    Attributes:
-        parameters: First argument of all of them.
-        torque: See `mjbiped.control.controller.Law` for this and all that follow.
-        touchdown: See there.
-        slope_estimate: See there.
-        next_discontinuity: See there.
-        tick: See there; 0 or None where there is none.
-        knee_strike: See there.
+    A method is newer that was replaced in a class derived from the one that has `law`, or in the object itself.
     """
+    order = (controller, *type(controller).__mro__)
 
-    parameters: Any
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_discontinuity: Any
-    tick: Any
-    knee_strike: Any
+    def place(name: str) -> int:
+        return next(i for i, owner in enumerate(order) if name in vars(owner))
+
+    return all(place("law") <= place(name) for name in _METHODS)
 
 
-def in_python(controller: Controller) -> Functions:
+def in_python(controller: Controller) -> Law:
     """The functions of a controller's law, or its methods behind the same signatures."""
-    law = controller.law() if isinstance(controller, LawController) and adapters.gives_its_law(controller) else None
-    if law is not None:
-        return Functions(*law[:5], law.tick, law.knee_strike or _strike_nothing)
-    return Functions(controller, _torque, *adapters.LAWS[1:])
+    law = controller.law() if isinstance(controller, LawController) and gives_its_law(controller) else None
+    parameters: Any = controller
+    methods = Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
+    return methods if law is None else law
 
 
-def as_machine_code(controller: Controller) -> tuple[Functions, MachineCode | CalledMethods]:
-    """Addresses of a controller's laws as machine code, or of C functions that call its methods.
+def _torque(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float], out: Room) -> None:
+    values: Any = controller.torque(memory[: controller.memory_size], t, tuple(q), tuple(dq))
+    # a walk asks thousands of times: what most laws return passes without further checks
+    count = len(controller.joints) + len(controller.states)
+    if type(values) is not tuple or len(values) != count or not type(values[0]) is type(values[-1]) is float:
+        values = values_of(controller, values)
+    out[:count] = values
 
-    Returns:
-        The addresses, and what has to live as long as they are used. The first float at that of the parameters is not
-        zero once a function has raised an exception.
+
+def _touchdown(controller: Any, memory: Memory, *state: Sequence[float]) -> None:
+    _change(controller.on_touchdown, controller, memory, *map(tuple, state))
+
+
+def _knee_strike(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+    _change(controller.on_knee_strike, controller, memory, t, tuple(q), tuple(dq))
+
+
+def _slope_estimate(controller: Any, memory: Memory) -> float:
+    found: float = controller.slope_estimate(memory[: controller.memory_size])
+    return found
+
+
+def _next_discontinuity(controller: Any, memory: Memory, t: float) -> float:
+    found: float = controller.next_discontinuity(memory[: controller.memory_size], t)
+    return found
+
+
+def _change(method: Callable[..., None], controller: Controller, memory: Memory, *state: Any) -> None:
+    """Call a method that changes the controller's own part of the memory; a disturbed loop's stands behind it."""
+    own = memory[: controller.memory_size]
+    method(own, *state)
+    memory[: controller.memory_size] = own
+
+
+def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
+    """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:
-        LawError: The laws cannot be compiled.
+        InputError: `torque` returned something else.
     """
-    law, joints = compilable_law(controller), len(controller.joints)
-    code: MachineCode | CalledMethods
-    with refused_in_words(controller, law):
-        if law is None:
-            code = CalledMethods(controller)
-        else:
-            code = MachineCode(law, len(controller.states), controller.memory_size, joints=joints)
-    made = code.law._asdict()
-    return Functions(made.pop("record"), **made), code
-
-
-def _torque(controller: Controller, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    """Call the method `torque`, and write what it returns."""
-    values = adapters.torque(controller, memory, t, tuple(q), tuple(dq))
-    out[: len(values)] = values
-
-
-def _strike_nothing(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> None:
-    """Do nothing at a knee strike."""
+    wanted = len(controller.joints) + len(controller.states)
+    values = entries(given)
+    if values is None or len(values) != wanted:
+        got = shown(given) if values is None else f"{len(values)} values"
+        rates = ", ".join(controller.states) or "none"
+        returned = ", ".join((*controller.joints, *(f"rate_of_{state}" for state in controller.states)))
+        raise InputError(
+            f"{type(controller).__name__}.torque returned {got}; expected {wanted}: {', '.join(controller.joints)} "
+            f"(N m) and a rate per state ({rates}), as `return {returned}`"
+        )
+    for value in values:
+        if not isinstance(value, Real):
+            raise InputError(
+                f"{type(controller).__name__}.torque returned {shown(given)}; {shown(value)} in it is no number"
+            )
+    return values

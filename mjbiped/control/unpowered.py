@@ -30,7 +30,7 @@ class Unpowered(LawController):
     @property
     def plain_law(self) -> Law:
         """Law that applies no torque in any state."""
-        return Law([], _no_torque, _no_notice, _no_estimate, never, knee_strike=_no_notice)
+        return Law([], _no_torque, _no_notice, _no_estimate, never)
 
 
 def _no_torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:

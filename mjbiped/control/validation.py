@@ -16,9 +16,8 @@ from functools import cached_property
 from numbers import Real
 from typing import Any
 
-from mjbiped.control.adapters import gives_its_law, values_of
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.scalar_laws import takes_scalars
+from mjbiped.control.functions import gives_its_law, values_of
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -92,9 +91,7 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
     Raises:
         InputError: It does.
     """
-    if takes_scalars(law.torque):
-        return
-    names = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
+    names = _names(controller)
     out: list[Any] = [None] * len(names) + [0.0] * ROOM
     try:
         found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)
@@ -128,6 +125,11 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
         raise InputError(f"{kind.__name__}.{method} fails: {words}{place_of(error, kind)}{advice}") from error
 
 
+def _names(controller: Controller) -> tuple[str, ...]:
+    """Names of the numbers that `torque` gives."""
+    return (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
+
+
 def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
     """Describe which numbers from `torque` are not finite, and in which state; empty if all are.
 
@@ -138,10 +140,9 @@ def fault_in(controller: Controller, values: Sequence[float], t: float, q: State
         q: The robot's angles, rad.
         dq: Their rates, rad/s.
     """
-    named = (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
     faults = [
         f"{shown(value)} for the {name}"
-        for name, value in zip(named, values, strict=False)
+        for name, value in zip(_names(controller), values, strict=False)
         if not math.isfinite(as_float(value))
     ]
     if not faults:

@@ -8,33 +8,38 @@ of 32 bits: products are made in halves, for Python's whole numbers never overfl
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 _WORD = 0xFFFFFFFF
 _HALF = 0xFFFF
 _SPREAD = 0x9E3779B9  # an odd number without pattern: 2^32 over the golden ratio
 
-Seed = tuple[int, int]
-"""A seed's low and high word."""
+
+class Seed(NamedTuple):
+    """A seed as two words of 32 bits; blocks of numbers that have these two fields serve as well."""
+
+    seed_low: int
+    seed_high: int
 
 
 def words_of(seed: int) -> Seed:
-    """A seed from 0 to 2^64 - 1 as two words of 32 bits."""
-    return seed & _WORD, seed >> 32
+    """A seed from 0 to 2^64 - 1 as two words."""
+    return Seed(seed & _WORD, seed >> 32)
 
 
-def uniform(seed: Seed, number: int, channel: int) -> float:
+def uniform(seed: Any, number: int, channel: int) -> float:
     """A uniformly distributed number between 0 and 1, both ends excluded.
 
     Args:
-        seed: Seed of the walk.
+        seed: `Seed` of the walk.
         number: Index in the channel, from 0 on.
         channel: Numbers of different channels are independent.
     """
-    found = _mixed(_mixed(_mixed(_mixed(seed[0], seed[1]), channel), number & _WORD), number >> 32)
+    found = _mixed(_mixed(_mixed(_mixed(seed.seed_low, seed.seed_high), channel), number & _WORD), number >> 32)
     return (found + 0.5) / 4294967296.0
 
 
-def normal(seed: Seed, number: int, channel: int) -> float:
+def normal(seed: Any, number: int, channel: int) -> float:
     """A normally distributed number of mean 0 and deviation 1 (Box and Muller), from two channels of `uniform`."""
     radius = math.sqrt(-2.0 * math.log(uniform(seed, number, 2 * channel)))
     return radius * math.cos(2.0 * math.pi * uniform(seed, number, 2 * channel + 1))

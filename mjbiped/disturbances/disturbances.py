@@ -124,7 +124,7 @@ class Disturbances:
     def sensors(self) -> Sensors:
         """Errors of the sensors in the form that engines take."""
         noise, bias = (self.angle_noise, self.rate_noise), (self.angle_bias, self.rate_bias)
-        return Sensors(*noise, *bias, self.angle_resolution, words_of(self.seed))
+        return Sensors(*noise, *bias, self.angle_resolution, *words_of(self.seed))
 
     def pushes_until(self, time: float) -> tuple[tuple[float, float], ...]:
         """List the pushes, given or random, that begin before a time: times (s) and impulses (N s).

@@ -1,17 +1,17 @@
-"""A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of arrays.
+"""A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of blocks and arrays.
 
-`mjbiped.disturbances.sampled` calls them with a controller's methods, `mjbiped.disturbances.compiled` with its machine
-code. The loop's own memory stands behind the controller's: `at` counts from there. Its last part is room, from the
-index `Loop.shown` on: for what the sensors show, and behind that for what the controller's law writes.
+They are the law of `mjbiped.disturbances.sampled.SampledController`, in plain Python and as machine code. The loop's
+own memory stands behind the controller's: `at` counts from there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from mjbiped.control.controller import Numbers, Room
+from mjbiped.control.controller import ROOM, Law, Memory, Numbers, Room
 from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
+from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
 
 (
     TICKS,  # so far
@@ -28,6 +28,7 @@ class Loop(NamedTuple):
     """Parameters of a disturbed loop.
 
     Attributes:
+        inner: The law of the controller in the loop.
         size: Number of floats of the controller's memory; the loop's memory begins behind them.
         joints: Number of motors: ankle, hip and, with knees, the swing knee.
         held: Index in the loop's memory of the torques held until the next tick, N m.
@@ -36,15 +37,17 @@ class Loop(NamedTuple):
         ring: Index in the loop's memory of the delayed torques, those of all joints in turn.
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
-        shown: Index in the loop's memory of what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at
-            a touchdown the angles in the old roles. Behind these the law writes.
         senses: Whether the sensors differ from the truth.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
         mean: Mean of that fraction over the tick.
         sensors: Errors of the sensors.
+        shown: Room for what the sensors show, `SHOWN` numbers: angles (rad), rates (rad/s), and at a touchdown the
+            angles in the old roles.
+        given: Room for what the controller's law writes.
     """
 
+    inner: Sequence[Law]
     size: int
     joints: int
     held: int
@@ -53,105 +56,112 @@ class Loop(NamedTuple):
     ring: int
     room: int
     delay: int
-    shown: int
     senses: bool
     torque_limit: float
     remaining: float
     mean: float
-    sensors: Sensors
+    sensors: Sequence[Sensors]
+    shown: Floats
+    given: Floats
 
 
-def tick(ask: Callable[..., None], law: Any, loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
-    """Read the sensors, ask the law, and set the torques that are held until the next tick.
+law_at, sensors_at = reader(Law), reader(Sensors)
+
+
+def tick(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
+    """Read the sensors, ask the controller, and set the torques that are held until the next tick.
 
     Args:
-        ask: (law, memory, t, q, dq, place): writes what the law's `torque` gives into the memory, from an index on.
-        law: Parameters of the law.
-        loop: Parameters of the loop.
+        loop: The `Loop`.
         memory: Memory, whose part behind the controller's is changed in place.
         t: Time since the support transfer, s.
         q: Angles, rad.
         dq: Their rates, rad/s.
     """
-    at, place = loop.size, loop.size + loop.shown
-    values = place + SHOWN
+    at, law = loop.size, law_at(loop.inner, 0)
+    given = numbers(loop.given, loop.joints + loop.states + ROOM)
     if loop.senses:
-        number, n = int(memory[at + TICKS]), len(q)
-        sensed(loop.sensors, memory[at + SIDE], (number, TICK), q, dq, memory, place)
-        ask(law, memory, t, memory[place : place + n], memory[place + MOST : place + MOST + n], values)
+        number, n, shown = int(memory[at + TICKS]), len(q), numbers(loop.shown, SHOWN)
+        sensed(sensors_at(loop.sensors, 0), memory[at + SIDE], (number, TICK), q, dq, shown, 0)
+        call(law.torque, law.parameters, memory, t, shown[:n], shown[MOST : MOST + n], given)
     else:
-        ask(law, memory, t, q, dq, values)
+        call(law.torque, law.parameters, memory, t, q, dq, given)
     for joint in range(loop.joints):
-        _drive(loop, memory, joint, memory[values + joint])
+        _drive(loop, memory, joint, given[joint])
     for index in range(loop.states):
-        memory[at + loop.rates + index] = memory[values + loop.joints + index]
+        memory[at + loop.rates + index] = given[loop.joints + index]
     memory[at + TICKS] += 1.0
 
 
-def _drive(loop: Loop, memory: Room, joint: int, torque: float) -> None:
+def torque(loop: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:  # noqa: ARG001
+    """Write the torques and rates of states that are held since the last tick."""
+    first = loop.size + loop.held
+    for index in range(loop.joints + loop.states):
+        out[index] = memory[first + index]
+
+
+def slope_estimate(loop: Any, memory: Memory) -> float:
+    """The controller's estimate of the slope, rad."""
+    law = law_at(loop.inner, 0)
+    return call_for_float(law.slope_estimate, law.parameters, memory)
+
+
+def _drive(loop: Any, memory: Room, joint: int, torque: float) -> None:
     """Pass a commanded torque through the motor's limit, delay and lag."""
     at = loop.size
     number = int(memory[at + TICKS])
-    asked, begun, held = limited(loop, torque), at + BEGUN + joint, at + loop.held + joint
+    asked, begun, held = limited(torque, loop.torque_limit), at + BEGUN + joint, at + loop.held + joint
     if loop.delay > 0:
         first = at + loop.ring + joint
         memory[first + loop.joints * (number % loop.room)] = asked
         asked = memory[first + loop.joints * ((number - loop.delay) % loop.room)]  # zeros at the beginning
     if loop.remaining > 0.0:
-        memory[held] = limited(loop, asked + (memory[begun] - asked) * loop.mean)
+        memory[held] = limited(asked + (memory[begun] - asked) * loop.mean, loop.torque_limit)
         memory[begun] = asked + (memory[begun] - asked) * loop.remaining
     else:
         memory[held] = asked
 
 
-def touchdown(
-    tell: Callable[..., None], law: Any, loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers
-) -> None:
+def touchdown(loop: Any, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Exchange the motors' roles at a support transfer, read the sensors, and tell the controller.
 
     Args:
-        tell: (law, memory, q_before, q, dq): tells the law.
-        law: Parameters of the law.
-        loop: Parameters of the loop.
+        loop: The `Loop`.
         memory: Memory, changed in place.
         q_before: Angles in the old roles, rad.
         q: Angles in the new ones, rad.
         dq: Their rates, rad/s.
     """
-    number, n, place = _exchanged(loop, memory), len(q), loop.size + loop.shown
+    number, n, law, shown = _exchanged(loop, memory), len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
     if not loop.senses:
-        tell(law, memory, q_before, q, dq)
+        call(law.touchdown, law.parameters, memory, q_before, q, dq)
         return
-    side, before = memory[loop.size + SIDE], place + 2 * MOST
-    posture_before(loop.sensors, side, number, q_before, q, memory, before)
-    sensed(loop.sensors, side, (number, TOUCHDOWN), q, dq, memory, place)
-    rates = place + MOST
-    tell(law, memory, memory[before : before + n], memory[place : place + n], memory[rates : rates + n])
+    side, before, sensors = memory[loop.size + SIDE], 2 * MOST, sensors_at(loop.sensors, 0)
+    posture_before(sensors, side, number, q_before, q, shown, before)
+    sensed(sensors, side, (number, TOUCHDOWN), q, dq, shown, 0)
+    call(law.touchdown, law.parameters, memory, shown[before : before + n], shown[:n], shown[MOST : MOST + n])
 
 
-def knee_strike(
-    tell: Callable[..., None], law: Any, loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers
-) -> None:
+def knee_strike(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     """Read the sensors when the swing knee strikes its stop, and tell the controller; motors hold their torques.
 
     Args:
-        tell: (law, memory, t, q, dq): tells the law.
-        law: Parameters of the law.
-        loop: Parameters of the loop.
+        loop: The `Loop`.
         memory: Memory, changed in place.
         t: Time since the support transfer, s.
         q: Angles, rad.
         dq: Their rates, rad/s.
     """
+    n, law, shown = len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
     if not loop.senses:
-        tell(law, memory, t, q, dq)
+        call(law.knee_strike, law.parameters, memory, t, q, dq)
         return
-    number, n, place = int(memory[loop.size + TOUCHDOWNS]), len(q), loop.size + loop.shown
-    sensed(loop.sensors, memory[loop.size + SIDE], (number, STRIKE), q, dq, memory, place)
-    tell(law, memory, t, memory[place : place + n], memory[place + MOST : place + MOST + n])
+    number = int(memory[loop.size + TOUCHDOWNS])
+    sensed(sensors_at(loop.sensors, 0), memory[loop.size + SIDE], (number, STRIKE), q, dq, shown, 0)
+    call(law.knee_strike, law.parameters, memory, t, shown[:n], shown[MOST : MOST + n])
 
 
-def _exchanged(loop: Loop, memory: Room) -> int:
+def _exchanged(loop: Any, memory: Room) -> int:
     """Give the legs their new roles, and return the number of the touchdown.
 
     The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
@@ -169,7 +179,7 @@ def _exchanged(loop: Loop, memory: Room) -> int:
     return number
 
 
-def _reassign(loop: Loop, memory: Room, first: int) -> None:
+def _reassign(loop: Any, memory: Room, first: int) -> None:
     """Exchange the roles of the torques of ankle, hip and swing knee, as many as there are, from an index on."""
     memory[first] = 0.0
     if loop.joints > 1:
@@ -178,8 +188,8 @@ def _reassign(loop: Loop, memory: Room, first: int) -> None:
         memory[first + 2] = 0.0
 
 
-def limited(loop: Loop, torque: float) -> float:
-    """Clip a torque to the motor's limit, N m; NaN stays NaN."""
-    if torque > loop.torque_limit:
-        return loop.torque_limit
-    return -loop.torque_limit if torque < -loop.torque_limit else torque
+def limited(torque: float, limit: float) -> float:
+    """Clip a torque to a motor's limit in both directions, N m; NaN stays NaN."""
+    if torque > limit:
+        return limit
+    return -limit if torque < -limit else torque

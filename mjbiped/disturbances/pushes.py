@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from mjbiped.disturbances.chance import uniform
 from mjbiped.numerics.blocks import Floats, numbers
 
@@ -37,10 +35,6 @@ class Pushes(NamedTuple):
     seed_high: int
 
 
-NONE = Pushes(np.zeros(0), np.zeros(0), 0, 1.0, 0.0, 0.0, 0, 0)
-"""No pushes."""
-
-
 def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
     """Time at which a push begins (s), and its impulse (N s); the time is infinite after the last one.
 
@@ -50,9 +44,8 @@ def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
         after: End of the push before it, s.
     """
     if pushes.interval > 0.0:
-        seed = (pushes.seed_low, pushes.seed_high)
-        size = pushes.size if uniform(seed, number, _SIGN) < 0.5 else -pushes.size
-        return after - pushes.interval * math.log(uniform(seed, number, _TIME)), size
+        size = pushes.size if uniform(pushes, number, _SIGN) < 0.5 else -pushes.size
+        return after - pushes.interval * math.log(uniform(pushes, number, _TIME)), size
     if number < pushes.listed:
         times, impulses = numbers(pushes.times, pushes.listed), numbers(pushes.impulses, pushes.listed)
         return float(times[number]), float(impulses[number])

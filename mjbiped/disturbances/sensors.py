@@ -6,10 +6,10 @@ Angles are those of stance leg, swing leg or thigh and, with knees, swing shank:
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from mjbiped.control.controller import Numbers, Room
-from mjbiped.disturbances.chance import Seed, normal
+from mjbiped.disturbances.chance import normal
 
 Channels: TypeAlias = tuple[tuple[int, int, int], tuple[int, int, int]]
 """Channels of noise of ankle, hip and knee: of their angles, and of their rates."""
@@ -32,7 +32,8 @@ class Sensors(NamedTuple):
         angle_bias: Constant error of each joint's angle, rad.
         rate_bias: Constant error of each joint's rate, rad/s.
         angle_resolution: Step of the encoders, rad; 0: none.
-        seed: Seed of the noise.
+        seed_low: Seed of the noise.
+        seed_high: The same.
     """
 
     angle_noise: float
@@ -40,18 +41,19 @@ class Sensors(NamedTuple):
     angle_bias: float
     rate_bias: float
     angle_resolution: float
-    seed: Seed
+    seed_low: int
+    seed_high: int
 
 
 def sensed(
-    sensors: Sensors, side: float, reading: tuple[int, Channels], q: Numbers, dq: Numbers, shown: Room, place: int
+    sensors: Any, side: float, reading: tuple[int, Channels], q: Numbers, dq: Numbers, shown: Room, place: int
 ) -> None:
     """Write angles and rates as the sensors of ankle, hip and swing knee show them.
 
     The hip's sensors show the angle from the left to the right leg.
 
     Args:
-        sensors: Errors of the sensors.
+        sensors: Errors of the sensors, `Sensors`.
         side: 1: the left leg stands, -1: the right one.
         reading: Number of the reading, and channels of its noise.
         q: Angles, rad.
@@ -72,12 +74,12 @@ def sensed(
 
 
 def posture_before(
-    sensors: Sensors, side: float, number: int, q_before: Numbers, q: Numbers, shown: Room, place: int
+    sensors: Any, side: float, number: int, q_before: Numbers, q: Numbers, shown: Room, place: int
 ) -> None:
     """Write the posture of a touchdown in the old roles, as the encoders show it.
 
     Args:
-        sensors: Errors of the sensors.
+        sensors: Errors of the sensors, `Sensors`.
         side: 1: the left leg stands from then on, -1: the right one.
         number: Number of the touchdown.
         q_before: Angles in the old roles, rad.
@@ -92,17 +94,17 @@ def posture_before(
         shown[place + 2] = shown[place + 1] + _angle(sensors, q_before[2] - q_before[1], number, _OLD_KNEE)
 
 
-def _angle(sensors: Sensors, angle: float, number: int, channel: int) -> float:
+def _angle(sensors: Any, angle: float, number: int, channel: int) -> float:
     """Reading of an encoder at an angle, rad."""
-    shown = angle + sensors.angle_bias
+    shown: float = angle + sensors.angle_bias
     if sensors.angle_noise > 0.0:
-        shown += sensors.angle_noise * normal(sensors.seed, number, channel)
-    if sensors.angle_resolution > 0.0:
+        shown += sensors.angle_noise * normal(sensors, number, channel)
+    if sensors.angle_resolution > 0.0 and math.isfinite(shown):
         shown = sensors.angle_resolution * math.floor(shown / sensors.angle_resolution + 0.5)
     return shown
 
 
-def _rate(sensors: Sensors, rate: float, number: int, channel: int) -> float:
+def _rate(sensors: Any, rate: float, number: int, channel: int) -> float:
     """Reading of a rate sensor, rad/s."""
-    shown = rate + sensors.rate_bias
-    return shown + sensors.rate_noise * normal(sensors.seed, number, channel) if sensors.rate_noise > 0.0 else shown
+    shown: float = rate + sensors.rate_bias
+    return shown + sensors.rate_noise * normal(sensors, number, channel) if sensors.rate_noise > 0.0 else shown

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mjbiped.control.compiled import compilable_law, rounds_alike
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, shown
-from mjbiped.numerics import cache_folder
-from mjbiped.numerics.jit import announced, described_with_callees
+from mjbiped.numerics import cache as disk
+from mjbiped.numerics.announcement import announced
+from mjbiped.numerics.sources import described, with_callees
 from mjbiped.robots.robot import Robot
 
 if TYPE_CHECKING:
@@ -86,14 +87,14 @@ def missing(plan: Plan) -> float:
     costs = plan.terms.engine.costs(plan.robot)
     assert costs is not None  # the engine has machine code
     times = (costs.engine, LAW)
-    return sum(time for time, key in zip(times, _keys(plan), strict=True) if key and not cache_folder.is_kept(key))
+    return sum(time for time, key in zip(times, _keys(plan), strict=True) if key and not disk.is_kept(key))
 
 
 def note_kept(plan: Plan) -> None:
     """Note that the machine code of a walk is on disk now."""
     for key in _keys(plan):
         if key:
-            cache_folder.note_kept(key)
+            disk.note_kept(key)
 
 
 @contextmanager
@@ -144,7 +145,7 @@ def _engine_key(engine: str, robot: type[Robot] | None, room: int) -> str:
 
 @lru_cache(maxsize=256)
 def _law_key(functions: tuple[Any, ...], wrappers: Any) -> str:
-    return _digest(_sources(), described_with_callees(tuple(filter(callable, functions))), wrappers)
+    return _digest(_sources(), [described(part) for part in with_callees(*functions)], wrappers)
 
 
 @cache

@@ -86,8 +86,8 @@ def sizes_of(joints: int) -> tuple[int, int, int]:
 
 def sense_by(sensors: Sensors, kept: NDArray[np.float64]) -> None:
     """Store the errors of a robot's sensors."""
-    kept[SENSES] = any(sensors[:-1])
-    kept[SENSORS:_SHOWN] = *sensors[:-1], *sensors.seed
+    kept[SENSES] = any(sensors[:5])
+    kept[SENSORS:_SHOWN] = sensors
 
 
 def feel(now: Any, kept: MutableSequence[float], out: MutableSequence[float], joints: int) -> None:
@@ -125,7 +125,8 @@ def _sense(now: Any, kept: MutableSequence[float], joints: int) -> None:
             kept[SENSORS + 2],
             kept[SENSORS + 3],
             kept[SENSORS + 4],
-            (int(kept[SENSORS + 5]), int(kept[SENSORS + 6])),
+            int(kept[SENSORS + 5]),
+            int(kept[SENSORS + 6]),
         )
         sensed(sensors, side, (int(kept[TICK_NUMBER]), TICK), q, dq, kept, _SHOWN)
         if now.count > 0.0:

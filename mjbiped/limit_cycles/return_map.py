@@ -17,10 +17,9 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from mjbiped.control.compiled import CalledMethods, MachineCode
-from mjbiped.control.functions import as_machine_code
+from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.disturbances.pushes import NONE
+from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.checks import check_robot, check_rule
 from mjbiped.engines.hybrid.engine import Hybrid
@@ -36,8 +35,8 @@ from mjbiped.engines.hybrid.setup import (
 )
 from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
 from mjbiped.errors import InputError
+from mjbiped.numerics.announcement import announced
 from mjbiped.numerics.blocks import call, numbers, packed, reader, row, share_arrays
-from mjbiped.numerics.jit import announced
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
@@ -253,16 +252,16 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     pull = robot.gravity_vector(np.full(angles, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
     fastest = scipy.linalg.eigvalsh(np.diag(pull), robot.mass_matrix(np.zeros(angles)))
     step = STEP / math.sqrt(float(np.abs(fastest).max()))
-    functions, code = as_machine_code(Unpowered().driving(robot))
+    code = as_machine_code(Unpowered().driving(robot))
     # by hand, for a terrain refuses slopes on which no foot would stand
     ground = Profile([0.0], [0.0], [-math.tan(slope)], 1)
     # without a weight the engine does not look for the least force on the ground
     own = {**robot_constants(robot), "weight": math.nan, "longest_step": step}
     constants = Constants(
         **own,
-        **law_constants(functions, robot, 0, -1),
+        **law_constants(code.law, robot, 0, -1),
         **ground_constants(ground, [slope], math.inf),
-        pushes=[NONE],
+        pushes=[UNDISTURBED.schedule],
         **buffer_constants(1, 1, 0, math.inf),
         **rule_constants(robot, scuffing, None, None),
         tolerance=TOLERANCE,

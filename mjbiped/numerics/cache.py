@@ -1,133 +1,115 @@
-"""Machine code on disk, made once: Numba's cache, which here tolerates damaged files.
+"""Machine code on disk, in one folder that programs and versions of this project share.
 
-Files are kept in `mjbiped.numerics.cache_folder.folder`, where programs and versions of this project share them: the
-name of what is compiled contains a digest of it. Each is written completely before it gets its name, so that processes
-may start at the same time. A file that is damaged, or cannot be read or written, costs time and a warning, no more.
-
-This module imports Numba: import it where something is compiled, not before.
+A file's name contains a digest of all that its machine code depends on. Each file is written completely before it gets
+its name, so that processes may start at the same time. A file that is damaged, or cannot be read or written, costs the
+time of another compilation.
 """
 
 from __future__ import annotations
 
 import hashlib
-import importlib
-import pickle
-import sys
+import os
+import shutil
+import uuid
 import warnings
-from functools import lru_cache
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
-from mjbiped.numerics.cache_folder import folder, note_use, prune
+import platformdirs
 
-caching: Any = importlib.import_module("numba.core.caching")  # Numba has no types
+MOST = 1_000_000_000
+"""Size beyond which the code that was not used for longest is thrown away, bytes; all controllers need 80 MB."""
 
 _DIGEST = hashlib.sha256().digest_size
+_kept: set[str] = set()
 
 
-class _Place:
-    """What Numba asks about the place of a function's files."""
+def root() -> Path:
+    """Return the folder of all machine code: in NUMBA_CACHE_DIR if that is set, else in the user's cache.
 
-    def get_cache_path(self) -> str:
-        """Return the folder."""
-        return str(folder())
-
-    def ensure_cache_path(self) -> None:
-        """Make the folder; as each program begins to keep code, what is too much there is thrown away.
-
-        Raises:
-            OSError: It cannot be made.
-        """
-        folder().mkdir(parents=True, exist_ok=True)
-        prune()
-
-    def get_source_stamp(self) -> str:
-        """Return what would tell an older source: nothing, for names contain digests."""
-        return ""
-
-
-class _Kind(caching.CompileResultCacheImpl):  # type: ignore[misc]  # Numba has no types
-    """Numba's way to write machine code, in our folder."""
-
-    def __init__(self, function: Any) -> None:
-        """Name the files after the function."""
-        self._locator = _Place()
-        self._filename_base = f"{function.__name__}.py{sys.version_info[0]}{sys.version_info[1]}"
-
-
-class _Files(caching.IndexDataCacheFile):  # type: ignore[misc]  # Numba has no types
-    """The files of one function; a digest precedes the machine code."""
-
-    def _load_index(self) -> Any:
-        note_use(self._index_path)
-        return super()._load_index()
-
-    def _load_data(self, name: str) -> Any:
-        note_use(self._data_path(name))
-        stored = Path(self._data_path(name)).read_bytes()
-        if hashlib.sha256(stored[_DIGEST:]).digest() != stored[:_DIGEST]:
-            raise ValueError("machine code and digest differ")
-        return pickle.loads(stored[_DIGEST:])
-
-    def _save_data(self, name: str, data: Any) -> None:
-        dumped = self._dump(data)
-        with self._open_for_write(self._data_path(name)) as file:
-            file.write(hashlib.sha256(dumped).digest() + dumped)
-
-
-class MachineCodeCache(caching.FunctionCache):  # type: ignore[misc]  # Numba has no types
-    """Numba's cache of a function; what it cannot read is compiled again, what it cannot write is not kept."""
-
-    _impl_class = _Kind
-
-    def __init__(self, function: Any) -> None:
-        """Find the files."""
-        super().__init__(function)
-        locator, name = self._impl.locator, self._impl.filename_base
-        self._cache_file = _Files(self._cache_path, name, locator.get_source_stamp())
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Load the machine code for a signature; None if there is none."""
-        try:
-            return super().load_overload(sig, target_context)
-        except OSError:  # there is nothing, or nothing to be read, which saving will tell
-            return None
-        except Exception as error:  # unpickling what is damaged may raise anything
-            _warn(f"machine code kept in {self._cache_path} is damaged ({_words(error)}), and is compiled again")
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Write machine code to disk."""
-        try:
-            try:
-                super().save_overload(sig, data)
-            except OSError:
-                raise
-            except Exception:  # the index of the files is damaged
-                self.flush()
-                super().save_overload(sig, data)
-        except OSError as error:
-            _warn(
-                f"machine code cannot be kept in {self._cache_path} ({_words(error)}), and each program compiles it "
-                "again; name another folder by the environment variable NUMBA_CACHE_DIR"
-            )
-
-
-def keep(made: Any, function: Any) -> None:
-    """Keep the machine code of a function on disk.
-
-    Args:
-        made: The `Dispatcher` or `CFunc` that Numba will compile.
-        function: The Python function.
+    A user without a home that can be written to, as in some containers, has it beside this file.
     """
-    made._cache = MachineCodeCache(function)
+    if named := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(named) / "mjbiped"
+    usual = platformdirs.user_cache_path("mjbiped") / "machine_code"
+    with suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+        if os.access(usual, os.W_OK):
+            return usual
+    return Path(__file__).parent / "__pycache__" / "machine_code"
 
 
-@lru_cache(maxsize=16)
-def _warn(sentence: str) -> None:
-    """Warn once."""
-    warnings.warn(sentence, stacklevel=2)
+@cache
+def _folder() -> Path:
+    """The folder of what this version of Numba compiles; other versions cannot read it."""
+    return root() / f"numba-{version('numba')}"
 
 
-def _words(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}".splitlines()[0].rstrip(": ")
+def load(name: str) -> bytes | None:
+    """Read what was stored under a name; None if there is nothing, or if it is damaged."""
+    try:
+        stored = (_folder() / f"{name}.nbc").read_bytes()
+    except OSError:
+        return None
+    with suppress(OSError):  # it may belong to somebody else
+        (_folder() / f"{name}.nbc").touch()  # `prune` goes by the time of the last use
+    data = stored[_DIGEST:]
+    return data if hashlib.sha256(data).digest() == stored[:_DIGEST] else None
+
+
+def store(name: str, data: bytes) -> None:
+    """Write data under a name; where that cannot be done, a warning says so."""
+    file = _folder() / f"{name}.nbc"
+    temporary = file.with_suffix(f".{uuid.uuid4().hex}.nbt")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        prune()
+        temporary.write_bytes(hashlib.sha256(data).digest() + data)
+        temporary.replace(file)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink()
+        warnings.warn(
+            f"machine code cannot be kept in {file.parent} ({error.strerror}), and each program compiles it again; "
+            "name another folder by the environment variable NUMBA_CACHE_DIR",
+            stacklevel=1,  # of one place each warning is shown once
+        )
+
+
+def is_kept(key: str) -> bool:
+    """Whether machine code is noted as kept under a key; if so it is used now."""
+    if key not in _kept and load(key) is not None:  # before the code itself: `prune` deletes the note first
+        _kept.add(key)
+    return key in _kept
+
+
+def note_kept(key: str) -> None:
+    """Note that machine code is kept under a key, for this process and others."""
+    if not is_kept(key):
+        _kept.add(key)
+        store(key, b"")
+
+
+def clear() -> int:
+    """Delete all machine code, and return its size in bytes.
+
+    Raises:
+        OSError: Something cannot be deleted.
+    """
+    size = sum(file.stat().st_size for file in root().rglob("*.nb?"))
+    if root().is_dir():
+        shutil.rmtree(root())
+    return size
+
+
+@cache
+def prune(most: int = MOST) -> None:
+    """Delete the files that were not used for longest until no more than `most` bytes are left; once a process."""
+    total = 0
+    with suppress(OSError):  # another process does the same
+        for file in sorted(_folder().parent.rglob("*.nb?"), key=lambda file: file.stat().st_mtime, reverse=True):
+            total += file.stat().st_size
+            if total > most:
+                file.unlink()

@@ -7,16 +7,27 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import pickle
+import sys
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
-from mjbiped.numerics import blocks, jit
-from mjbiped.numerics.one_module import pipeline
+from mjbiped.numerics import blocks
+from mjbiped.numerics.announcement import compilation_begins
+from mjbiped.numerics.cache import load, store
+from mjbiped.numerics.one_module import Pipeline
+from mjbiped.numerics.sources import described, with_callees
 
 # Numba has no types
 numba: Any = importlib.import_module("numba")
+serialize: Any = importlib.import_module("numba.core.serialize")
+sigutils: Any = importlib.import_module("numba.core.sigutils")
+target_context: Any = importlib.import_module("numba.core.registry").cpu_target.target_context
+CFunc: Any = importlib.import_module("numba.core.ccallback").CFunc
+CompileResult: Any = importlib.import_module("numba.core.compiler").CompileResult
 extending: Any = importlib.import_module("numba.extending")
 imputils: Any = importlib.import_module("numba.core.imputils")
 cgutils: Any = importlib.import_module("numba.core.cgutils")
@@ -125,45 +136,72 @@ def read(entry: Callable[..., Any]) -> None:
     defined(entry, lambda *_: record, at)
 
 
+class _File:
+    """What Numba asks of a function's cache: here a file for one signature."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def load_overload(self, _signature: Any, target: Any) -> Any:
+        """Load the machine code; None if there is none."""
+        stored = load(self._name)
+        if stored is None:
+            compilation_begins()
+            return None
+        target.refresh()
+        return CompileResult._rebuild(target, *pickle.loads(stored))
+
+    def save_overload(self, _signature: Any, made: Any) -> None:
+        """Write the machine code to disk."""
+        store(self._name, serialize.dumps(made._reduce()))
+
+
 @cache
-def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = False) -> Any:
+def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = False, checked: bool = False) -> Any:
     """Compile a function, or take it from the disk.
 
     Args:
-        function: Plain Python; it and all that it calls stand at the top level of modules.
+        function: Plain Python; it and all that it calls stand at the top level of modules, or are free variables.
         signature: Its types, integers (addresses among them) and floats, in Numba's words: "int64(int64, float64)".
         for_c: Whether C calls it; else Python does, and other threads run meanwhile.
+        checked: Whether indices into arrays are checked, in functions that were not compiled for others before.
 
     Returns:
         A function for Python, or, for C, what has an `address`.
     """
-    parts = [*jit._called(function, set())]
-    known = [meant(part) if hasattr(part, "meant") else _registered(part) for part in parts]
-    digest = hashlib.sha256(repr((known, signature, jit.OPTIONS, numba.__version__, _OWN)).encode()).hexdigest()
+    known = [_known(part, checked=checked) for part in with_callees(function)]
+    digest = hashlib.sha256(repr((known, signature, for_c, checked, _OWN)).encode()).hexdigest()
     name = f"{function.__name__}_{digest[:16]}"
-    made_here = jit.renamed(function, name)
-    exact = importlib.import_module("numba.core.sigutils")._parse_signature_string(signature)
+    assert isinstance(function, FunctionType)
+    code = function.__code__.replace(co_name=name, co_qualname=name)  # so are symbols of the machine code named
+    named = FunctionType(code, function.__globals__, name, None, function.__closure__)
+    given = {**_OPTIONS, "boundscheck": checked, "nogil": not for_c}
     if for_c:
-        return jit.c_function(made_here, exact, **jit.OPTIONS)
-    made = jit.jitted(made_here, nogil=True, **jit.OPTIONS)
-    made.compile(exact)
+        made = CFunc(named, sigutils.normalize_signature(signature), {}, given, pipeline_class=Pipeline)
+    else:
+        made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Pipeline, **given)(named)
+    made._cache = _File(name)
+    made.compile(*(() if for_c else (signature,)))
     return made
 
 
-def _registered(part: Any) -> Any:
-    """Let machine code call a plain function; what determines what the function does."""
-    if part not in jit._registered:
-        extending.register_jitable(no_cfunc_wrapper=True, pipeline_class=pipeline())(part)
-        jit._registered.add(part)
-    return jit.described(part)
+_registered: set[FunctionType] = set()
 
 
-def meant(part: Any) -> Any:
-    """Let machine code call a function of `blocks`; what determines what the function means."""
-    if part.meant is not None:
+def _known(part: Any, *, checked: bool) -> Any:
+    """Let machine code call a function; what determines what it does."""
+    if hasattr(part, "meant"):
+        if part.meant is None:
+            return part.__name__
         read(part)
         return str(blocks.dtype_of(part.meant))
-    return part.__name__
+    if part not in _registered:
+        extending.register_jitable(no_cfunc_wrapper=True, boundscheck=checked, pipeline_class=Pipeline)(part)
+        _registered.add(part)
+    return described(part)
 
 
-_OWN = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+# without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be half
+# of the time; sums and products are rounded one by one, as in plain Python, so that both make the same bits
+_OPTIONS: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}
+_OWN = Path(__file__).read_bytes(), numba.__version__, sys.version_info, target_context.codegen().magic_tuple()

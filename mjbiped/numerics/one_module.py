@@ -5,14 +5,13 @@ callers. Here a function that neither Python nor C can call (it has no wrapper) 
 at the root gets one LLVM module of itself and all that it calls, which is optimised and emitted once. The order and the
 rounding of operations are those of the source either way.
 
-Only functions that are compiled with `pipeline()` are concerned, by Numba's own parameter `pipeline_class`; a user's
+Only functions that are compiled with `Pipeline` are concerned, by Numba's own parameter `pipeline_class`; a user's
 functions may call them. This module imports Numba: import it where something is compiled, not before.
 """
 
 from __future__ import annotations
 
 import importlib
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,22 +19,10 @@ from typing import Any
 codegen: Any = importlib.import_module("numba.core.codegen")
 compiler: Any = importlib.import_module("numba.core.compiler")
 lookup_environment: Any = importlib.import_module("numba.core.environment").lookup_environment
-cpu_target: Any = importlib.import_module("numba.core.registry").cpu_target
 Linkage: Any = importlib.import_module("llvmlite.binding").Linkage
 
-NEEDED = ("_final_module", "_linking_libraries", "_shared_module", "_reload_init", "_finalized")
-"""Attributes of Numba's libraries on which this module relies, beside the names of the methods that it replaces."""
 
-
-@cache
-def pipeline() -> Any:
-    """Return the compiler's class for `pipeline_class`: Numba's own where Numba is not made as this module expects."""
-    example = codegen.JITCodeLibrary(cpu_target.target_context.codegen(), "example")
-    replaced = {name for kind in (_Root, _Part) for name in vars(kind) if not name.startswith("__")}
-    return _Pipeline if all(hasattr(example, name) for name in (*NEEDED, *replaced)) else compiler.Compiler
-
-
-class _Pipeline(compiler.Compiler):  # type: ignore[misc]  # Numba has no types
+class Pipeline(compiler.Compiler):  # type: ignore[misc]  # Numba has no types
     """Numba's compiler of a function, with a library of our own for the code."""
 
     def compile_extra(self, func: Any) -> Any:

@@ -37,8 +37,9 @@ USUAL = 0.99
 
 
 def bin_of(place: float) -> int:
-    """Index of the bin of a centre of pressure, given in leg lengths from the ankle; it may be infinite."""
-    return math.floor(min(max(place / WIDTH, -float(HALF)), HALF - 1.0)) + HALF
+    """Index of the bin of a centre of pressure, given in leg lengths from the ankle; the last one for NaN."""
+    scaled = place / WIDTH
+    return math.floor(max(scaled, -float(HALF))) + HALF if scaled < HALF - 1.0 else BINS - 1
 
 
 def note_pressure(

@@ -15,7 +15,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped.engines.plan import Terms, make_plan
-from mjbiped.numerics.jit import compiled
+from mjbiped.numerics.machine import compiled
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
@@ -173,11 +173,7 @@ def over_threads(repeats: int) -> Rows:
     return rows
 
 
-class NoFunctions(NamedTuple):
-    """The group of a compiled function that calls no others."""
-
-
-def turn(_: NoFunctions, rounds: int, x: float, y: float) -> float:
+def turn(rounds: int, x: float, y: float) -> float:
     """Rotate a point again and again: arithmetic in registers alone."""
     for _round in range(rounds):
         x, y = 0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y
@@ -186,6 +182,6 @@ def turn(_: NoFunctions, rounds: int, x: float, y: float) -> float:
 
 def arithmetic(threads: int, rounds: int) -> float:
     """Wall-clock time in which so many threads each do the same arithmetic, s."""
-    alone = compiled(turn, NoFunctions, (), inlined=())
+    alone = compiled(turn, "float64(int64, float64, float64)")
     alone(1, 1.0, 0.0)
     return side_by_side(partial(alone, rounds, 1.0, 0.0), threads)

@@ -8,6 +8,7 @@ integrating differs. It does less than the engine: no absolute work, no peaks, n
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,8 @@ from scipy.integrate import solve_ivp
 
 from controllers import Controller
 from mjbiped.control.controller import ROOM
-from mjbiped.numerics.jit import compiled
+from mjbiped.numerics.blocks import Floats, numbers, packed, reader
+from mjbiped.numerics.machine import compiled
 from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -25,35 +27,40 @@ LONGEST = 3.0  # s, of a gait step
 
 
 class Known(NamedTuple):
-    """What stays fixed within a gait step, all arrays of floats where it may change between two.
+    """What stays fixed within a gait step.
 
     Attributes:
         parameters: Of the control law.
+        length: Number of parameters.
         constants: Of the robot.
         memory: Of the controller.
+        size: Floats of the memory.
+        states: Number of the controller's integrated states.
         made: Room for what its law writes.
         now: Time (s), sine and cosine of the slope, the slope (rad), stance foot x and z (m).
         rule: Leg length, reach (m) and delay (s) of the scuffing rule.
         x: Starts of the terrain's segments, m.
         z: Heights there, m.
         gradient: dz/dx.
+        segments: Number of segments.
     """
 
-    parameters: Any
-    constants: Any
-    memory: Any
-    made: Any
-    now: Any
-    rule: tuple[float, float, float]
-    x: Any
-    z: Any
-    gradient: Any
+    parameters: Floats
+    length: int
+    constants: Floats
+    memory: Floats
+    size: int
+    states: int
+    made: Floats
+    now: Floats
+    rule: Floats
+    x: Floats
+    z: Floats
+    gradient: Floats
+    segments: int
 
 
-class Torque(NamedTuple):
-    """The one function that is compiled with the equations."""
-
-    torque: Any
+known_at = reader(Known)
 
 
 class ScipyWalk:
@@ -71,17 +78,26 @@ class ScipyWalk:
         law, rule = controller.law(), ScuffingRule()
         assert law is not None
         self.controller, self.terrain, self.robot, self.tolerance = controller, terrain, robot, tolerance
-        self._rates = compiled(rates, Torque, (law.torque,), inlined=())
-        self._clearance = compiled(clearance, Torque, (law.torque,), inlined=())
+        taken = "(int64, float64[::1], float64[::1])"
+        self._rates = compiled(rates_by(law.torque), f"void{taken}")
+        self._clearance = compiled(clearance, f"void{taken}")
+        parameters = np.array(law.parameters, dtype=np.float64)
         self._known = Known(
-            np.array(law.parameters, dtype=np.float64),
+            parameters,
+            len(parameters),
             robot.constants,
             np.zeros(controller.memory_size),
+            controller.memory_size,
+            len(controller.states),
             np.zeros(2 + len(controller.states) + ROOM),
             np.zeros(6),
             (robot.leg_length, rule.reach * robot.leg_length, rule.delay),
-            *(np.array(values, dtype=np.float64) for values in (terrain.x, terrain.z, terrain.gradients)),
+            terrain.x,
+            terrain.z,
+            terrain.gradients,
+            len(terrain.x),
         )
+        self._block, self._kept = packed(self._known)
 
     def states(self, start: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
         """Walk.
@@ -124,12 +140,12 @@ class ScipyWalk:
 
         def rhs(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
             known.now[0] = min(max(t, first), last)
-            self._rates(known, y, out)
+            self._rates(self._block.ctypes.data, y, out)
             return out.copy()
 
         def guard(t: float, y: NDArray[np.float64]) -> float:
             known.now[0] = t
-            self._clearance(known, y, value)
+            self._clearance(self._block.ctypes.data, y, value)
             return float(value[0])
 
         guard.terminal, guard.direction = True, -1  # type: ignore[attr-defined]
@@ -143,30 +159,35 @@ class ScipyWalk:
         raise RuntimeError(f"no touchdown within {LONGEST} s")
 
 
-def rates(laws: Torque, known: Known, y: Any, out: Any) -> None:
-    """Equation (1), the controller's states, and the net work of ankle and hip."""
-    q1, q2, dq1, dq2 = y[0], y[1], y[2], y[3]
-    own = len(y) - 6
-    for index in range(own):
-        known.memory[index] = y[4 + index]
-    result = known.made
-    laws.torque(known.parameters, known.memory, known.now[0], y[:2], y[2:4], result)
-    ankle, hip = result[0], result[1]
-    ddq1, ddq2 = acceleration(known.constants, q1, q2, dq1, dq2, known.now[1], known.now[2], ankle - hip, hip)
-    out[0], out[1], out[2], out[3] = dq1, dq2, ddq1, ddq2
-    for index in range(own):
-        out[4 + index] = result[2 + index]
-    out[4 + own], out[5 + own] = ankle * dq1, hip * (dq2 - dq1)
+def rates_by(torque: Callable[..., None]) -> Callable[..., None]:
+    """Equation (1), the controller's states, and the net work of ankle and hip, under a law."""
+
+    def rates(known: int, y: Any, out: Any) -> None:
+        k = known_at(known, 0)
+        memory, made, now = numbers(k.memory, k.size), numbers(k.made, 2 + k.states + ROOM), numbers(k.now, 6)
+        for index in range(k.states):
+            memory[index] = y[4 + index]
+        torque(numbers(k.parameters, k.length), memory, now[0], y[:2], y[2:4], made)
+        ankle, hip = made[0], made[1]
+        motion = y[0], y[1], y[2], y[3]
+        ddq1, ddq2 = acceleration(numbers(k.constants, 5), *motion, now[1], now[2], ankle - hip, hip)
+        out[0], out[1], out[2], out[3] = y[2], y[3], ddq1, ddq2
+        for index in range(k.states):
+            out[4 + index] = made[2 + index]
+        out[4 + k.states], out[5 + k.states] = ankle * y[2], hip * (y[3] - y[2])
+
+    return rates
 
 
-def clearance(_: Torque, known: Known, y: Any, out: Any) -> None:
+def clearance(known: int, y: Any, out: Any) -> None:
     """Height of the swing foot over the ground, m; 1 before it collides."""
-    length, reach, delay = known.rule
-    stance, swing = y[0] + known.now[3], y[1] + known.now[3]
-    ahead = length * (math.sin(stance) - math.sin(swing))
+    k = known_at(known, 0)
+    rule, now = numbers(k.rule, 3), numbers(k.now, 6)
+    stance, swing = y[0] + now[3], y[1] + now[3]
+    ahead = rule[0] * (math.sin(stance) - math.sin(swing))
     out[0] = 1.0
-    if ahead >= reach and known.now[0] > delay:
-        x = known.now[4] + ahead
-        segment = max(np.searchsorted(known.x, x, "right") - 1, 0)
-        ground = known.z[segment] + known.gradient[segment] * (x - known.x[segment])
-        out[0] = known.now[5] + length * (math.cos(stance) - math.cos(swing)) - ground
+    if ahead >= rule[1] and now[0] > rule[2]:
+        x, starts = now[4] + ahead, numbers(k.x, k.segments)
+        segment = max(np.searchsorted(starts, x, "right") - 1, 0)
+        ground = numbers(k.z, k.segments)[segment] + numbers(k.gradient, k.segments)[segment] * (x - starts[segment])
+        out[0] = now[5] + rule[0] * (math.cos(stance) - math.cos(swing)) - ground

@@ -121,7 +121,7 @@ class Timed(SupervisedController):
 
     @cached_property
     def _code(self) -> MachineCode:
-        return MachineCode(self.law(), len(self.states), self.memory_size)
+        return MachineCode(self, self.law())
 
     @cached_property
     def _decide(self) -> Callable[..., None]:
@@ -132,7 +132,7 @@ class Timed(SupervisedController):
         decide, held = self._decide, np.array(memory)
         told = [np.array(each, dtype=np.float64) for each in (q_before, q, dq)]
         begun = time.thread_time()
-        decide(self._code.law.record, held.ctypes.data, *(each.ctypes.data for each in told))
+        decide(self._code.law.parameters, held.ctypes.data, *(each.ctypes.data for each in told))
         self.times.append(time.thread_time() - begun)
         memory[:] = held.tolist()
 

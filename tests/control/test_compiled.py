@@ -12,7 +12,7 @@ from simulations import hybrid_run, make_simulation
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController, PassivityController
-from mjbiped.control.compiled import MachineCode, can_be_compiled
+from mjbiped.control.compiled import MachineCode, as_machine_code, can_be_compiled
 from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.registry import controller_names, make_controller
 from mjbiped.engines.hybrid.run import HybridRun, engine_address
@@ -33,12 +33,12 @@ def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compa
     law = controller.law()
     assert law is not None
     assert can_be_compiled(law)
-    code = MachineCode(law, len(controller.states), controller.memory_size)
+    code = MachineCode(controller, law)
     count = 2 + len(controller.states)
     memory, plain, out = np.zeros(controller.memory_size), [0.0] * controller.memory_size, np.zeros(count + ROOM)
     q, dq, before = (-0.17, 0.21), (1.05, 0.4), (0.22, -0.19)
     there, turning, old = (np.array(each) for each in (q, dq, before))
-    state, record = (there.ctypes.data, turning.ctypes.data), code.law.record
+    state, record = (there.ctypes.data, turning.ctypes.data), code.law.parameters
     controller.start(plain, q, dq)
     memory[:] = plain
     touchdown(code)(record, memory.ctypes.data, old.ctypes.data, *state)
@@ -78,14 +78,13 @@ def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gai
     """Parameters differ in number and value, never in type; laws with knees are those of straight legs."""
     other = mjbiped.find_passive_gait(mjbiped.Compass(hip_mass=3.0), math.radians(3.0))
     kneed = mjbiped.KneedBiped()
-    laws = (
-        AdaptiveController(mjbiped.Compass(), gait).law(),
-        AdaptiveController(mjbiped.Compass(hip_mass=3.0), other).law(),
-        KneedController(kneed, mjbiped.find_kneed_gait(kneed, math.radians(2.5))).law(),
+    controllers = (
+        AdaptiveController(mjbiped.Compass(), gait),
+        AdaptiveController(mjbiped.Compass(hip_mass=3.0), other),
+        KneedController(kneed, mjbiped.find_kneed_gait(kneed, math.radians(2.5))),
     )
-    assert len({law.functions["torque"] for law in laws}) == 1
-    assert len({len(law.parameters) for law in laws}) > 1
-    assert len({MachineCode(law, 2, 200).law.torque for law in laws}) == 1
+    assert len({len(each.law().parameters) for each in controllers}) > 1
+    assert len({as_machine_code(each).law.torque for each in controllers}) == 1
 
 
 def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:

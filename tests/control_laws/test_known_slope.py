@@ -143,11 +143,11 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]
     import numba
     from numba.extending import register_jitable
 
-    from mjbiped.numerics.jit import _called
+    from mjbiped.numerics.sources import with_callees
 
     controller = kind(ROBOT, GAIT, initial_slope_estimate=-0.1)
     law = controller.law()
-    for part in set(_called(law.torque, set())) - {law.torque}:
+    for part in set(with_callees(law.torque)) - {law.torque}:
         register_jitable(part)
     torque = numba.njit(law.torque)
     memory, parameters, out = memory_on(controller, tilt=0.05), np.array(law.parameters), np.zeros(2 + ROOM)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjbiped.disturbances import chance
-from mjbiped.numerics.jit import OPTIONS, from_source, jitted, prepared
 
 COUNT = 20_000
 
@@ -42,13 +41,15 @@ def test_they_are_distributed_as_they_say(seed: int) -> None:
         assert abs(np.corrcoef(a, b)[0, 1]) < four
 
 
+def normal(low: int, high: int, number: int, channel: int) -> float:
+    return chance.normal(chance.Seed(low, high), number, channel)
+
+
 def test_compiled_they_are_the_same() -> None:
-    prepared((chance.normal,), ())
-    source = "def asked(low, high, number, channel):\n    return normal((low, high), number, channel)\n"
-    compiled = from_source(
-        lambda function: jitted(function, **OPTIONS), "asked", source, {"normal": chance.normal}, "test"
-    )
+    from mjbiped.numerics.machine import compiled
+
+    asked = compiled(normal, "float64(int64, int64, int64, int64)")
     for seed in (0, 2**64 - 1, 987654321987):
         for number in (0, 1, 2**31, 2**40 + 3):
             words = chance.words_of(seed)
-            assert compiled(*words, number, 3) == chance.normal(words, number, 3)
+            assert asked(*words, number, 3) == chance.normal(words, number, 3)

@@ -20,7 +20,7 @@ from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.compiling import compiles, missing, note_kept
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import Plan, Terms, make_plan
-from mjbiped.numerics import cache_folder
+from mjbiped.numerics import cache
 from mjbiped.rules.scuffing import ScuffingRule
 
 ENGINES = ("hybrid", "mujoco")
@@ -30,8 +30,8 @@ ENGINES = ("hybrid", "mujoco")
 def empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Neither the disk nor this process has machine code yet, and nobody has overruled the rule."""
     monkeypatch.delenv(compiling.VARIABLE, raising=False)
-    monkeypatch.setattr(cache_folder, "folder", lambda: tmp_path)
-    monkeypatch.setattr(cache_folder, "_kept", set())
+    monkeypatch.setattr(cache, "_folder", lambda: tmp_path)
+    monkeypatch.setattr(cache, "_kept", set())
 
 
 def planned(controller: Controller, engine: str, **given: Any) -> Plan:
@@ -53,7 +53,7 @@ def test_what_is_on_disk_is_used_however_short_the_walk(
     plan = planned(controller, engine, steps=1)
     assert not compiles(plan)
     note_kept(plan)
-    monkeypatch.setattr(cache_folder, "_kept", set())  # as in another process
+    monkeypatch.setattr(cache, "_kept", set())  # as in another process
     assert compiles(plan)
     assert compiles(planned(dataclasses.replace(controller, position_gain=7.0), engine, steps=1))
     other = planned(PassiveController(), engine, steps=1)

@@ -142,7 +142,7 @@ def test_plain_python_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     task = WalkTask("walk_stairs", residual=True)
     actions = random_actions(task, 60)
     compiled = walked(begun(task), actions)
-    monkeypatch.setattr("mjbiped.control.functions.compilable_law", lambda _: None)  # methods, called by it
+    monkeypatch.setattr("mjbiped.control.compiled.compilable_law", lambda _: None)  # methods, called by it
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
     monkeypatch.setenv(VARIABLE, "never")
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()

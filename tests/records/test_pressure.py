@@ -37,6 +37,15 @@ def test_every_place_has_its_bin(place: float) -> None:
     assert (bin_of(-math.inf), bin_of(math.inf)) == (0, BINS - 1)
 
 
+def test_a_place_that_is_no_number_is_in_the_last_bin_as_machine_code_too() -> None:
+    from mjbiped.numerics.machine import compiled
+
+    places = (math.nan, -math.inf, -0.651, -0.65, 0.0, 0.639, 0.64, math.inf)
+    machine = compiled(bin_of, "int64(float64)")
+    assert [bin_of(place) for place in places] == [machine(place) for place in places]
+    assert bin_of(math.nan) == BINS - 1
+
+
 def test_a_flat_foot_is_in_balance_about_its_ankle() -> None:
     """The leg's torque on the foot is -tau; the ground's force F_n at x makes -x F_n: both are in balance."""
     u = [0.0] * (2 + BINS)

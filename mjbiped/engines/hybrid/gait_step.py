@@ -1,7 +1,7 @@
 """Walking in the hybrid engine: integrate, find the first event, apply its reset map.
 
-The functions are plain Python, called as such for a controller in plain Python, and compiled by `mjbiped.numerics.jit`
-for one that gives its laws as functions.
+The functions are plain Python, called as such for a controller in plain Python, and compiled by
+`mjbiped.numerics.machine` for one that gives its laws as functions.
 """
 
 from __future__ import annotations

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compiled import compilable_law
+from mjbiped.control.compiled import as_machine_code, compilable_law
 from mjbiped.control.controller import Controller
-from mjbiped.control.functions import as_machine_code
 from mjbiped.control.validation import fault_at, fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
@@ -235,8 +234,8 @@ class Machine:
     def __init__(self, constants: Any, state: Any, controller: Controller) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
-        functions, self.code = as_machine_code(controller)
-        self.constants, *below = packed(dataclasses.replace(constants, **functions._asdict()))
+        self.code = as_machine_code(controller)
+        self.constants, *below = packed(dataclasses.replace(constants, **self.code.law._asdict()))
         self.state, *further = packed(state)
         self._kept = below, further
         self._advance = engine_code()

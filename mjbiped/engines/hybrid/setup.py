@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mjbiped.control.controller import ROOM as SPARE
-from mjbiped.control.controller import Controller
-from mjbiped.control.functions import Functions, in_python
+from mjbiped.control.controller import Controller, Law
+from mjbiped.control.functions import in_python
 from mjbiped.disturbances.pushes import following
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
@@ -71,7 +71,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
     }
 
 
-def law_constants(functions: Functions, robot: Robot, states: int, support: int) -> dict[str, Any]:
+def law_constants(functions: Law, robot: Robot, states: int, support: int) -> dict[str, Any]:
     """The fields that say what the engine calls, and how large a state of motion is.
 
     Args:

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.control.compiled import CalledMethods, MachineCode
-from mjbiped.control.functions import Functions, as_machine_code, in_python
+from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
+from mjbiped.control.functions import in_python
 from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
@@ -113,7 +113,6 @@ class Simulation:
         )
         self._samples, self._rows = np.zeros((BLOCK + 1, self._sampled)), np.zeros((BLOCK, self._touched))
         self._compiling = compiles(plan) if compile is None else compile
-        self._functions: Functions | None = None
         self._code: MachineCode | CalledMethods | None = None
         self._number = -next(_numbers)
         self._use(self._windows.about(0.0))
@@ -157,8 +156,8 @@ class Simulation:
         from mjbiped.engines.mujoco import native
 
         with announced_for(self.plan):
-            if self._functions is None:
-                self._functions, self._code = as_machine_code(self.controller)
+            if self._code is None:
+                self._code = as_machine_code(self.controller)
             self._block, self._kept = self.packed(self.constants)
             self._advance = native.advancing()
             with callback.python_removed():
@@ -166,8 +165,8 @@ class Simulation:
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
-        assert self._functions is not None
-        called = self._functions._asdict()
+        assert self._code is not None
+        called = self._code.law._asdict()
         return packed(replace(constants, state=constants.whole, failed=called["parameters"], **called))
 
     def ahead(self) -> Constants:
