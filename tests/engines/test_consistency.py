@@ -27,7 +27,7 @@ from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP
 from mjbiped.engines.mujoco.scene import START_DEPTH
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.step_size import STIFFNESS
+from mjbiped.engines.mujoco.softness import STIFFNESS
 from mjbiped.records import measures
 from mjbiped.records.columns import TOUCHDOWNS, split
 from mjbiped.robots import compass

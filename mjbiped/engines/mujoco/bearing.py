@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.feet import bear, stands, weigh_shear
-from mjbiped.engines.mujoco.state import foot_of, stance_leg, swing_leg
+from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
 from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 

@@ -1,7 +1,8 @@
-"""`mjcb_control`, which is one for all threads of a process: for whom it stands there, and what stood there before.
+"""`mjcb_control`, which is one for all threads of a process: who is driven by it, and what stood there before.
 
-Walks as machine code share a C function that finds each of them by its userdata: any number of them go on in any
-threads. Where a walk is interpreted, a function in Python stands there, which knows the others, too.
+MuJoCo calls a C function, which finds a walk by the address of its mjData. That of walks in machine code is machine
+code and has a table of them; where a walk is interpreted, one that calls Python stands before it. Data that are of no
+walk go to the function that somebody else has installed.
 """
 
 from __future__ import annotations
@@ -14,84 +15,81 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from mjbiped.engines.mujoco import step
-from mjbiped.engines.mujoco.state import MARK
+import numpy as np
+
 from mjbiped.errors import MjbipedError
 from mjbiped.utils.mujoco import mujoco
 
 
 class Interpreted(Protocol):
-    """A walk in plain Python.
+    """A walk in plain Python."""
 
-    Attributes:
-        constants: See `mjbiped.engines.mujoco.state.Constants`.
-    """
-
-    constants: Any
+    def on_control(self) -> None:
+        """Act for `mjcb_control`; raises nothing, as no exception could pass through C."""
 
 
-stepping = threading.RLock()
-"""Held while MuJoCo may call Python: by interpreted steps, and while a model is compiled, for which there must be no
-callback in Python (MuJoCo calls it with models that Python cannot hold)."""
+FOREIGN, FARTHEST, PAIRS = range(3)
+PLACES = 1 << 14  # for walks in machine code
+table = np.zeros(PAIRS + 2 * PLACES, dtype=np.int64)
+"""For machine code: the address of somebody else's `mjcb_control`, how far behind its place a walk can be found, and
+pairs of addresses, of an mjData and of its walk's `Constants`."""
 
-_LONGEST_WAIT = 60.0  # for the interpreted walk of another thread, s: longer ones are compiled
-_lock = threading.Lock()  # held while anything of the following changes
-_interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, below zero
-_compiled = 0  # number of those who need the C function
-_native: Any = None  # the C function and its address, once a walk has needed them
-_NAMES = ("mjcb_control", "mju_user_warning")
-"""The second hears warnings, which each mjData counts; without a function MuJoCo would write them to a file."""
-_theirs: list[Any] = [None, None]  # what somebody else has installed under these names
-_clock: Any = (
-    None  # somebody's clock in Python, as dm_control's profiling leaves one behind: it takes no lock, so it rests
-)
-_NOTHING, _PYTHON, _C = range(3)
-_there = _NOTHING  # what of ours stands there
-_bound = False  # whether MuJoCo's bindings hold functions of ours in Python
+_lock = threading.RLock()  # held while anything of the following changes; collected walks may take it again
+_interpreted: dict[int, Interpreted] = {}  # by the addresses of their data
+_compiled = 0  # number of those who need the machine code
+_native: Any = None  # that machine code and its address, once a walk has needed it
+_theirs: list[int | None] | None = None  # what stood in MuJoCo's places before ours; None: nothing of ours is there
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
+def place_of(data: int) -> int:
+    """First place in the table for the data at an address."""
+    return (data >> 6) % PLACES
+
+
+def register(data: int, constants: int) -> None:
+    """Let machine code find a walk's constants by its data; both are addresses."""
+    with _lock:
+        far, first = 0, place_of(data)
+        while table[PAIRS + 2 * ((first + far) % PLACES)]:
+            far += 1
+        at = PAIRS + 2 * ((first + far) % PLACES)
+        table[FARTHEST] = max(table[FARTHEST], far)
+        table[at + 1], table[at] = constants, data  # in this order, for other threads are reading
+
+
+def forget(data: int) -> None:
+    """Take a walk out of the table."""
+    with _lock:
+        table[PAIRS::2][table[PAIRS::2] == data] = 0
+
+
 def _refresh() -> None:
-    """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty."""
-    global _theirs, _clock, _there, _bound
-    if _there == _NOTHING:
-        _theirs, _clock = [mujoco.get_mjcb_control(), mujoco.get_mju_user_warning()], mujoco.get_mjcb_time()
-    wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
-    if wanted == _PYTHON and not _interpreted and _theirs == [None, None]:
-        wanted = _C
-    if wanted == _there:
-        return
-    if _clock is not None:
-        mujoco.set_mjcb_time(_clock if wanted == _NOTHING else None)
-    if wanted == _C:
-        _write(_native[1], _HUSH[1])
-    elif wanted == _PYTHON:
-        _set(_control, _hush)
-        _bound = True
-    elif _bound:
-        _set(*_theirs)
-        _bound = False
-    else:
-        _write(None, None)
-    _there = wanted
-
-
-def _set(*functions: Any) -> None:
-    for name, function in zip(_NAMES, functions, strict=True):
-        getattr(mujoco, f"set_{name}")(function)
-
-
-def _write(control: int | None, warning: int | None) -> None:
-    """Put C functions into MuJoCo's places, which costs a tenth of `_set`."""
+    """Write into MuJoCo's places what is needed there now; other threads may be calling it."""
+    global _theirs
     slots = _slots()
-    slots[0].value, slots[1].value = control, warning
+    if _interpreted or _compiled:
+        if _theirs is None:
+            _theirs = [slot.value for slot in slots]
+            table[FOREIGN] = _theirs[0] or 0
+        ours = _PYTHON if _interpreted else _native
+        slots[0].value, slots[1].value, slots[2].value = ours[1], _HUSH[1], None
+    elif _theirs is not None:
+        for slot, before in zip(slots, _theirs, strict=True):
+            slot.value = before
+        _theirs = None
 
 
 @cache
 def _slots() -> list[ctypes.c_void_p]:
+    """MuJoCo's places for our callback, for one that hears warnings, and for a clock.
+
+    Each mjData counts its warnings; without a hearer MuJoCo would write them to a file. A clock in Python, as
+    dm_control's profiling leaves one behind, would be called by all threads, and rests.
+    """
     (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     library = ctypes.CDLL(str(path))
-    return [ctypes.c_void_p.in_dll(library, name) for name in _NAMES]
+    return [ctypes.c_void_p.in_dll(library, name) for name in ("mjcb_control", "mju_user_warning", "mjcb_time")]
 
 
 def enter(native: Any) -> None:
@@ -125,40 +123,21 @@ def compiled(native: Any) -> Iterator[None]:
 
 
 @contextmanager
-def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
-    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait."""
-    with _alone():
-        with _lock:
-            before = _interpreted.get(number)
-            _interpreted[number] = walk
-            _refresh()
-        try:
-            _here.walks = getattr(_here, "walks", 0) + 1
-            yield
-        finally:
-            _here.walks -= 1
-            with _lock:
-                if before is None:
-                    del _interpreted[number]
-                _refresh()
-
-
-@contextmanager
-def _alone() -> Iterator[None]:
-    """Hold `stepping`.
-
-    Raises:
-        MjbipedError: Another thread has held it for too long, as one that waits for this thread does.
-    """
-    if not stepping.acquire(timeout=_LONGEST_WAIT):
-        raise MjbipedError(
-            "another thread of this process is walking in plain Python, and MuJoCo's callbacks are shared by all "
-            "threads; let walks run one after another, or all of them by mjbiped.walk_many"
-        )
+def interpreted(data: int, walk: Interpreted) -> Iterator[None]:
+    """Have Python act on a walk by the address of its data meanwhile."""
+    with _lock:
+        before = _interpreted.get(data)
+        _interpreted[data] = walk
+        _refresh()
+    _here.walks = getattr(_here, "walks", 0) + 1
     try:
         yield
     finally:
-        stepping.release()
+        _here.walks -= 1
+        with _lock:
+            if before is None:
+                del _interpreted[data]
+            _refresh()
 
 
 def walking() -> bool:
@@ -168,33 +147,31 @@ def walking() -> bool:
 
 @contextmanager
 def python_removed() -> Iterator[None]:
-    """Take callbacks in Python away meanwhile, so that MuJoCo can compile a model."""
-    with _alone(), _lock, ExitStack() as stack:
+    """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold."""
+    with _lock, ExitStack() as stack:
         for name in dir(mujoco):
             if name.startswith("get_mjcb_"):
                 standing, put = getattr(mujoco, name)(), getattr(mujoco, name.replace("get", "set", 1))
                 if standing is not None and not hasattr(standing, "argtypes"):
                     put(None)
                     stack.callback(put, standing)
+        stack.callback(table.__setitem__, FOREIGN, int(table[FOREIGN]))
+        table[FOREIGN] = 0
         yield
 
 
-def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _control(model: int, data: int) -> None:
     """`mjcb_control` in Python."""
-    if model.nuserdata > 1 and data.userdata[0] == MARK:
-        walk = _interpreted.get(int(data.userdata[1]))
-        if walk is not None:
-            if walk.constants.data == data._address:  # not a copy
-                step.on_control(walk.constants, data.time)
-        elif data.userdata[1] > 0.0 and _native is not None:
-            _native[0](model._address, data._address)
-        return
-    theirs = _theirs[0]
-    if theirs is not None:
-        theirs(*((model._address, data._address) if hasattr(theirs, "argtypes") else (model, data)))
+    walk = _interpreted.get(data)
+    if walk is not None:
+        walk.on_control()
+    elif _native is not None:
+        _native[0](model, data)
+    elif table[FOREIGN]:
+        _CONTROL(int(table[FOREIGN]))(model, data)
 
 
-def _hush(message: str) -> None:
+def _hush(message: bytes) -> None:
     """`mju_user_warning`."""
 
 
@@ -203,6 +180,8 @@ def addressed(function: Any) -> tuple[Any, int]:
     return function, ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
+_CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+_PYTHON = addressed(_CONTROL(_control))
 _HUSH = addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
 
 
@@ -212,6 +191,5 @@ def require_none() -> None:
     Raises:
         MjbipedError: It is.
     """
-    standing = mujoco.get_mjcb_control() if _there == _NOTHING else _theirs[0]
-    if standing is not None:
+    if _theirs[0] if _theirs else _slots()[0].value:
         raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")

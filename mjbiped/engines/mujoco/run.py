@@ -21,7 +21,6 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
-from mjbiped.utils.mujoco import mujoco
 
 _MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
 
@@ -80,17 +79,6 @@ class MujocoRun(Run):
     def shares_with(self, other: Run) -> bool:
         """Whether this walk is machine code, too."""
         return self.simulation.compiled
-
-    def message(self, error: BaseException) -> str:
-        """What went wrong, and when: in the controller, or in MuJoCo itself."""
-        if not isinstance(error, mujoco.FatalError):
-            return super().message(error)
-        (time, _), reason = self.recorder.end, " ".join(str(error).split())
-        return (
-            f"MuJoCo gave up at {time:.3f} s, after {self.recorder.steps} steps, for no fault of the controller: "
-            f"{reason}. Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs "
-            "fewer, and the hybrid engine has none"
-        )
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""

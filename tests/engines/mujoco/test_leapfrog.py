@@ -9,7 +9,7 @@ from simulations import started
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.mujoco import constants, ground, scene, step
+from mjbiped.engines.mujoco import ground, scene, setup, step
 from mjbiped.records import measures
 from mjbiped.reproduction.grounds import found_terrain
 
@@ -163,7 +163,7 @@ def test_footholds_stay_where_the_hybrid_engine_has_them(terrain: Terrain, contr
 def test_a_larger_foot_does_not_roll(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of 1 mm would roll by 0.38 mm a step; after an impact, which stops its lowest point, it moves by 0.02 mm."""
     exact = mjbiped.walk(controller, Terrain.level(), steps=4, engine="hybrid").touchdowns["x"]
-    for module in (ground, scene, constants):
+    for module in (ground, scene, setup):
         monkeypatch.setattr(module, "FOOT_RADIUS", 1e-3)
     walk = mjbiped.walk(controller, Terrain.level(), steps=4)
     assert walk.touchdowns["x"] == pytest.approx(exact, abs=0.1e-3)

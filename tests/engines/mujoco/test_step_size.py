@@ -9,12 +9,13 @@ from simulations import Plain, started
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.mujoco import observation, step_size
+from mjbiped.engines.mujoco import observation, softness, step_size
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step
-from mjbiped.engines.mujoco.observation import SHORTEST
+from mjbiped.engines.mujoco.legs import stance_leg, swing_leg
+from mjbiped.engines.mujoco.lifting import SHORTEST
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import State, stance_leg, swing_leg
+from mjbiped.engines.mujoco.state import State
 from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
@@ -255,7 +256,7 @@ def test_a_swing_knee_is_locked_where_it_is_or_is_about_to_strike(locked: float,
     c, u = simulation.constants, simulation.state
     u.locked, u.strikes_next = locked, strikes
     observation.observe(c, u, 0.1)
-    step_size.soften(c, u)
+    softness.soften(c, u)
     held = simulation.data.eq_active
     assert held[swing_leg(c, u).lock] == max(locked, strikes)
     assert held[stance_leg(c, u).lock] == 1
