@@ -17,7 +17,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mjbiped.errors import MjbipedError
 from mjbiped.utils.mujoco import mujoco
 
 
@@ -183,13 +182,3 @@ def addressed(function: Any) -> tuple[Any, int]:
 _CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 _PYTHON = addressed(_CONTROL(_control))
 _HUSH = addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
-
-
-def require_none() -> None:
-    """Refuse to begin many walks where somebody else's callback is installed.
-
-    Raises:
-        MjbipedError: It is.
-    """
-    if _theirs[0] if _theirs else _slots()[0].value:
-        raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")

@@ -68,6 +68,8 @@ class Simulation:
         options: The engine's settings.
         constants: Values that stay the same as long as the model does.
         inside: Range of the hip's x, m, in which `move_on` need not rebuild the ground.
+        block: The constants for machine code; None where the walk is interpreted.
+        native: `mjcb_control` as a C function, where the walk is machine code.
         compiled: Whether steps and laws are machine code.
     """
 
@@ -75,6 +77,8 @@ class Simulation:
     data: mujoco.MjData
     constants: Constants
     inside: tuple[float, float]
+    block: NDArray[Any] | None
+    native: Any
 
     def __init__(self, plan: Plan, options: Options, *, compile: bool | None = None, scenery: bool = False) -> None:
         """Build the scene and set the robot on it.
@@ -127,7 +131,7 @@ class Simulation:
         self.constants = constants_of(
             self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
         )
-        self._block: Any = None
+        self.block = None
         if self._compiling:
             self._compile()
 
@@ -138,9 +142,9 @@ class Simulation:
         with announced_for(self.plan):
             if self._functions is None:
                 self._functions, self._code = as_machine_code(self.controller)
-            self._block, self._kept = self.packed(self.constants)
-            self._advance, self._native = native.advancing(), native.control_callback()
-        callback.register(self.data._address, self._block.ctypes.data)
+            self.block, self._kept = self.packed(self.constants)
+            self._advance, self.native = native.advancing(), native.control_callback()
+        callback.register(self.data._address, self.block.ctypes.data)
         self._forget = weakref.finalize(self, callback.forget, self.data._address)
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
@@ -153,17 +157,6 @@ class Simulation:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
         whole: Any = np.zeros(SIZE + self.constants.row_width)
         return replace(self.constants, whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
-
-    @property
-    def block(self) -> NDArray[Any] | None:
-        """The constants for machine code; None where the walk is interpreted."""
-        block: NDArray[Any] | None = self._block
-        return block
-
-    @property
-    def native(self) -> Any:
-        """`mjcb_control` as a C function, where the walk is machine code."""
-        return self._native
 
     @property
     def compiled(self) -> bool:
@@ -245,10 +238,8 @@ class Simulation:
             Number of steps that were made.
         """
         with self.acting():
-            if self._block is not None:
-                made: int = self._advance(
-                    self._block.ctypes.data, self.model._address, self.data._address, steps, until
-                )
+            if self.block is not None:
+                made: int = self._advance(self.block.ctypes.data, self.model._address, self.data._address, steps, until)
             else:
                 made = step.advance(self.constants, self.model, self.data, steps, until)
         return made
@@ -257,7 +248,7 @@ class Simulation:
     def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile; what a controller has raised is raised at the end."""
         data = self.data._address
-        with callback.interpreted(data, self) if self._block is None else callback.compiled(self._native):
+        with callback.interpreted(data, self) if self.block is None else callback.compiled(self.native):
             try:
                 yield
             finally:

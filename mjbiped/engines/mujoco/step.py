@@ -82,8 +82,6 @@ def step(c: Any, u: Any, model: Any, data: Any) -> None:
     soften(c, u)
     write_contact_bits(c, u)
     check(model, data)
-    if u.mark != MARK:  # a position was no number, and MuJoCo has reset everything
-        return
     position(model, data)
     qvel = numbers(c.qvel, c.coordinates)
     show(c, u, qvel)
