@@ -215,7 +215,7 @@ class Ticks:
             try:
                 self._machine_code(self._table.ctypes.data, first, last, ticks)
             finally:
-                callback.leave()
+                callback.leave(self._native)
             if not self._called:
                 return
         simulations = [each for each in self._simulations[first:last] if each is not None]

@@ -14,6 +14,7 @@ from contextlib import ExitStack, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -34,10 +35,11 @@ table = np.zeros(PAIRS + 2 * PLACES, dtype=np.int64)
 pairs of addresses, of an mjData and of its walk's `Constants`."""
 
 _lock = threading.RLock()  # held while anything of the following changes; collected walks may take it again
-_interpreted: dict[int, Interpreted] = {}  # by the addresses of their data
-_compiled = 0  # number of those who need the machine code
+_interpreted: WeakValueDictionary[int, Interpreted] = WeakValueDictionary()  # by the addresses of their data
+_needed = {False: 0, True: 0}  # how often the function in Python is needed, and the machine code
 _native: Any = None  # that machine code and its address, once a walk has needed it
-_theirs: list[int | None] | None = None  # what stood in MuJoCo's places before ours; None: nothing of ours is there
+_ours: Any = None  # which of them stands there
+_theirs: list[int | None] = []  # what stood in MuJoCo's places before that
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
@@ -46,9 +48,18 @@ def place_of(data: int) -> int:
     return (data >> 6) % PLACES
 
 
-def register(data: int, constants: int) -> None:
-    """Let machine code find a walk's constants by its data; both are addresses."""
+def register(data: int, walk: Interpreted, constants: int) -> None:
+    """Let a walk be found by its data.
+
+    Args:
+        data: Address of the mjData.
+        walk: The walk, if it is interpreted.
+        constants: Address of its constants for machine code; 0: it is interpreted.
+    """
     with _lock:
+        if not constants:
+            _interpreted[data] = walk
+            return
         far, first = 0, place_of(data)
         while table[PAIRS + 2 * ((first + far) % PLACES)]:
             far += 1
@@ -58,25 +69,25 @@ def register(data: int, constants: int) -> None:
 
 
 def forget(data: int) -> None:
-    """Take a walk out of the table."""
+    """Let no walk be found by these data any more."""
     with _lock:
+        _interpreted.pop(data, None)
         table[PAIRS::2][table[PAIRS::2] == data] = 0
 
 
 def _refresh() -> None:
     """Write into MuJoCo's places what is needed there now; other threads may be calling it."""
-    global _theirs
+    global _theirs, _ours
+    wanted = _PYTHON if _needed[False] else _native if _needed[True] else None
+    if wanted is _ours:
+        return
     slots = _slots()
-    if _interpreted or _compiled:
-        if _theirs is None:
-            _theirs = [slot.value for slot in slots]
-            table[FOREIGN] = _theirs[0] or 0
-        ours = _PYTHON if _interpreted else _native
-        slots[0].value, slots[1].value, slots[2].value = ours[1], _HUSH[1], None
-    elif _theirs is not None:
-        for slot, before in zip(slots, _theirs, strict=True):
-            slot.value = before
-        _theirs = None
+    if _ours is None:
+        _theirs = [slot.value for slot in slots]
+        table[FOREIGN] = _theirs[0] or 0
+    for slot, value in zip(slots, [wanted[1], _HUSH[1], None] if wanted else _theirs, strict=True):
+        slot.value = value
+    _ours = wanted
 
 
 @cache
@@ -92,51 +103,25 @@ def _slots() -> list[ctypes.c_void_p]:
 
 
 def enter(native: Any) -> None:
-    """Have the C function act on walks as machine code, in any threads, until as many calls of `leave`."""
-    global _compiled, _native
+    """Have our callback act on walks, in any threads, until as many calls of `leave`.
+
+    Args:
+        native: `native.control_callback()` for walks in machine code; None for one in plain Python.
+    """
+    global _native
     with _lock:
-        _compiled, _native = _compiled + 1, native
-        if _compiled == 1:
-            _refresh()
-    _here.walks = getattr(_here, "walks", 0) + 1
-
-
-def leave() -> None:
-    """Need the C function no more."""
-    global _compiled
-    _here.walks -= 1
-    with _lock:
-        _compiled -= 1
-        if _compiled == 0:
-            _refresh()
-
-
-@contextmanager
-def compiled(native: Any) -> Iterator[None]:
-    """Have the C function act on walks as machine code meanwhile."""
-    enter(native)
-    try:
-        yield
-    finally:
-        leave()
-
-
-@contextmanager
-def interpreted(data: int, walk: Interpreted) -> Iterator[None]:
-    """Have Python act on a walk by the address of its data meanwhile."""
-    with _lock:
-        before = _interpreted.get(data)
-        _interpreted[data] = walk
+        _native = native or _native
+        _needed[native is not None] += 1
         _refresh()
     _here.walks = getattr(_here, "walks", 0) + 1
-    try:
-        yield
-    finally:
-        _here.walks -= 1
-        with _lock:
-            if before is None:
-                del _interpreted[data]
-            _refresh()
+
+
+def leave(native: Any) -> None:
+    """Need the callback no more."""
+    _here.walks -= 1
+    with _lock:
+        _needed[native is not None] -= 1
+        _refresh()
 
 
 def walking() -> bool:

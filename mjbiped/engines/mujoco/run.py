@@ -21,6 +21,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.mujoco import mujoco
 
 _MISSED = "a foot came to lie in the ground or over it: it slid under a step, or the timestep is too long"
 
@@ -91,7 +92,9 @@ class MujocoRun(Run):
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         simulation = self.simulation
-        words = simulation.warnings
+        warning = simulation.data.warning
+        texts = [mujoco.mju_warningText(kind, int(warning.lastinfo[kind])) for kind in np.flatnonzero(warning.number)]
+        words = {text.partition(" at ")[0].strip(): 1 for text in texts}
         if simulation.outcome is Outcome.DIVERGED:
             fault = _fault(simulation)
             if fault or not words:

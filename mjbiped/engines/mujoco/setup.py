@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,9 @@ from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
 from mjbiped.engines.mujoco.collisions import ALL, MARKS
 from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.feet import foot_servo
+from mjbiped.engines.mujoco.feet import foot_servo, for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.ground_window import places_in
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.motors import SPARE
 from mjbiped.engines.mujoco.options import MOTOR, Options
 from mjbiped.engines.mujoco.scene import Scene
@@ -34,9 +35,43 @@ from mjbiped.utils.mujoco import mujoco
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 
 
-def shortest_step(options: Options) -> float:
+def _shortest_step(options: Options) -> float:
     """Length of the physics steps that resolve impacts, s."""
     return min(options.contact_timestep, options.timestep) if options.lands else options.timestep
+
+
+def settled(options: Options, plan: Plan) -> Options:
+    """The engine's settings as a walk needs them."""
+    foot, disturbances = plan.robot.bodies.foot, plan.disturbances
+    if foot is not None:
+        options = for_feet(options, foot)
+    if disturbances.in_loop:
+        options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
+    return options
+
+
+def windows_of(plan: Plan, options: Options, steps: int, *, userdata: int, scenery: bool) -> GroundWindows:
+    """Scenes about any place of a walk; see `GroundWindows`.
+
+    Args:
+        plan: The walk.
+        options: The engine's settings.
+        steps: Physics steps between two moves of the window, at most.
+        userdata: Number of floats in `mjData.userdata`.
+        scenery: Whether to add the ground as it is seen from the side.
+    """
+    robot, terms = plan.robot, plan.terms
+    way = steps * options.timestep * math.sqrt(robot.gravity * robot.leg_length)  # of the hip; a faster one would fly
+    return GroundWindows(
+        robot,
+        plan.terrain,
+        timestep=_shortest_step(options),
+        reach=ground_needed(robot, terms.steps, terms.distance),
+        ground=options.ground,
+        userdata=userdata,
+        scenery=scenery,
+        margin=MARGIN * robot.leg_length + way,
+    )
 
 
 def constants_of(
@@ -92,7 +127,7 @@ def constants_of(
 def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, Any]:
     """What a walk's plan says, as fields of `Constants`; the controller is that of the robot's joints."""
     robot = plan.robot
-    scuffs, shortest, foot = not robot.collides_from_lift_off, shortest_step(options), robot.bodies.foot
+    scuffs, shortest, foot = not robot.collides_from_lift_off, _shortest_step(options), robot.bodies.foot
     # a foot with mass bounds no torque: it tips
     behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
     knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
@@ -175,8 +210,8 @@ def _memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory:
         "row": userdata[SIZE:row],
         "memory": userdata[row : row + memory],
         "rates": userdata[row + memory :],
-        "time": _time_of(data),
-        "timestep": _timestep_of(model),
+        "time": _number_before(data, "time", data.energy, range(1, 2)),
+        "timestep": _number_before(model.opt, "timestep", model.opt.gravity, range(1, 32)),
         "warnings": _pairs(data.warning.lastinfo),
         **{name: getattr(data, name) for name in names},
         "warmstart": data.qacc_warmstart,
@@ -192,16 +227,6 @@ def _memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory:
 def _pairs(first: NDArray[Any]) -> NDArray[Any]:
     """Both numbers of each of MuJoCo's warnings; `first` shows the first of each."""
     return np.lib.stride_tricks.as_strided(first, shape=(2 * len(first),), strides=(first.itemsize,))
-
-
-def _time_of(data: mujoco.MjData) -> NDArray[np.float64]:
-    """`mjData.time`, which lies just before `mjData.energy`."""
-    return _number_before(data, "time", data.energy, range(1, 2))
-
-
-def _timestep_of(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """`mjModel.opt.timestep`, which lies some numbers before `opt.gravity`."""
-    return _number_before(model.opt, "timestep", model.opt.gravity, range(1, 32))
 
 
 def _number_before(owner: Any, name: str, array: NDArray[np.float64], places: range) -> NDArray[np.float64]:

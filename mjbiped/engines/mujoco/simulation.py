@@ -23,11 +23,9 @@ from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, first_state
-from mjbiped.engines.mujoco.setup import constants_of, ground_needed, shortest_step
+from mjbiped.engines.mujoco.setup import constants_of, settled, windows_of
 from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, State
 from mjbiped.engines.plan import Plan
@@ -69,7 +67,7 @@ class Simulation:
         constants: Values that stay the same as long as the model does.
         inside: Range of the hip's x, m, in which `move_on` need not rebuild the ground.
         block: The constants for machine code; None where the walk is interpreted.
-        native: `mjcb_control` as a C function, where the walk is machine code.
+        native: `mjcb_control` as a C function; None where the walk is interpreted.
         compiled: Whether steps and laws are machine code.
     """
 
@@ -92,27 +90,12 @@ class Simulation:
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
-        if robot.bodies.foot is not None:
-            options = for_feet(options, robot.bodies.foot)
-        if disturbances.in_loop:
-            options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
-        self.plan, self.options = plan, options
-        self.controller = controller = plan.driven(options.control_period or 0.0)
-        states, tables = len(controller.states), tables_of(type(robot))
+        self.plan, self.options = plan, settled(options, plan)
+        self.controller = controller = plan.driven(self.options.control_period or 0.0)
+        states, tables = len(controller.states), tables_of(type(plan.robot))
         touched = width(tables.touchdowns)
-        # path of the hip, m; a faster one would fly
-        block = BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)
-        self._windows = GroundWindows(
-            robot,
-            plan.terrain,
-            timestep=shortest_step(options),
-            reach=ground_needed(robot, terms.steps, terms.distance),
-            ground=options.ground,
-            userdata=SIZE + touched + controller.memory_size + states,
-            scenery=scenery,
-            margin=MARGIN * robot.leg_length + block,
-        )
+        userdata = SIZE + touched + controller.memory_size + states
+        self._windows = windows_of(plan, self.options, BLOCK, userdata=userdata, scenery=scenery)
         self._samples, self._rows = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
         self._compiling = compiles(plan) if compile is None else compile
         self._functions: Functions | None = None
@@ -131,9 +114,12 @@ class Simulation:
         self.constants = constants_of(
             self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
         )
-        self.block = None
+        self.block = self.native = None
         if self._compiling:
             self._compile()
+        address, constants = self.data._address, 0 if self.block is None else self.block.ctypes.data
+        callback.register(address, self, constants)
+        self._forget = weakref.finalize(self, callback.forget, address)
 
     def _compile(self) -> None:
         """Make machine code of the steps and of the laws, and pack the constants for it."""
@@ -144,8 +130,6 @@ class Simulation:
                 self._functions, self._code = as_machine_code(self.controller)
             self.block, self._kept = self.packed(self.constants)
             self._advance, self.native = native.advancing(), native.control_callback()
-        callback.register(self.data._address, self.block.ctypes.data)
-        self._forget = weakref.finalize(self, callback.forget, self.data._address)
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
@@ -247,12 +231,13 @@ class Simulation:
     @contextmanager
     def acting(self) -> Iterator[None]:
         """Let `mjcb_control` act on this walk meanwhile; what a controller has raised is raised at the end."""
-        data = self.data._address
-        with callback.interpreted(data, self) if self.block is None else callback.compiled(self.native):
-            try:
-                yield
-            finally:
-                self.check()
+        native = self.native
+        callback.enter(native)
+        try:
+            yield
+        finally:
+            callback.leave(native)
+            self.check()
 
     def on_control(self) -> None:
         """Act for `mjcb_control` in plain Python; what is raised ends the walk."""
@@ -283,13 +268,6 @@ class Simulation:
         if error is not None:
             self.state.outcome = 0.0
             raise error
-
-    @property
-    def warnings(self) -> dict[str, int]:
-        """MuJoCo's warnings in words, each once."""
-        number, info = self.data.warning.number, self.data.warning.lastinfo
-        texts = [mujoco.mju_warningText(kind, int(info[kind])) for kind in np.flatnonzero(number)]
-        return {text.partition(" at ")[0].strip(): 1 for text in texts}
 
     @property
     def outcome(self) -> Outcome:
