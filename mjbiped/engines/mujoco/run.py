@@ -13,12 +13,12 @@ from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
-from mjbiped.engines.mujoco.bearing import pressure_times
 from mjbiped.engines.mujoco.observation import warned
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
+from mjbiped.records.pressure import BINS
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
@@ -87,7 +87,7 @@ class MujocoRun(Run):
 
     def pressure_times(self) -> NDArray[np.float64]:
         """How long the centre of pressure was where so far, s."""
-        return pressure_times(self.simulation.state)
+        return np.array(self.simulation.state.pressure[2 : 2 + BINS])
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""

@@ -250,7 +250,7 @@ def in_threads(*calls: Callable[[], object]) -> None:
 
 
 def test_walks_in_python_in_threads_are_as_alone(controller: AdaptiveController) -> None:
-    """They wait for each other."""
+    """They go on beside each other."""
     walks: list[mjbiped.Walk] = []
 
     def walk() -> None:

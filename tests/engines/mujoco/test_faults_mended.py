@@ -26,7 +26,7 @@ def supervised(robot: mjbiped.Compass) -> SupervisedController:
     return SupervisedController(robot, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
 
 
-def stepped_up(place: float, rise: float, steps: int = 2, **feet: str) -> mjbiped.Walk:
+def stepped_up(place: float, rise: float, steps: int = 2, **feet: Any) -> mjbiped.Walk:
     """A walk from level ground over a step up, whose first foothold is at 0.393 m."""
     robot, ground = mjbiped.FootedCompass(sole=SOLE, **feet), mjbiped.Terrain.from_segments
     law = supervised(robot)
