@@ -107,17 +107,15 @@ def started(controller: Controller, terrain: Terrain, **settings: Any) -> Simula
 
 
 def state_of(simulation: Simulation) -> bytes:
-    """The whole state, but for whose it is, by which two simulations differ."""
+    """The whole state."""
     state = np.zeros(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-    with simulation.nobodys():
-        mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
+    mujoco.mj_getState(simulation.model, simulation.data, state, WHOLE_STATE)
     return state.tobytes()
 
 
 def put(simulation: Simulation, state: bytes) -> None:
     """Set a simulation to a state of another one."""
     mujoco.mj_setState(simulation.model, simulation.data, np.frombuffer(state).copy(), WHOLE_STATE)
-    simulation.state.walk = -1.0  # somebody else's
 
 
 def find_contacts(simulation: Simulation) -> None:

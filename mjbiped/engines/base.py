@@ -77,11 +77,8 @@ class Engine(ABC):
             MjbipedError: The walk cannot be started.
         """
 
-    def session(self, *, many: bool = False) -> AbstractContextManager[None]:
+    def session(self) -> AbstractContextManager[None]:
         """Context held during a walk, or a batch of walks, of this engine; empty by default.
-
-        Args:
-            many: Whether it is a batch.
 
         Raises:
             MjbipedError: No walk can be made now.

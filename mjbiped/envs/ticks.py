@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco import callback
+from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import MARK, State, constants_at, state_at
+from mjbiped.engines.mujoco.state import MARK, State, state_at
 from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
 from mjbiped.envs.feeling import OUTCOME, feel
 from mjbiped.numerics.blocks import Floats, numbers, packed, reader
@@ -189,7 +190,6 @@ class Ticks:
         """Fill in what one robot feels as it stands, perhaps in a state that was set."""
         simulation = self._simulations[index]
         assert simulation is not None
-        simulation.take_over()
         self._go(index, index + 1, 0)
 
     def advance(self) -> None:
@@ -215,7 +215,7 @@ class Ticks:
             try:
                 self._machine_code(self._table.ctypes.data, first, last, ticks)
             finally:
-                callback.leave()
+                callback.leave(self._native)
             if not self._called:
                 return
         simulations = [each for each in self._simulations[first:last] if each is not None]

@@ -245,8 +245,7 @@ class Walkers:
         """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
         simulation, ticks = self.simulation(index), self._ticks
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
-        with simulation.nobodys():
-            mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
+        mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
         numbers = np.concatenate([whole, ticks.kept[index], ticks.out[index]])
         return np.append(numbers, _checksum(numbers))
 

@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 from mjbiped.control.registry import SHARED
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.mujoco.constants import ground_needed
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import first_state, scene_spec
+from mjbiped.engines.mujoco.setup import ground_needed
 from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.exact import exact_xml

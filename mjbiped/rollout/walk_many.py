@@ -149,7 +149,7 @@ def walk_many(
     workers = WORKERS.check("workers", cores() if workers is None else workers)
     plans = _plans(terms, controllers, terrains, initial, disturbances)
     with (
-        terms.engine.session(many=True),
+        terms.engine.session(),
         progress_bar(total=len(plans), desc="preparing", unit="walk", progress=progress) as bar,
     ):
         batch = Batch(plans, summaries, workers, bar)

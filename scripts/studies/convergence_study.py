@@ -25,7 +25,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.mujoco import constants, ground, options, scene
+from mjbiped.engines.mujoco import ground, options, scene, setup
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
@@ -96,7 +96,7 @@ def foot_of(radius: float) -> Iterator[None]:
     The ground is built lower by the radius along its normal, whatever it is.
     """
     with ExitStack() as stack:
-        for module in (ground, scene, constants):
+        for module in (ground, scene, setup):
             stack.enter_context(mock.patch.object(module, "FOOT_RADIUS", radius))
         yield
 

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.feet import bear, stands, weigh_shear
-from mjbiped.engines.mujoco.state import foot_of, stance_leg, swing_leg
-from mjbiped.records.pressure import BINS, note_pressure
+from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
+from mjbiped.records.pressure import note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
@@ -55,11 +52,6 @@ def weigh(c: Any, u: Any, moment: float) -> None:
         note_pressure(u.pressure, 0, 2, torque, average, light, c.leg_length, u.stretch)
         weigh_shear(u)
         u.impulse = u.ankle_impulse = u.stretch = 0.0
-
-
-def pressure_times(u: Any) -> NDArray[np.float64]:
-    """How long the centre of pressure was where so far, s; see `mjbiped.records.pressure`."""
-    return np.array(u.pressure[2 : 2 + BINS], dtype=np.float64)
 
 
 def least_normal_force(u: Any) -> float:

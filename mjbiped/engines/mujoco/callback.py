@@ -1,7 +1,8 @@
-"""`mjcb_control`, which is one for all threads of a process: for whom it stands there, and what stood there before.
+"""`mjcb_control`, which is one for all threads of a process: who is driven by it, and what stood there before.
 
-Walks as machine code share a C function that finds each of them by its userdata: any number of them go on in any
-threads. Where a walk is interpreted, a function in Python stands there, which knows the others, too.
+MuJoCo calls a C function, which finds a walk by the address of its mjData. That of walks in machine code is machine
+code and has a table of them; where a walk is interpreted, one that calls Python stands before it. Data that are of no
+walk go to the function that somebody else has installed.
 """
 
 from __future__ import annotations
@@ -13,74 +14,87 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
+from weakref import WeakValueDictionary
 
-from mjbiped.engines.mujoco import step
-from mjbiped.engines.mujoco.state import MARK
-from mjbiped.errors import MjbipedError
+import numpy as np
+
 from mjbiped.utils.mujoco import mujoco
 
 
 class Interpreted(Protocol):
-    """A walk in plain Python.
+    """A walk in plain Python."""
 
-    Attributes:
-        constants: See `mjbiped.engines.mujoco.state.Constants`.
-    """
-
-    constants: Any
+    def on_control(self) -> None:
+        """Act for `mjcb_control`; raises nothing, as no exception could pass through C."""
 
 
-stepping = threading.RLock()
-"""Held while MuJoCo may call Python: by interpreted steps, and while a model is compiled, for which there must be no
-callback in Python (MuJoCo calls it with models that Python cannot hold)."""
+FOREIGN, FARTHEST, PAIRS = range(3)
+PLACES = 1 << 14  # for walks in machine code
+table = np.zeros(PAIRS + 2 * PLACES, dtype=np.int64)
+"""For machine code: the address of somebody else's `mjcb_control`, how far behind its place a walk can be found, and
+pairs of addresses, of an mjData and of its walk's `Constants`."""
 
-_LONGEST_WAIT = 60.0  # for the interpreted walk of another thread, s: longer ones are compiled
-_lock = threading.Lock()  # held while anything of the following changes
-_interpreted: dict[int, Interpreted] = {}  # by the numbers in their userdata, below zero
-_compiled = 0  # number of those who need the C function
-_native: Any = None  # the C function and its address, once a walk has needed them
-_NAMES = ("mjcb_control", "mju_user_warning", "mjcb_time")
-"""MuJoCo's places that matter to a walk. The second hears warnings, which each mjData counts: without a function there,
-MuJoCo would write them to a file. A clock in Python, as dm_control's profiling leaves one behind, takes no lock."""
-_theirs: Any = None  # somebody else's `mjcb_control`
-_before: list[int | None] = []  # addresses that stood in all three places
-_NOTHING, _PYTHON, _C = range(3)
-_there = _NOTHING  # what of ours stands there
-_bound = False  # whether MuJoCo's bindings hold `_control`
+_lock = threading.RLock()  # held while anything of the following changes; collected walks may take it again
+_interpreted: WeakValueDictionary[int, Interpreted] = WeakValueDictionary()  # by the addresses of their data
+_needed = {False: 0, True: 0}  # how often the function in Python is needed, and the machine code
+_native: Any = None  # that machine code and its address, once a walk has needed it
+_ours: Any = None  # which of them stands there
+_theirs: list[int | None] = []  # what stood in MuJoCo's places before that
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
-def _refresh() -> None:
-    """Put into MuJoCo's places what is needed there now; other threads may be calling it, so that no place is empty.
+def place_of(data: int) -> int:
+    """First place in the table for the data at an address."""
+    return (data >> 6) % PLACES
 
-    Addresses are written past MuJoCo's bindings: a thread that is on its way through these still finds its function.
+
+def register(data: int, walk: Interpreted, constants: int) -> None:
+    """Let a walk be found by its data.
+
+    Args:
+        data: Address of the mjData.
+        walk: The walk, if it is interpreted.
+        constants: Address of its constants for machine code; 0: it is interpreted.
     """
-    global _theirs, _before, _there, _bound
-    if _there == _NOTHING:
-        _theirs, _before = mujoco.get_mjcb_control(), [_place(name).value for name in _NAMES]
-    wanted = _NOTHING if not (_interpreted or _compiled) else _PYTHON
-    if wanted == _PYTHON and not _interpreted and _theirs is None:
-        wanted = _C
-    if wanted == _there:
+    with _lock:
+        if not constants:
+            _interpreted[data] = walk
+            return
+        far, first = 0, place_of(data)
+        while table[PAIRS + 2 * ((first + far) % PLACES)]:
+            far += 1
+        at = PAIRS + 2 * ((first + far) % PLACES)
+        table[FARTHEST] = max(table[FARTHEST], far)
+        table[at + 1], table[at] = constants, data  # in this order, for other threads are reading
+
+
+def forget(data: int) -> None:
+    """Let no walk be found by these data any more."""
+    with _lock:
+        _interpreted.pop(data, None)
+        table[PAIRS::2][table[PAIRS::2] == data] = 0
+
+
+def _refresh() -> None:
+    """Write into MuJoCo's places what is needed there now; other threads may be calling it."""
+    global _theirs, _ours
+    wanted = _PYTHON if _needed[False] else _native if _needed[True] else None
+    if wanted is _ours:
         return
-    if wanted == _C:
-        _write(_native[1], _HUSH[1], None)
-    elif wanted == _PYTHON:
-        mujoco.set_mjcb_control(_control)
-        _bound = True
-        _write(_place("mjcb_control").value, _HUSH[1], None)
-    else:
-        if _bound:
-            mujoco.set_mjcb_control(_theirs)
-            _bound = False
-        _write(*_before)
-    _there = wanted
+    slots = [_place(name) for name in _NAMES]
+    if _ours is None:
+        _theirs = [slot.value for slot in slots]
+        table[FOREIGN] = _theirs[0] or 0
+    for slot, value in zip(slots, [wanted[1], _HUSH[1], None] if wanted else _theirs, strict=True):
+        slot.value = value
+    _ours = wanted
 
 
-def _write(*addresses: int | None) -> None:
-    """Put C functions into MuJoCo's places."""
-    for name, address in zip(_NAMES, addresses, strict=True):
-        _place(name).value = address
+_NAMES = ("mjcb_control", "mju_user_warning", "mjcb_time")
+"""MuJoCo's places for our callback, for one that hears warnings, and for a clock.
+
+Each mjData counts its warnings; without a hearer MuJoCo would write them to a file. A clock in Python, as dm_control's
+profiling leaves one behind, would be called by all threads, and rests."""
 
 
 @cache
@@ -91,70 +105,25 @@ def _place(name: str) -> ctypes.c_void_p:
 
 
 def enter(native: Any) -> None:
-    """Have the C function act on walks as machine code, in any threads, until as many calls of `leave`."""
-    global _compiled, _native
+    """Have our callback act on walks, in any threads, until as many calls of `leave`.
+
+    Args:
+        native: `native.control_callback()` for walks in machine code; None for one in plain Python.
+    """
+    global _native
     with _lock:
-        _compiled, _native = _compiled + 1, native
-        if _compiled == 1:
-            _refresh()
+        _native = native or _native
+        _needed[native is not None] += 1
+        _refresh()
     _here.walks = getattr(_here, "walks", 0) + 1
 
 
-def leave() -> None:
-    """Need the C function no more."""
-    global _compiled
+def leave(native: Any) -> None:
+    """Need the callback no more."""
     _here.walks -= 1
     with _lock:
-        _compiled -= 1
-        if _compiled == 0:
-            _refresh()
-
-
-@contextmanager
-def compiled(native: Any) -> Iterator[None]:
-    """Have the C function act on walks as machine code meanwhile."""
-    enter(native)
-    try:
-        yield
-    finally:
-        leave()
-
-
-@contextmanager
-def interpreted(number: int, walk: Interpreted) -> Iterator[None]:
-    """Have Python act on a walk by the number in its userdata meanwhile; other threads wait."""
-    with _alone():
-        with _lock:
-            before = _interpreted.get(number)
-            _interpreted[number] = walk
-            _refresh()
-        try:
-            _here.walks = getattr(_here, "walks", 0) + 1
-            yield
-        finally:
-            _here.walks -= 1
-            with _lock:
-                if before is None:
-                    del _interpreted[number]
-                _refresh()
-
-
-@contextmanager
-def _alone() -> Iterator[None]:
-    """Hold `stepping`.
-
-    Raises:
-        MjbipedError: Another thread has held it for too long, as one that waits for this thread does.
-    """
-    if not stepping.acquire(timeout=_LONGEST_WAIT):
-        raise MjbipedError(
-            "another thread of this process is walking in plain Python, and MuJoCo's callbacks are shared by all "
-            "threads; let walks run one after another, or all of them by mjbiped.walk_many"
-        )
-    try:
-        yield
-    finally:
-        stepping.release()
+        _needed[native is not None] -= 1
+        _refresh()
 
 
 def walking() -> bool:
@@ -164,18 +133,21 @@ def walking() -> bool:
 
 @contextmanager
 def python_removed() -> Iterator[None]:
-    """Take callbacks in Python away meanwhile, so that MuJoCo can compile a model; walks as machine code go on."""
-    with _alone(), _lock:
+    """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold.
+
+    Addresses are written past MuJoCo's bindings: a thread that is on its way through these still finds its function.
+    """
+    with _lock:
         names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
         in_python = [_place(name) for name in names if _is_python(getattr(mujoco, f"get_{name}")())]
-        standing = [place.value for place in in_python]
+        standing, foreign = [place.value for place in in_python], int(table[FOREIGN])
         for place in in_python:
             place.value = None
-        if _there == _PYTHON and _compiled:
-            _place("mjcb_control").value = _native[1]
+        table[FOREIGN] = 0
         try:
             yield
         finally:
+            table[FOREIGN] = foreign
             for place, address in zip(in_python, standing, strict=True):
                 place.value = address
 
@@ -185,21 +157,18 @@ def _is_python(function: Any) -> bool:
     return function is not None and not hasattr(function, "argtypes")
 
 
-def _control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def _control(model: int, data: int) -> None:
     """`mjcb_control` in Python."""
-    if model.nuserdata > 1 and data.userdata[0] == MARK:
-        walk = _interpreted.get(int(data.userdata[1]))
-        if walk is not None:
-            if walk.constants.data == data._address:  # not a copy
-                step.on_control(walk.constants, data.time)
-        elif data.userdata[1] > 0.0 and _native is not None:
-            _native[0](model._address, data._address)
-        return
-    if _theirs is not None:
-        _theirs(*((model, data) if _is_python(_theirs) else (model._address, data._address)))
+    walk = _interpreted.get(data)
+    if walk is not None:
+        walk.on_control()
+    elif _native is not None:
+        _native[0](model, data)
+    elif table[FOREIGN]:
+        _CONTROL(int(table[FOREIGN]))(model, data)
 
 
-def _hush(message: str) -> None:
+def _hush(message: bytes) -> None:
     """`mju_user_warning`."""
 
 
@@ -208,15 +177,6 @@ def addressed(function: Any) -> tuple[Any, int]:
     return function, ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
+_CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
+_PYTHON = addressed(_CONTROL(_control))
 _HUSH = addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
-
-
-def require_none() -> None:
-    """Refuse to begin many walks where somebody else's callback is installed.
-
-    Raises:
-        MjbipedError: It is.
-    """
-    standing = mujoco.get_mjcb_control() if _there == _NOTHING else _theirs
-    if standing is not None:
-        raise MjbipedError("another mjcb_control of MuJoCo's is installed; remove it before many walks are begun")

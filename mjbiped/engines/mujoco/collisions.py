@@ -18,7 +18,7 @@ from typing import Any
 
 from mjbiped.engines.mujoco.feet import sole_angle
 from mjbiped.engines.mujoco.ground import SILL
-from mjbiped.engines.mujoco.state import Leg, foot_of, leg_at, stance_leg, swing_index
+from mjbiped.engines.mujoco.legs import Leg, foot_of, leg_at, stance_leg, swing_index
 from mjbiped.numerics.blocks import numbers, whole_numbers
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 

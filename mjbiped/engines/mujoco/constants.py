@@ -1,180 +1,228 @@
-"""The constants of a walk, from its plan, its scene, and where MuJoCo keeps its numbers."""
+"""What does not change in a walk in MuJoCo; `setup` fills it in."""
 
 from __future__ import annotations
 
-import ctypes
-import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mjbiped.control.controller import Controller
-from mjbiped.disturbances.sampled import SampledController
-from mjbiped.engines.mujoco import bearing, step_size
-from mjbiped.engines.mujoco.collisions import ALL, MARKS
-from mjbiped.engines.mujoco.feet import foot_servo
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.options import MOTOR, Options
-from mjbiped.engines.mujoco.servo import servo_of
-from mjbiped.engines.mujoco.state import SIZE, State
-from mjbiped.engines.plan import Plan
-from mjbiped.errors import MjbipedError
-from mjbiped.records.columns import index_of, tables_of
-from mjbiped.robots.robot import Robot
-from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINED
-from mjbiped.utils import domains
-from mjbiped.utils.mujoco import mujoco
-
-LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
+from mjbiped.disturbances.pushes import Pushes
+from mjbiped.engines.mujoco.legs import Leg
+from mjbiped.numerics.blocks import Floats, reader
 
 
-def shortest_step(options: Options) -> float:
-    """Length of the physics steps that resolve impacts, s."""
-    return min(options.contact_timestep, options.timestep) if options.lands else options.timestep
+@dataclass(slots=True)
+class Constants:
+    """What does not change in a walk while its scene is the same, and where things are.
 
+    Attributes:
+        state: The walk's `State`, alone in a list.
+        whole: The state and the row in one.
+        row: Of the last touchdown, in the order of the record's columns; behind the state in userdata.
+        memory: The controller's memory, behind that.
+        rates: Of its integrated states, held between ticks, behind that.
+        time: `mjData.time`.
+        timestep: `mjModel.opt.timestep`.
+        warnings: Kind and number of each of MuJoCo's warnings in turn.
+        qpos: See MuJoCo for this and all that follow.
+        qvel: See there.
+        qacc: See there.
+        warmstart: See `qacc_warmstart` there.
+        ctrl: See there.
+        applied: Forces at the degrees of freedom; that at hip x is a push's, N.
+        readings: Data of all sensors.
+        contype: Contact bits of geoms.
+        conaffinity: The same.
+        geom_solref: Softness of contacts, two numbers a geom.
+        jnt_solref: Softness of the joints' limits, two numbers a joint.
+        eq_solref: Softness of equality constraints, two numbers each.
+        eq_data: `EQ_DATA` numbers of each, the flexion first at which a lock holds.
+        eq_active: Whether each is switched on.
 
-def walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, Any]:
-    """What a walk's plan says, as fields of `state.Constants`; the controller is that of the robot's joints."""
-    robot = plan.robot
-    scuffs, shortest, foot = not robot.collides_from_lift_off, shortest_step(options), robot.bodies.foot
-    # a foot with mass bounds no torque: it tips
-    behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
-    knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
-    swing = (0.0, 0.0) if foot is None else foot_servo(foot, robot.leg_length, robot.gravity)
-    return {
-        **_limits(plan, options),
-        "scuffs": scuffs,
-        "stepped": bool(np.any(plan.terrain.rises)),
-        # twice the path in a timestep after a fall through a leg length
-        "deepest": 2.0 * options.timestep * math.sqrt(2.0 * robot.gravity * robot.leg_length),
-        "longest": options.timestep,
-        "shortest": shortest,
-        "sliding": shortest if scuffs else max(options.timestep / step_size.SLIDING, shortest),
-        "lands": options.lands,
-        "radius": robot.radius,
-        "feet": foot is not None,
-        "box": foot is not None and foot.box,
-        "behind": behind,
-        "ahead": ahead,
-        "knee_opens": robot.knee_opens,
-        "knee_stiffness": knee[0],
-        "knee_damping": knee[1],
-        "foot_stiffness": swing[0],
-        "foot_damping": swing[1],
-        "control_period": options.control_period or 0.0,
-        "memory_size": controller.memory_size,
-        "states": len(controller.states),
-        "sampled": isinstance(controller, SampledController),
-        "support": -1 if foot is None else controller.support,
-        "pushes": [plan.disturbances.schedule],
-        "estimate_at": index_of(tables_of(type(robot)).touchdowns, "slope_estimate_before"),
-    }
+        legs: The robot's legs, in the order in which they stand.
+        leg_count: Their number.
+        order: For each of the robot's `places` its index in qpos.
+        coordinates: Number of these.
+        angles: Number of the robot's angles, and of its joints with motors.
+        hip: Actuator between the legs; -1: there is none.
+        slots: Floats of one foot's contacts in the sensor data.
+        sensed: Floats of all sensor data.
+        actuators: Number of actuators.
+        geoms: Number of geoms.
+        joints: Number of joints.
+        locks: Number of equality constraints.
+        x: Starts of the ground's segments, m; with the three that follow it is a `terrain.profile.Profile`.
+        z: Heights there, m.
+        gradient: dz/dx.
+        segments: Number of segments, as far as the ground was built.
+        rises: Steps up at the starts of segments, m.
+        pieces: For each segment the geom that is its ground.
+        firsts: For each segment the first one that shares its geom.
+        lasts: The last one.
+        risers: For each segment the geom that is the riser at its start; -1: there is none.
+        sills: For each segment the geom of the lower ground behind that riser; -1: there is none.
+        marked: Number of geoms of the ground whose contact bits are set, then these geoms.
 
+        leg_length: Of a leg, m.
+        lowest_hip: Height of the hip over the ground below which the robot has fallen, m.
+        foot_radius: Of the sphere that stands on the ground, m.
+        rolling_radius: On which a standing foot rolls, m: 0 where the sphere's centre is held.
+        weight: Of the robot, N.
+        reach: Distance of the scuffing rule, m.
+        delay: Time of the scuffing rule, s.
+        stall_time: Longest time without touchdown, s.
+        averaged: Least time over which the stance foot's normal force is averaged, s.
+        airborne: Time without contact after which a stance foot is off the ground, s.
+        sustained: Time for which friction must be asked for to count, s.
+        start: Where the ground begins, x in m.
+        end: Where it ends, x in m.
+        steps: Touchdowns after which the walk is finished.
+        distance: Position of the stance foot at which it is finished, x in m.
+        scuffs: Whether the scuffing rule says when the swing foot collides; else it always does.
+        stepped: Whether there are steps in the ground.
+        deepest: No foot is deeper in the ground than this in the first step of a contact, m.
+        longest: Longest physics step, s.
+        shortest: Length of the step that makes an impact, s.
+        sliding: Length of the steps in which the swing foot slides on a riser's face, s: no longer step is made there.
+        lands: Whether steps end at impacts; else they all are of one length, and MuJoCo's own.
+        radius: Of round feet, m; 0: point feet.
+        feet: Whether feet turn about ankles.
+        box: Whether these stand on all of their soles.
+        behind: Distance from the ankle to the heel of a massless sole, m; infinity without one.
+        ahead: Distance from the ankle to its toe, m.
+        knee_opens: Whether the stop alone holds the knee of the leg that leaves the ground; see `Robot.knee_opens`.
+        knee_stiffness: Of the servo at the stance knee, N m/rad; 0: there is none, and the stance knee is locked.
+        knee_damping: N m s/rad.
+        foot_stiffness: Of the servo of the swing foot, N m/rad.
+        foot_damping: N m s/rad.
 
-def _limits(plan: Plan, options: Options) -> dict[str, Any]:
-    """Limits at which a walk ends, and times over which forces are averaged."""
-    robot, terms = plan.robot, plan.terms
-    length, foot = robot.leg_length, robot.bodies.foot
-    pendulum = math.sqrt(length / robot.gravity)
-    return {
-        "leg_length": length,
-        "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
-        "foot_radius": FOOT_RADIUS,
-        "rolling_radius": robot.radius + (0.0 if options.lands or foot is not None else FOOT_RADIUS),
-        "weight": robot.weight,
-        "reach": terms.scuffing.reach * length,
-        "delay": float(terms.scuffing.delay),
-        "stall_time": STALL_TIME * pendulum,
-        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
-        "airborne": bearing.AIRBORNE * pendulum,
-        "sustained": SUSTAINED * pendulum,
-        "steps": math.inf if terms.steps is None else float(terms.steps),
-        "distance": math.inf if terms.distance is None else float(terms.distance),
-    }
+        parameters: Of the controller's law; see `mjbiped.control.controller.Law` for this and all that follow.
+        torque: See there.
+        touchdown: See there.
+        slope_estimate: See there.
+        next_discontinuity: Not called here.
+        tick: See there.
+        knee_strike: See there.
+        failed: A float that is not zero once a law has raised an exception.
+        room: `motors.SPARE` floats and more, into which `torque` writes.
+        control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
+        memory_size: Floats of the controller's memory.
+        states: Number of its integrated states.
+        sampled: Whether its law has a tick.
+        support: See `Controller.support`.
+        pushes: Pushes at the hip, alone in a list; see `disturbances.pushes.Pushes`.
 
-
-def ground_needed(robot: Robot, steps: int | None, distance: float | None) -> float:
-    """How far ahead of x = 0 a walk can come, m."""
-    length = robot.leg_length
-    ways = [steps * LONGEST_STEP * length] if steps is not None else []
-    ways += [distance] if distance is not None else []
-    return 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
-
-
-def memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory: int) -> dict[str, Any]:
-    """Arrays that show MuJoCo's memory, as fields of `state.Constants`.
-
-    Args:
-        model: The scene's.
-        data: Of the model.
-        touched: Floats of a touchdown's row.
-        memory: Floats of the controller's memory.
+        sample_period: Time between two samples, s; each is taken at the first physics step from then on.
+        samples: Rows of samples, one behind the other, which whoever takes them counts in `State.samples`.
+        rows: Rows of touchdowns, the same.
+        sample_room: Number of rows of samples that there is room for; more are not written.
+        row_room: Number of rows of touchdowns.
+        sample_width: Floats of a sample; the controller's integrated states stand at its end.
+        row_width: Floats of a touchdown.
+        estimate_at: Index in a touchdown of the slope estimate before its update; that after it follows.
     """
-    userdata, row = data.userdata, SIZE + touched
-    names = ("qpos", "qvel", "qacc", "ctrl", "eq_active")
-    flat = ("geom_solref", "jnt_solref", "eq_solref", "eq_data")
-    return {
-        "data": data._address,
-        "state": [State.from_buffer(userdata)],
-        "whole": userdata[:row],
-        "row": userdata[SIZE:row],
-        "memory": userdata[row : row + memory],
-        "rates": userdata[row + memory :],
-        "time": _time_of(data),
-        "timestep": _timestep_of(model),
-        "warnings": _pairs(data.warning.lastinfo),
-        **{name: getattr(data, name) for name in names},
-        "applied": data.qfrc_applied,
-        "readings": data.sensordata,
-        "contype": model.geom_contype,
-        "conaffinity": model.geom_conaffinity,
-        **{name: getattr(model, name).reshape(-1) for name in flat},
-        "marked": np.zeros(MARKS),
-    }
+
+    state: Any
+    whole: Floats
+    row: Floats
+    memory: Floats
+    rates: Floats
+    time: Floats
+    timestep: Floats
+    warnings: Any
+    qpos: Floats
+    qvel: Floats
+    qacc: Floats
+    warmstart: Floats
+    ctrl: Floats
+    applied: Floats
+    readings: Floats
+    contype: Any
+    conaffinity: Any
+    geom_solref: Floats
+    jnt_solref: Floats
+    eq_solref: Floats
+    eq_data: Floats
+    eq_active: Any
+    legs: Sequence[Leg]
+    leg_count: int
+    order: Floats
+    coordinates: int
+    angles: int
+    hip: int
+    slots: int
+    sensed: int
+    actuators: int
+    geoms: int
+    joints: int
+    locks: int
+    x: Floats
+    z: Floats
+    gradient: Floats
+    segments: int
+    rises: Floats
+    pieces: Floats
+    firsts: Floats
+    lasts: Floats
+    risers: Floats
+    sills: Floats
+    marked: Floats
+    leg_length: float
+    lowest_hip: float
+    foot_radius: float
+    rolling_radius: float
+    weight: float
+    reach: float
+    delay: float
+    stall_time: float
+    averaged: float
+    airborne: float
+    sustained: float
+    start: float
+    end: float
+    steps: float
+    distance: float
+    scuffs: bool
+    stepped: bool
+    deepest: float
+    longest: float
+    shortest: float
+    sliding: float
+    lands: bool
+    radius: float
+    feet: bool
+    box: bool
+    behind: float
+    ahead: float
+    knee_opens: bool
+    knee_stiffness: float
+    knee_damping: float
+    foot_stiffness: float
+    foot_damping: float
+    parameters: Any
+    torque: Any
+    touchdown: Any
+    slope_estimate: Any
+    next_discontinuity: Any
+    tick: Any
+    knee_strike: Any
+    failed: Floats
+    room: Floats
+    control_period: float
+    memory_size: int
+    states: int
+    sampled: bool
+    support: int
+    pushes: Sequence[Pushes]
+    sample_period: float
+    samples: Floats
+    rows: Floats
+    sample_room: int
+    row_room: int
+    sample_width: int
+    row_width: int
+    estimate_at: int
 
 
-def _pairs(first: NDArray[Any]) -> NDArray[Any]:
-    """Both numbers of each of MuJoCo's warnings; `first` shows the first of each."""
-    return np.lib.stride_tricks.as_strided(first, shape=(2 * len(first),), strides=(first.itemsize,))
-
-
-def _time_of(data: mujoco.MjData) -> NDArray[np.float64]:
-    """`mjData.time`, which lies just before `mjData.energy`."""
-    return _number_before(data, "time", data.energy, range(1, 2))
-
-
-def _timestep_of(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """`mjModel.opt.timestep`, which lies some numbers before `opt.gravity`."""
-    return _number_before(model.opt, "timestep", model.opt.gravity, range(1, 32))
-
-
-def _number_before(owner: Any, name: str, array: NDArray[np.float64], places: range) -> NDArray[np.float64]:
-    """An array that shows a number which MuJoCo keeps so many places before an array.
-
-    Raises:
-        MjbipedError: This MuJoCo keeps it elsewhere.
-    """
-    value, mark = getattr(owner, name), 0.0123456789
-    setattr(owner, name, mark)
-    try:
-        for place in places:
-            shown = np.ctypeslib.as_array((ctypes.c_double * 1).from_address(array.ctypes.data - 8 * place))
-            if shown[0] == mark:
-                return shown
-    finally:
-        setattr(owner, name, value)
-    raise MjbipedError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than expected; expected is version 3 or 4")
-
-
-def prepare(model: mujoco.MjModel, fields: dict[str, Any]) -> None:
-    """Let nothing collide but what `collisions` says, or all the ground with feet that meet it as boxes.
-
-    Args:
-        model: The scene's, to be changed.
-        fields: Of `state.Constants`.
-    """
-    ground = np.array([*fields["pieces"], *fields["risers"], *fields["sills"]], dtype=int)
-    model.geom_conaffinity[ground[ground >= 0]] = 0
-    if fields["box"]:
-        model.geom_conaffinity[np.array(fields["pieces"], dtype=int)] = ALL
+constants_at = reader(Constants)
+pushes_at = reader(Pushes)

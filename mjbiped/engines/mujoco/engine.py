@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.compiling import Costs
-from mjbiped.engines.mujoco.callback import require_none, walking
+from mjbiped.engines.mujoco.callback import walking
 from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
 from mjbiped.engines.mujoco.run import MujocoRun
@@ -152,14 +152,12 @@ class Mujoco(Options, Engine):
         return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
 
     @contextmanager
-    def session(self, *, many: bool = False) -> Iterator[None]:
+    def session(self) -> Iterator[None]:
         """Refuse a walk that is begun inside another one's controller.
 
         Raises:
-            MjbipedError: It is; or callbacks of somebody else's are installed, and a batch is begun.
+            MjbipedError: It is.
         """
         if walking():
             raise MjbipedError("a walk cannot be started from inside another's controller")
-        if many:
-            require_none()
         yield

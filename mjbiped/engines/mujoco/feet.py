@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import Any
 
 from mjbiped.engines.mujoco.contacts import Borne, borne
+from mjbiped.engines.mujoco.legs import Leg, foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
-from mjbiped.engines.mujoco.state import Leg, foot_of, stance_leg, swing_leg
 from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
 from mjbiped.terrain.profile import height_over_ground, segment_under

@@ -18,8 +18,8 @@ import numpy as np
 
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
+from mjbiped.engines.mujoco.legs import Leg
 from mjbiped.engines.mujoco.scene import Scene, compose_scene
-from mjbiped.engines.mujoco.state import Leg
 from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain

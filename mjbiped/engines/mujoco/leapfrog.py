@@ -35,7 +35,8 @@ import math
 from collections.abc import MutableSequence
 from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco.state import X, Z, stance_leg, turning_of
+from mjbiped.engines.mujoco.legs import stance_leg, turning_of
+from mjbiped.engines.mujoco.state import X, Z
 from mjbiped.rules.termination import STALL_TIME
 
 

@@ -8,9 +8,10 @@ from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco import leapfrog, servo
+from mjbiped.engines.mujoco.constants import pushes_at
 from mjbiped.engines.mujoco.feet import swing_foot_torque
+from mjbiped.engines.mujoco.legs import angles_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
-from mjbiped.engines.mujoco.state import angles_of, pushes_at, stance_leg, swing_leg
 from mjbiped.numerics.blocks import borrowed, call, call_for_float, first, give_back, numbers
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import Outcome

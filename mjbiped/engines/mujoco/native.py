@@ -5,20 +5,20 @@ This module imports Numba: import it where something is compiled, not before.
 
 from __future__ import annotations
 
-import ctypes
 import importlib
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mjbiped.engines.mujoco import step
-from mjbiped.engines.mujoco.callback import addressed
-from mjbiped.engines.mujoco.state import MARK, constants_at, state_at
+from mjbiped.engines.mujoco.callback import FARTHEST, FOREIGN, PAIRS, PLACES, addressed, place_of, table
+from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.numerics import machine
-from mjbiped.numerics.blocks import numbers, reader
+from mjbiped.numerics.blocks import call, numbers, reader
 from mjbiped.utils.mujoco import mujoco
 
 llvm: Any = importlib.import_module("llvmlite.binding")
+TABLE = "mjbiped_walks"
 VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 _STAGES = {
@@ -37,6 +37,15 @@ def define_stages() -> None:
     llvm.load_library_permanently(str(library))
     for stage, calls in _STAGES.items():
         machine.defined(stage, lambda *_: machine.types.void, _calling(calls))
+    llvm.add_symbol(TABLE, table.ctypes.data)
+    machine.defined(walks, lambda *_: machine.types.int64, _address_of_table)
+
+
+def _address_of_table(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+    """Generate the address of what is called `TABLE`."""
+    ir = machine.ir
+    named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
+    return builder.ptrtoint(named, ir.IntType(64))
 
 
 def _calling(calls: Any) -> Any:
@@ -66,41 +75,33 @@ def advancing() -> Any:
     return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
 
 
-def place_of_userdata(data: mujoco.MjData) -> int:
-    """Where the address of its userdata stands in an mjData, words of 64 bits from its beginning.
+def walks() -> int:
+    """Address of `callback.table`; in machine code that of the name `TABLE`, as what is kept on disk needs."""
+    return int(table.ctypes.data)
 
-    An empty array has the address of the one behind it, and the addresses stand in the order of the arrays: so the last
-    one counts of those that are the same.
-    """
 
-    def word(index: int) -> int:
-        return ctypes.c_int64.from_address(data._address + 8 * index).value
+walks.meant = None  # type: ignore[attr-defined]
 
-    sought, index = data.userdata.ctypes.data, 0
-    while word(index) != sought:
-        index += 1
-    while word(index + 1) == sought:
-        index += 1
-    return index
+
+def control_of(model: int, data: int) -> None:
+    """`mjcb_control`, by addresses."""
+    at, first = walks(), place_of(data)
+    for far in range(word_at(at, FARTHEST).value + 1):
+        entry = PAIRS + 2 * ((first + far) % PLACES)
+        if word_at(at, entry).value == data:
+            c = constants_at(word_at(at, entry + 1).value, 0)
+            step.on_control(c, numbers(c.time, 1)[0])
+            return
+    foreign = word_at(at, FOREIGN).value
+    if foreign != 0:
+        call(foreign, model, data)
 
 
 @cache
-def control_callback(userdata: int) -> Any:
-    """`mjcb_control` as a C function, and its address, for all walks in machine code; other models are left alone.
-
-    Args:
-        userdata: See `place_of_userdata`.
-    """
+def control_callback() -> Any:
+    """`mjcb_control` as a C function, and its address, for all walks in machine code."""
     define_stages()
-
-    def on_control(model: int, data: int) -> None:  # noqa: ARG001 (MuJoCo gives both)
-        u = state_at(word_at(data, userdata).value, 0)
-        if u.mark == MARK and u.walk > 0.0:
-            c = constants_at(int(u.walk), 0)
-            if c.data == data:
-                step.on_control(c, numbers(c.time, 1)[0])
-
-    return addressed(machine.compiled(on_control, "void(int64, int64)", for_c=True).ctypes)
+    return addressed(machine.compiled(control_of, "void(int64, int64)", for_c=True).ctypes)
 
 
 class Word(NamedTuple):

@@ -15,33 +15,29 @@ from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco.bearing import weigh
+from mjbiped.engines.mujoco.constants import pushes_at
 from mjbiped.engines.mujoco.feet import (
     begin_flat,
     gaps,
     intrusion,
-    lands_flat,
     see_stance_foot,
     sole_angle,
     stand_flat,
 )
-from mjbiped.engines.mujoco.record import write_touchdown
-from mjbiped.engines.mujoco.servo import lean_on
-from mjbiped.engines.mujoco.state import (
-    MARK,
+from mjbiped.engines.mujoco.legs import (
     Leg,
-    X,
-    Z,
     angles_of,
-    end_of_leg,
     foot_of,
     leg_at,
-    pushes_at,
-    put,
     rates_of,
     stance_leg,
     swing_index,
     swing_leg,
 )
+from mjbiped.engines.mujoco.lifting import NOBODY, lift
+from mjbiped.engines.mujoco.record import write_touchdown
+from mjbiped.engines.mujoco.servo import lean_on
+from mjbiped.engines.mujoco.state import MARK, X, Z, put
 from mjbiped.numerics.blocks import borrowed, numbers
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
@@ -53,8 +49,6 @@ MISSED = 0.02
 0.01 deep at most."""
 SLID = 1e-3  # a stance foot that slides farther in a gait step counts as sliding, in leg lengths
 OPENED = 1e-4  # a knee that is bent less rests against its stop and cannot strike it, rad
-NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
-SHORTEST = 1e-9  # no step is shorter, s
 
 SQUEEZED = 20.0  # weights: no walk presses so hard for 5 ms, but between two geoms
 INTRUDES = 5e-3  # an edge that stands higher in a foot would have turned a foot with a sole, m
@@ -182,49 +176,6 @@ def see_posture(c: Any, u: Any) -> None:
     """Note the angles by role, and their rates."""
     put(u.angles, angles_of(c, u.q, int(u.count), u.tilt, u.slope))
     put(u.turning, rates_of(c, u.rates, int(u.stance), u.share))
-
-
-def lift(c: Any, u: Any, ahead: float) -> None:
-    """Say which foot leaves the ground in the step to come, and passes through it; see `collisions`.
-
-    That of the stance leg does where the other one lands. A swing knee that is free is then locked as it is: with the
-    touchdown, the leg becomes one body. Not so where the stop alone holds knees: no bent leg lands there.
-
-    Args:
-        c: The walk's constants.
-        u: State.
-        ahead: When the step begins, s from now on.
-    """
-    u.lifted, leg = NOBODY, swing_leg(c, u)
-    x, z = foot_after(u, leg, ahead)
-    if c.feet:
-        if lands_flat(c, u, x):
-            u.lifted = u.stance
-        else:
-            for index in range(c.coordinates):
-                u.rates_before[index] = u.rates[index]
-        return
-    clear = height_over_ground(c, x, z)
-    if not (u.collides and -c.deepest < clear < 0.0):
-        return
-    straight = leg.knee < 0 or u.locked != 0.0
-    later_x, later_z = foot_after(u, leg, ahead + SHORTEST)
-    if height_over_ground(c, later_x, later_z) > clear:
-        u.lifted = float(swing_index(c, u))
-    elif x > u.foot_x and (straight or not (u.touching or c.knee_opens)):
-        # a foot that drags along with its knee bent goes on so
-        u.lifted = u.stance
-        if not straight:
-            u.bent, u.bend = 1.0, u.q[leg.knee]
-
-
-def foot_after(u: Any, leg: Any, t: float) -> tuple[float, float]:
-    """Place of a leg's foot a short time from now on (s), by the present rates: x and z in m."""
-    if t == 0.0:
-        return foot_of(leg, u.q)
-    flexion = u.q[leg.knee] + t * u.rates[leg.knee] if leg.knee >= 0 else 0.0
-    angle = u.q[leg.hip] + t * u.rates[leg.hip]
-    return end_of_leg(leg, u.q[X] + t * u.rates[X], u.q[Z] + t * u.rates[Z], angle, flexion)
 
 
 def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:

@@ -13,12 +13,12 @@ from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
-from mjbiped.engines.mujoco.bearing import pressure_times
 from mjbiped.engines.mujoco.observation import warned
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
+from mjbiped.records.pressure import BINS
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
@@ -81,29 +81,20 @@ class MujocoRun(Run):
         """Whether this walk is machine code, too."""
         return self.simulation.compiled
 
-    def message(self, error: BaseException) -> str:
-        """What went wrong, and when: in the controller, or in MuJoCo itself."""
-        if not isinstance(error, mujoco.FatalError):
-            return super().message(error)
-        (time, _), reason = self.recorder.end, " ".join(str(error).split())
-        return (
-            f"MuJoCo gave up at {time:.3f} s, after {self.recorder.steps} steps, for no fault of the controller: "
-            f"{reason}. Its scene has {self.simulation.model.ngeom} geoms; a ground of fewer, longer segments needs "
-            "fewer, and the hybrid engine has none"
-        )
-
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
         return np.array(self.simulation.state.peak[: self.simulation.constants.angles])
 
     def pressure_times(self) -> NDArray[np.float64]:
         """How long the centre of pressure was where so far, s."""
-        return pressure_times(self.simulation.state)
+        return np.array(self.simulation.state.pressure[2 : 2 + BINS])
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         simulation = self.simulation
-        words = simulation.warnings
+        warning = simulation.data.warning
+        texts = [mujoco.mju_warningText(kind, int(warning.lastinfo[kind])) for kind in np.flatnonzero(warning.number)]
+        words = {text.partition(" at ")[0].strip(): 1 for text in texts}
         if simulation.outcome is Outcome.DIVERGED:
             fault = _fault(simulation)
             if fault or not words:

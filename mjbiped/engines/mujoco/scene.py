@@ -19,7 +19,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.scenery import add_section
-from mjbiped.engines.mujoco.step_size import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
+from mjbiped.engines.mujoco.softness import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import Robot

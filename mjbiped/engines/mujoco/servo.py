@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjbiped.engines.mujoco.state import Leg
+from mjbiped.engines.mujoco.legs import Leg
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.robot import Robot
 

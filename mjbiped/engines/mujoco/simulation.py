@@ -7,9 +7,9 @@ The terrain's profile only decides the length of each physics step and the softn
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Sequence
+import weakref
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -18,19 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
-from mjbiped.control.functions import in_python
 from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
-from mjbiped.engines.mujoco.constants import ground_needed, memory_in, prepare, shortest_step, walk_in
-from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
-from mjbiped.engines.mujoco.motors import SPARE
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.scene import Scene, first_state
-from mjbiped.engines.mujoco.state import MARK, SIZE, Constants, State
-from mjbiped.engines.mujoco.step_size import soften
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
+from mjbiped.engines.mujoco.setup import constants_of, settled, windows_of
+from mjbiped.engines.mujoco.softness import soften
+from mjbiped.engines.mujoco.state import MARK, SIZE, State
+from mjbiped.engines.plan import Plan
 from mjbiped.numerics.blocks import packed
 from mjbiped.records.columns import tables_of, width
 from mjbiped.records.recorder import Recorder
@@ -39,8 +36,6 @@ from mjbiped.utils.mujoco import mujoco
 
 WHOLE_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 BLOCK = 500  # most physics steps in one call
-
-_numbers = itertools.count(1)
 
 
 class Simulation:
@@ -70,6 +65,8 @@ class Simulation:
         options: The engine's settings.
         constants: Values that stay the same as long as the model does.
         inside: Range of the hip's x, m, in which `move_on` need not rebuild the ground.
+        block: The constants for machine code; None where the walk is interpreted.
+        native: `mjcb_control` as a C function; None where the walk is interpreted.
         compiled: Whether steps and laws are machine code.
     """
 
@@ -77,6 +74,8 @@ class Simulation:
     data: mujoco.MjData
     constants: Constants
     inside: tuple[float, float]
+    block: NDArray[Any] | None
+    native: Any
 
     def __init__(self, plan: Plan, options: Options, *, compile: bool | None = None, scenery: bool = False) -> None:
         """Build the scene and set the robot on it.
@@ -90,66 +89,35 @@ class Simulation:
         Raises:
             LawError: The controller's laws cannot be compiled.
         """
-        robot, terms, disturbances = plan.robot, plan.terms, plan.disturbances
-        if robot.bodies.foot is not None:
-            options = for_feet(options, robot.bodies.foot)
-        if disturbances.in_loop:
-            options = replace(options, control_period=disturbances.period(options.control_period, options.timestep))
-        self.plan, self.options = plan, options
-        self.controller = controller = plan.driven(options.control_period or 0.0)
-        states, tables = len(controller.states), tables_of(type(robot))
-        self._touched, self._sampled = width(tables.touchdowns), width(tables.samples) + states
-        # path of the hip, m; a faster one would fly
-        block = BLOCK * options.timestep * math.sqrt(robot.gravity * robot.leg_length)
-        self._windows = GroundWindows(
-            robot,
-            plan.terrain,
-            timestep=shortest_step(options),
-            reach=ground_needed(robot, terms.steps, terms.distance),
-            ground=options.ground,
-            userdata=SIZE + self._touched + controller.memory_size + states,
-            scenery=scenery,
-            margin=MARGIN * robot.leg_length + block,
-        )
-        self._samples, self._rows = np.zeros((BLOCK + 1, self._sampled)), np.zeros((BLOCK, self._touched))
+        self.plan, self.options = plan, settled(options, plan)
+        self.controller = controller = plan.driven(self.options.control_period or 0.0)
+        states, tables = len(controller.states), tables_of(type(plan.robot))
+        touched = width(tables.touchdowns)
+        userdata = SIZE + touched + controller.memory_size + states
+        self._windows = windows_of(plan, self.options, BLOCK, userdata=userdata, scenery=scenery)
+        self._samples, self._rows = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
         self._compiling = compiles(plan) if compile is None else compile
         self._code: MachineCode | CalledMethods | None = None
-        self._number = -next(_numbers)
+        self._forget: Callable[[], Any] = lambda: None
+        self._error: BaseException | None = None
         self._use(self._windows.about(0.0))
         self._place(plan.q, plan.dq)
 
     def _use(self, scene: Scene) -> None:
         """Switch to a scene, with new data."""
+        self._forget()
         scene.model.opt.timestep = self.options.timestep
         self.model, self.data = scene.model, mujoco.MjData(scene.model)
         self.inside = self._windows.inside(scene)
-        period = self.plan.terms.sample_period
-        fields = {
-            **walk_in(self.plan, self.options, self.controller),
-            **places_in(scene, self.plan.terrain, self.plan.robot),
-            **memory_in(self.model, self.data, self._touched, self.controller.memory_size),
-            **in_python(self.controller)._asdict(),
-            "failed": [0.0],
-            "start": scene.start,
-            "end": scene.end,
-            "room": [0.0] * (len(self.controller.joints) + len(self.controller.states) + SPARE),
-            # set even if no samples are kept: the last one tells where an interrupted walk stopped
-            "sample_period": DEFAULT_SAMPLE_PERIOD if period is None else period,
-            "samples": self._samples.reshape(-1),
-            "rows": self._rows.reshape(-1),
-            "sample_room": len(self._samples),
-            "row_room": len(self._rows),
-            "sample_width": self._sampled,
-            "row_width": self._touched,
-        }
-        self.constants = Constants(**fields)
-        prepare(self.model, fields)
-        if self.plan.disturbances.friction is not None:  # the feet's friction has priority over the ground's
-            feet = [geom for leg in self.constants.legs for geom in (leg.foot, leg.toe) if geom >= 0]
-            self.model.geom_friction[feet, 0] = self.plan.disturbances.friction
-        self._block: Any = None
+        self.constants = constants_of(
+            self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
+        )
+        self.block = self.native = None
         if self._compiling:
             self._compile()
+        address, constants = self.data._address, 0 if self.block is None else self.block.ctypes.data
+        callback.register(address, self, constants)
+        self._forget = weakref.finalize(self, callback.forget, address)
 
     def _compile(self) -> None:
         """Make machine code of the steps and of the laws, and pack the constants for it."""
@@ -158,10 +126,8 @@ class Simulation:
         with announced_for(self.plan):
             if self._code is None:
                 self._code = as_machine_code(self.controller)
-            self._block, self._kept = self.packed(self.constants)
-            self._advance = native.advancing()
-            with callback.python_removed():
-                self._native = native.control_callback(native.place_of_userdata(self.data))
+            self.block, self._kept = self.packed(self.constants)
+            self._advance, self.native = native.advancing(), native.control_callback()
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
@@ -171,19 +137,8 @@ class Simulation:
 
     def ahead(self) -> Constants:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
-        whole: Any = np.zeros(SIZE + self._touched)
+        whole: Any = np.zeros(SIZE + self.constants.row_width)
         return replace(self.constants, whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
-
-    @property
-    def block(self) -> NDArray[Any] | None:
-        """The constants for machine code; None where the walk is interpreted."""
-        block: NDArray[Any] | None = self._block
-        return block
-
-    @property
-    def native(self) -> Any:
-        """`mjcb_control` as a C function, where the walk is machine code."""
-        return self._native
 
     @property
     def compiled(self) -> bool:
@@ -212,11 +167,10 @@ class Simulation:
         self.controller.start(memory, tuple(q), tuple(dq))
         self.constants.memory[:] = memory
         observation.begin(self.constants, self.state, terrain.slope_at(0.0), terrain.height_at(0.0))
-        self._look_again()
+        self.look_again()
 
-    def _look_again(self) -> None:
-        """Say whose data these are, and write what is only in the model: contact bits and softness."""
-        self.take_over()
+    def look_again(self) -> None:
+        """Write what is only in the model: contact bits and softness."""
         softened = self.state.softened, self.state.acted
         soften(self.constants, self.state)
         self.state.softened, self.state.acted = softened
@@ -252,7 +206,7 @@ class Simulation:
         self._use(self._windows.about(x))
         self.model.opt.timestep = timestep
         mujoco.mj_setState(self.model, self.data, state, WHOLE_STATE)
-        self._look_again()
+        self.look_again()
         return True
 
     def advance(self, steps: int = BLOCK, until: float = math.inf) -> int:
@@ -266,34 +220,30 @@ class Simulation:
             Number of steps that were made.
         """
         with self.acting():
-            if self._block is not None:
-                made: int = self._advance(
-                    self._block.ctypes.data, self.model._address, self.data._address, steps, until
-                )
+            if self.block is not None:
+                made: int = self._advance(self.block.ctypes.data, self.model._address, self.data._address, steps, until)
             else:
                 made = step.advance(self.constants, self.model, self.data, steps, until)
-        self.check()
         return made
 
     @contextmanager
     def acting(self) -> Iterator[None]:
-        """Let `mjcb_control` act on this walk meanwhile."""
-        self.take_over()
-        with callback.interpreted(self._number, self) if self._block is None else callback.compiled(self._native):
+        """Let `mjcb_control` act on this walk meanwhile; what a controller has raised is raised at the end."""
+        native = self.native
+        callback.enter(native)
+        try:
             yield
+        finally:
+            callback.leave(native)
+            self.check()
 
-    def take_over(self) -> None:
-        """Make the walk in `data` this simulation's: the state of another one built alike may have been set."""
-        u = self.state
-        if u.mark == MARK:
-            u.walk = float(self._number if self._block is None else self._block.ctypes.data)
-
-    @contextmanager
-    def nobodys(self) -> Iterator[None]:
-        """Leave out meanwhile whose the state is, by which those of two simulations differ."""
-        self.state.walk = 0.0
-        yield
-        self.take_over()
+    def on_control(self) -> None:
+        """Act for `mjcb_control` in plain Python; what is raised ends the walk."""
+        if self._error is None:
+            try:
+                step.on_control(self.constants, self.data.time)
+            except BaseException as error:
+                self._error, self.state.outcome = error, float(Outcome.INTERRUPTED)
 
     @contextmanager
     def callbacks(self) -> Iterator[None]:
@@ -305,24 +255,17 @@ class Simulation:
         """
         with self.acting():
             if self.state.mark == MARK and not self.move_on():
-                self._look_again()
+                self.look_again()
             yield
-        self.check()
 
     def check(self) -> None:
-        """Raise the exception of a Python method that machine code has called; the walk can then continue."""
+        """Raise the exception of a Python method that was called behind C; the walk can then continue."""
         code = self._code
-        error = code.raised() if isinstance(code, CalledMethods) else None
+        error = code.raised() if isinstance(code, CalledMethods) else self._error
+        self._error = None
         if error is not None:
             self.state.outcome = 0.0
             raise error
-
-    @property
-    def warnings(self) -> dict[str, int]:
-        """MuJoCo's warnings in words, each once."""
-        number, info = self.data.warning.number, self.data.warning.lastinfo
-        texts = [mujoco.mju_warningText(kind, int(info[kind])) for kind in np.flatnonzero(number)]
-        return {text.partition(" at ")[0].strip(): 1 for text in texts}
 
     @property
     def outcome(self) -> Outcome:

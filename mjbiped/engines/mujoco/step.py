@@ -15,11 +15,13 @@ from typing import Any
 
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.leapfrog import show
+from mjbiped.engines.mujoco.lifting import lift
 from mjbiped.engines.mujoco.motors import NOW, control
-from mjbiped.engines.mujoco.observation import lift, observe
+from mjbiped.engines.mujoco.observation import observe
 from mjbiped.engines.mujoco.record import keep_touchdown
+from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, state_at
-from mjbiped.engines.mujoco.step_size import resolve, soften
+from mjbiped.engines.mujoco.step_size import resolve
 from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
 from mjbiped.utils.mujoco import mujoco
 
@@ -42,7 +44,7 @@ def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
     """
     u, time = state_at(c.state, 0), numbers(c.time, 1)
     for made in range(steps):
-        if u.outcome or warned(c) or time[0] > until - NOW:
+        if u.mark != MARK or u.outcome or warned(c) or time[0] > until - NOW:
             return made
         step(c, u, model, data)
     return steps
@@ -106,8 +108,11 @@ def arrive(c: Any, u: Any, time: float) -> None:
 def on_control(c: Any, time: float) -> None:
     """`mjcb_control` of a walk at a time (s)."""
     u = state_at(c.state, 0)
+    if u.mark != MARK:
+        return
     if time > u.time:  # in a loop of somebody's own
         if u.time >= 0.0:
+            recall(c)
             resolve(c, u, u.acted, 2.0)
         arrive(c, u, time)
         control(c, u, time)
@@ -116,6 +121,21 @@ def on_control(c: Any, time: float) -> None:
         write_contact_bits(c, u)
     else:
         control(c, u, time)
+
+
+def recall(c: Any) -> None:
+    """Have the accelerations of the step before where another state has been set, and no contact forces.
+
+    MuJoCo's states have neither; but they have the accelerations as the solver's next guess.
+    """
+    qacc, kept = numbers(c.qacc, c.coordinates), numbers(c.warmstart, c.coordinates)
+    readings, another = numbers(c.readings, c.sensed), False
+    for index in range(c.coordinates):
+        another = another or qacc[index] != kept[index]
+        qacc[index] = kept[index]
+    if another:
+        for index in range(c.sensed):
+            readings[index] = 0.0
 
 
 def warned(c: Any) -> bool:

@@ -235,10 +235,29 @@ def test_walks_of_many_gains_in_threads_are_as_alone(controller: AdaptiveControl
     assert len(set(ends)) == 3
 
 
-def walkers() -> Walkers:
-    """Two robots of an environment, stepped by two threads."""
-    made = Walkers(WalkTask("walk_level", residual=True), 2, threads=2)
-    for index in range(2):
+def in_threads(*calls: Callable[[], object]) -> None:
+    threads = [threading.Thread(target=call) for call in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def test_walks_in_python_in_threads_are_as_alone(controller: AdaptiveController) -> None:
+    """They go on beside each other."""
+    walks: list[mjbiped.Walk] = []
+
+    def walk() -> None:
+        walks.append(mjbiped.walk(controller, LEVEL, steps=1))
+
+    in_threads(walk, walk)
+    walk()
+    assert walks[0] == walks[1] == walks[2]
+
+
+def walkers(threads: int = 1, count: int = 2) -> Walkers:
+    made = Walkers(WalkTask("walk_level", residual=True), count, threads=threads)
+    for index in range(count):
         made.begin(index, np.random.default_rng(index))
     return made
 

@@ -10,7 +10,7 @@ from simulations import started
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.collisions import SUNK, write_contact_bits
-from mjbiped.engines.mujoco.observation import NOBODY
+from mjbiped.engines.mujoco.lifting import NOBODY
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 

@@ -12,8 +12,6 @@ import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.control.registry import make_controller
 from mjbiped.control.unpowered import Unpowered
-from mjbiped.engines.compiling import VARIABLE
-from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.rules.termination import Outcome
@@ -84,24 +82,6 @@ def constant(**disturbances: Any) -> tuple[Any, float, float, float]:
     return found.samples, last, first, period * math.ceil(first / period)
 
 
-@pytest.mark.parametrize(
-    "compiles",
-    ["never", pytest.param("always", marks=pytest.mark.xfail(run=False, reason="it ends the process"))],
-)
-def test_what_mujoco_itself_fails_of_is_not_called_the_controllers_fault(
-    compiles: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A failure in what is called by address would end the process."""
-
-    def with_little_memory(spec: Any, *rest: Any) -> None:
-        set_robot(spec, *rest)
-        spec.memory = 6000  # bytes: too few for a single step
-
-    set_robot = scene._set_robot
-    monkeypatch.setattr(scene, "_set_robot", with_little_memory)
-    monkeypatch.setenv(VARIABLE, compiles)
-    with pytest.raises(mjbiped.WalkStopped, match=r"MuJoCo gave up at .* out of memory.* geoms; a ground"):
-        walked(1)
 
 
 def test_a_stubbed_toe_is_physics() -> None:

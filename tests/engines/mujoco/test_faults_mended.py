@@ -1,0 +1,178 @@
+"""Faults of feet and states that the MuJoCo engine once had; each walk here was wrong before."""
+
+import math
+import threading
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from simulations import make_simulation, put, started, state_of
+
+import mjbiped
+from controllers import AdaptiveController, BoundedAnkleController, PassiveController, SupervisedController
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZED, SQUEEZING_WORDS
+from mjbiped.robots.robot import Robot
+
+SOLE = (0.12, 0.12)
+FLAT = mjbiped.Compass(sole=SOLE)
+LEVEL = mjbiped.Terrain.level()
+ROBOTS = (mjbiped.KneedBiped(), mjbiped.FootedCompass(), mjbiped.FootedCompass(underside="box"))
+PLAIN: dict[str, Any] = {"lands": False, "timestep": 1e-4}
+both = pytest.mark.parametrize("compile", [pytest.param(True, marks=pytest.mark.compiled), False])
+
+
+def supervised(robot: mjbiped.Compass) -> SupervisedController:
+    return SupervisedController(robot, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
+
+
+def stepped_up(place: float, rise: float, steps: int = 2, **feet: Any) -> mjbiped.Walk:
+    """A walk from level ground over a step up, whose first foothold is at 0.393 m."""
+    robot, ground = mjbiped.FootedCompass(sole=SOLE, **feet), mjbiped.Terrain.from_segments
+    law = supervised(robot)
+    return mjbiped.walk(law, ground([(place, 0.0, 0.0), (8.0, 0.0, rise)]), engine="mujoco", steps=steps)
+
+
+def test_a_pad_that_comes_down_along_a_riser_is_not_gripped() -> None:
+    """The toe slides down the face and stands before it; it was held by 1000 weights until the robot fell."""
+    walk = stepped_up(0.512, 0.008)
+    assert (walk.outcome, walk.steps) == ("finished", 2)
+    assert walk.touchdowns["contact_force"].max() < 2.0 * walk.robot.weight
+    assert walk.touchdowns["x"][0] + SOLE[1] == pytest.approx(0.512, abs=1e-4)
+    assert SQUEEZING_WORDS not in walk.settings["warnings"]
+    assert walk.settings["warnings"][INTRUSION_WORDS] == 1  # the step's edge stands beside the toe
+    assert walk.touchdowns["intrusion"][0] == pytest.approx(0.008, abs=2e-4)
+
+
+@pytest.mark.slow
+def test_over_that_riser_it_walks_as_the_hybrid_engine_does() -> None:
+    """The third foothold is the one beside the riser."""
+    ground = mjbiped.Terrain.from_segments([(1.298, 0.0, 0.0), (8.0, 0.0, 0.008)])
+    robots = {"mujoco": mjbiped.FootedCompass(sole=SOLE), "hybrid": FLAT}
+    walks = {name: mjbiped.walk(supervised(each), ground, engine=name, steps=7) for name, each in robots.items()}
+    assert {walk.outcome for walk in walks.values()} == {"finished"}
+    np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], atol=1e-3)
+    assert walks["mujoco"].touchdowns["contact_force"].max() < SQUEEZED * FLAT.weight
+
+
+def test_a_box_with_an_edge_beside_its_ankle_stands() -> None:
+    """It bears the robot on 3 mm ahead of the ankle; it never became the stance foot, and slipped."""
+    walk = stepped_up(0.3935, 0.01, underside="box")
+    assert walk.outcome != "slipped"
+    assert walk.steps >= 1
+    assert walk.touchdowns["support_ahead"][0] < 0.005
+
+
+def test_a_level_walk_has_no_ground_inside_its_feet() -> None:
+    robot = mjbiped.FootedCompass(sole=SOLE)
+    walk = mjbiped.walk(supervised(robot), LEVEL, engine="mujoco", steps=2)
+    assert not walk.touchdowns["intrusion"].any()
+    assert walk.settings["warnings"] == {}
+
+
+def test_states_of_a_controller_have_no_bias() -> None:
+    """They are integrated by the mean of both ticks' rates; by the earlier one alone 0.0248 degrees, and 0.04 mm."""
+    law = BoundedAnkleController(FLAT, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
+    walks = {name: mjbiped.walk(law, LEVEL, engine=name, steps=4) for name in ("mujoco", "hybrid")}
+    assert np.abs(walks["mujoco"].samples["slope_estimate"]).max() < math.radians(0.002)
+    np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    "robot", [mjbiped.KneedBiped(), mjbiped.FootedCompass(), mjbiped.FootedCompass(underside="box")]
+)
+@pytest.mark.parametrize("ground", ["heightfield", "boxes"])
+def test_mujocos_memory_is_far_from_full(robot: Robot, ground: str) -> None:
+    """With all feet in all ground of as many segments as a scene may have: an error of MuJoCo's ends the process."""
+    rest, terrain = [0.0] * len(robot.angles), mjbiped.Terrain.treads(seed=1, tread=0.05, deviation=0.01, length=2)
+    simulation = make_simulation(
+        PassiveController(), terrain, robot=robot, q=rest, dq=rest, ground=ground, compile=False, **PLAIN
+    )
+    model, data = simulation.model, simulation.data
+    model.geom_contype[:] = model.geom_conaffinity[:] = 15
+    for _ in range(5):
+        data.qpos[1] -= 1e-3
+        mujoco.mj_forward(model, data)
+    assert data.maxuse_con > 0
+    assert data.maxuse_arena < 0.01 * model.narena
+
+
+@both
+def test_a_state_of_another_simulation_goes_on_within_a_block(compile: bool, controller: AdaptiveController) -> None:
+    """Whose a state is was in it, as an address."""
+    one, other = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
+    with one.callbacks(), other.callbacks():
+        mujoco.mj_step(one.model, one.data, nstep=200)
+        put(other, state_of(one))
+        for each in (one, other):
+            mujoco.mj_step(each.model, each.data, nstep=100)
+    assert other.data.qpos.tobytes() == one.data.qpos.tobytes()
+    assert other.state.time == one.state.time == pytest.approx(0.0299)
+
+
+@both
+def test_what_no_state_holds_is_not_taken_from_another_one(compile: bool) -> None:
+    """Accelerations are the solver's guess, and contacts are none: those of before stood there still, or zeros."""
+    robot = mjbiped.KneedBiped()
+    one, other = (
+        started(PassiveController(), mjbiped.Terrain.incline(2.5), robot=robot, compile=compile, **PLAIN)
+        for _ in range(2)
+    )
+    with one.callbacks(), other.callbacks():
+        mujoco.mj_step(one.model, one.data, nstep=50)
+        put(other, state_of(one))
+        other.data.sensordata[:] = other.data.qacc[:] = 1.0
+        for each in (one, other):
+            mujoco.mj_step(each.model, each.data)
+    assert other.state.qacc[:] == one.state.qacc[:]
+    assert (one.state.force > 0.0, other.state.force) == (True, 0.0)
+
+
+@both
+def test_a_walk_whose_data_were_reset_makes_no_steps(compile: bool, controller: AdaptiveController) -> None:
+    """They divided by the length of a step that had not been planned."""
+    simulation = started(controller, LEVEL, compile=compile)
+    simulation.advance(3)
+    mujoco.mj_resetData(simulation.model, simulation.data)
+    assert simulation.advance(3) == 0
+
+
+def test_callbacks_in_python_outlast_models_built_in_threads(controller: AdaptiveController) -> None:
+    def theirs(*_: object) -> None:
+        """Nothing."""
+
+    def build() -> None:
+        for _ in range(3):
+            started(controller, LEVEL, compile=False)
+
+    threads = [threading.Thread(target=build) for _ in range(3)]
+    mujoco.set_mjcb_control(theirs)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert mujoco.get_mjcb_control() is theirs
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+@pytest.mark.compiled
+def test_walks_in_python_and_in_machine_code_go_on_in_threads(controller: AdaptiveController) -> None:
+    """Callbacks behind MuJoCo's bindings left walks without torques for steps, or ended the process."""
+    makers = [True, True, False, True, False]
+    ends: list[list[bytes]] = [[] for _ in makers]
+
+    def walk(compile: bool, into: list[bytes]) -> None:
+        for _ in range(6 if compile else 2):
+            simulation = started(controller, LEVEL, compile=compile)
+            for _ in range(10):
+                simulation.advance(10)
+            into.append(state_of(simulation))
+
+    threads = [threading.Thread(target=walk, args=each) for each in zip(makers, ends, strict=True)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len({end for each in ends for end in each}) == 1
