@@ -138,7 +138,9 @@ def python_removed() -> Iterator[None]:
     Addresses are written past MuJoCo's bindings: a thread that is on its way through these still finds its function.
     """
     with _lock:
-        names = [name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")]
+        names = {name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")}
+        if _ours is not None:
+            names.remove("mjcb_control")  # where ours stands, whatever the bindings say
         in_python = [_place(name) for name in names if _is_python(getattr(mujoco, f"get_{name}")())]
         standing, foreign = [place.value for place in in_python], int(table[FOREIGN])
         for place in in_python:

@@ -82,8 +82,6 @@ def constant(**disturbances: Any) -> tuple[Any, float, float, float]:
     return found.samples, last, first, period * math.ceil(first / period)
 
 
-
-
 def test_a_stubbed_toe_is_physics() -> None:
     """A riser in the swing foot's way stops it; it slides down the face, takes over there, and is stopped as it stands.
 
