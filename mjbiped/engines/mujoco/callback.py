@@ -40,6 +40,9 @@ _needed = {False: 0, True: 0}  # how often the function in Python is needed, and
 _native: Any = None  # that machine code and its address, once a walk has needed it
 _ours: Any = None  # which of them stands there
 _theirs: list[int | None] = []  # what stood in MuJoCo's places before that
+# for our callback, for one that hears warnings (each mjData counts its own; without a hearer MuJoCo would write them to
+# a file), and for a clock: one in Python, as dm_control's profiling leaves one behind, would be called by all threads
+_PLACES = ("mjcb_control", "mju_user_warning", "mjcb_time")
 _here = threading.local()  # `walks`: number of this thread's that are being stepped
 
 
@@ -81,7 +84,7 @@ def _refresh() -> None:
     wanted = _PYTHON if _needed[False] else _native if _needed[True] else None
     if wanted is _ours:
         return
-    slots = [_place(name) for name in _NAMES]
+    slots = [_slot(name) for name in _PLACES]
     if _ours is None:
         _theirs = [slot.value for slot in slots]
         table[FOREIGN] = _theirs[0] or 0
@@ -90,16 +93,9 @@ def _refresh() -> None:
     _ours = wanted
 
 
-_NAMES = ("mjcb_control", "mju_user_warning", "mjcb_time")
-"""MuJoCo's places for our callback, for one that hears warnings, and for a clock.
-
-Each mjData counts its warnings; without a hearer MuJoCo would write them to a file. A clock in Python, as dm_control's
-profiling leaves one behind, would be called by all threads, and rests."""
-
-
 @cache
-def _place(name: str) -> ctypes.c_void_p:
-    """Where MuJoCo keeps the address of one of its callbacks."""
+def _slot(name: str) -> ctypes.c_void_p:
+    """MuJoCo's place for a callback, by its name in C."""
     (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     return ctypes.c_void_p.in_dll(ctypes.CDLL(str(path)), name)
 
@@ -133,30 +129,23 @@ def walking() -> bool:
 
 @contextmanager
 def python_removed() -> Iterator[None]:
-    """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold.
-
-    Addresses are written past MuJoCo's bindings: a thread that is on its way through these still finds its function.
-    """
+    """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold."""
     with _lock:
-        names = {name.removeprefix("get_") for name in dir(mujoco) if name.startswith("get_mjcb_")}
-        if _ours is not None:
-            names.remove("mjcb_control")  # where ours stands, whatever the bindings say
-        in_python = [_place(name) for name in names if _is_python(getattr(mujoco, f"get_{name}")())]
-        standing, foreign = [place.value for place in in_python], int(table[FOREIGN])
-        for place in in_python:
-            place.value = None
+        found = [name[4:] for name in dir(mujoco) if name.startswith("get_mjcb_")]
+        standing = {name: getattr(mujoco, f"get_{name}")() for name in found}
+        # what MuJoCo's bindings tell of our places is what stood there before
+        theirs = [name for name in found if _ours is None or name not in _PLACES]
+        taken = [_slot(name) for name in theirs if standing[name] and not hasattr(standing[name], "argtypes")]
+        kept, foreign = [slot.value for slot in taken], int(table[FOREIGN])
         table[FOREIGN] = 0
         try:
+            for slot in taken:
+                slot.value = None
             yield
         finally:
             table[FOREIGN] = foreign
-            for place, address in zip(in_python, standing, strict=True):
-                place.value = address
-
-
-def _is_python(function: Any) -> bool:
-    """Whether a callback is a function in Python, and not one of C's."""
-    return function is not None and not hasattr(function, "argtypes")
+            for slot, value in zip(taken, kept, strict=True):
+                slot.value = value
 
 
 def _control(model: int, data: int) -> None:

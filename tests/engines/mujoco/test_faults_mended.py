@@ -137,29 +137,13 @@ def test_a_walk_whose_data_were_reset_makes_no_steps(compile: bool, controller: 
     assert simulation.advance(3) == 0
 
 
-def test_callbacks_in_python_outlast_models_built_in_threads(controller: AdaptiveController) -> None:
-    def theirs(*_: object) -> None:
-        """Nothing."""
-
-    def build() -> None:
-        for _ in range(3):
-            started(controller, LEVEL, compile=False)
-
-    threads = [threading.Thread(target=build) for _ in range(3)]
-    mujoco.set_mjcb_control(theirs)
-    try:
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        assert mujoco.get_mjcb_control() is theirs
-    finally:
-        mujoco.set_mjcb_control(None)
-
-
 @pytest.mark.compiled
-def test_walks_in_python_and_in_machine_code_go_on_in_threads(controller: AdaptiveController) -> None:
-    """Callbacks behind MuJoCo's bindings left walks without torques for steps, or ended the process."""
+@pytest.mark.parametrize("theirs", [None, print])
+def test_walks_in_python_and_in_machine_code_go_on_in_threads(theirs: Any, controller: AdaptiveController) -> None:
+    """With somebody's callback, which stays, while models are built.
+
+    Callbacks behind MuJoCo's bindings left walks without torques for steps, or ended the process.
+    """
     makers = [True, True, False, True, False]
     ends: list[list[bytes]] = [[] for _ in makers]
 
@@ -171,8 +155,13 @@ def test_walks_in_python_and_in_machine_code_go_on_in_threads(controller: Adapti
             into.append(state_of(simulation))
 
     threads = [threading.Thread(target=walk, args=each) for each in zip(makers, ends, strict=True)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    mujoco.set_mjcb_control(theirs)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert mujoco.get_mjcb_control() is theirs
+    finally:
+        mujoco.set_mjcb_control(None)
     assert len({end for each in ends for end in each}) == 1
