@@ -101,7 +101,7 @@ def test_whole_walks(name: str, controller: AdaptiveController) -> None:
         return
     # what the default steps leave, by the measurement in docs/convergence.md: 0.03 mm a step, 1.5e-4 rad
     np.testing.assert_allclose(measures.step_lengths(there), measures.step_lengths(here), rtol=0, atol=1e-4)
-    estimates = [walk.touchdowns["slope_estimate"] for walk in (there, here)]
-    np.testing.assert_allclose(*estimates, rtol=0, atol=3e-4)
+    found, wanted = (walk.touchdowns["slope_estimate"] for walk in (there, here))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=3e-4)
     force = (there.touchdowns["normal_force"] - here.touchdowns["normal_force"]) / here.robot.weight
     assert np.abs(force).max() < 0.02

@@ -123,8 +123,8 @@ def test_newtons_law(case: Case) -> None:
 def test_what_is_kept_of_a_step_is_what_its_samples_say(case: Case) -> None:
     """Works, peaks, least normal force, friction and the centre of pressure."""
     walk = dense_walk_of(case)
-    samples, touched, works = walk.samples, walk.touchdowns, {"absolute": np.abs, "net": np.asarray}
-    works["positive"] = lambda power: np.maximum(power, 0.0)
+    samples, touched = walk.samples, walk.touchdowns
+    works: dict[str, Any] = {"absolute": np.abs, "net": np.asarray, "positive": lambda power: np.maximum(power, 0.0)}
     for step in range(walk.steps):
         found = list(instants(case, step, every=1))
         at = [each.sample for each in found]

@@ -12,8 +12,8 @@ from golden_walks import ROBOTS
 from simulations import recorded, started
 
 from mjbiped.control.registry import make_controller
+from mjbiped.engines.mujoco.legs import stance_leg
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import stance_leg
 
 EXCHANGED = {4: [0, 1, 3, 2], 6: [0, 1, 3, 2, 5, 4]}
 """Places of a posture with the legs exchanged."""
@@ -29,7 +29,7 @@ def begin_on_the_right(simulation: Simulation) -> None:
     u.q[: len(order)], u.rates[: len(order)] = data.qpos.tolist(), data.qvel.tolist()
     u.stance = u.count = 1.0
     u.foot_angle = u.q[stance_leg(c, u).hip]
-    simulation._look_again()
+    simulation.look_again()
 
 
 @pytest.mark.parametrize(

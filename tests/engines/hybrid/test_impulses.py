@@ -41,7 +41,7 @@ def standing(knees: bool, legs: tuple[float, float], rates: tuple[float, float])
 
 def impulse_of(w: State) -> complex:
     """The ground's impulse on the stance foot, forward and upward, N s."""
-    return (w.impulse_along + 1j * w.impulse_normal) * np.exp(-1j * SLOPE)
+    return complex(w.impulse_along, w.impulse_normal) * complex(np.exp(-1j * SLOPE))
 
 
 def rates_of(w: State, knees: bool) -> list[float]:
