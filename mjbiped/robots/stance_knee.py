@@ -61,15 +61,13 @@ def stance_knee_torque(
     def spread(values: ArrayLike, *more: int) -> Array:
         return np.broadcast_to(np.asarray(values, dtype=np.float64), (*leading, *more))
 
-    angles, rates = (
-        domains.ANGLE.array("q", spread(q, 3), (*leading, 3)),
-        domains.RATE.array("dq", spread(dq, 3), (*leading, 3)),
-    )
+    # of all four segments, stance shank first
+    angles = domains.ANGLE.array("q", spread(q, 3), (*leading, 3))[..., [0, 0, 1, 2]]
+    rates = domains.RATE.array("dq", spread(dq, 3), (*leading, 3))[..., [0, 0, 1, 2]]
     ankle, hip, knee = np.moveaxis(spread(torque, 3), -1, 0)
     lean = domains.ANGLE.array("slope", spread(slope), leading)
     flexion = domains.ANGLE.array("stance_flexion", spread(stance_flexion), leading)
     upper, lower = (segment.length for segment in robot.bodies.leg)
-    angles, rates = angles[..., [0, 0, 1, 2]], rates[..., [0, 0, 1, 2]]  # of all four segments, stance shank first
     angles[..., :2] += np.arctan2(upper * np.sin(flexion), lower + upper * np.cos(flexion))[..., None]
     angles[..., 1] -= flexion
     # the equations, and a row for each knee: the swing knee's is zero where it is free
