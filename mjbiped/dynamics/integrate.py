@@ -25,22 +25,6 @@ IN_ORDER = (0, 6, 7, 5, 9, 8, 10, 12)
 PLACES = (0.0, 0.25, 0.3076923076923077, 0.3333333333333333, 0.6, 0.6512820512820513, 0.8571428571428571, 1.0)
 """Where these stages lie, in shares of the step."""
 
-
-STEPPED, ALL = (0, 5, 6, 7, 8, 9, 10, 11), (0, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
-"""Stages that make the end of a step and its errors, and its dense output."""
-
-ORDER_8 = (
-    0.054293734116568765, 4.450312892752409, 1.8915178993145003, -5.801203960010585, 0.3111643669578199,
-    -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
-)  # fmt: skip
-ERROR_3 = (
-    -0.18980075407240762, 4.450312892752409, 1.8915178993145003, -5.801203960010585, -0.4226823213237919,
-    -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
-)  # fmt: skip
-ERROR_5 = (
-    0.01312004499419488, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864, -0.35032884874997366,
-    0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
-)  # fmt: skip
 PLACES_BETWEEN = (0.1, 0.2, 0.7777777777777778)
 BETWEEN = ((0, 6, 7, 8, 9, 10, 11, 12), (0, 5, 6, 7, 10, 11, 12, 13), (0, 5, 6, 7, 8, 12, 13, 14))
 WEIGHTS_BETWEEN = (
@@ -51,6 +35,7 @@ WEIGHTS_BETWEEN = (
     (-0.42889630158379194, -4.697621415361164, 7.683421196062599, 4.06898981839711, 0.3567271874552811,
      -0.0013990241651590145, 2.9475147891527724, -9.15095847217987),
 )  # fmt: skip
+ALL = (0, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)  # stages that make the dense output
 HIGH = (
     (-8.428938276109013, 0.5667149535193777, -3.0689499459498917, 2.38466765651207, 2.117034582445028,
      -0.871391583777973, 2.2404374302607883, 0.6315787787694688, -0.08899033645133331, 18.148505520854727,
@@ -174,31 +159,68 @@ def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
 
 def _end(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     """Compute the state at the end of a step, and its rates."""
-    n, y, z = c.size, numbers(w.y, c.size), numbers(w.out, c.size)
+    n = c.size
+    y, z = numbers(w.y, n), numbers(w.out, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
+    k12 = row(w.k, 12, n)
     for i in range(n):
-        z[i] = y[i] + h * _sum(w, n, i, STEPPED, ORDER_8)
-    rates(c, w, t + h, z, row(w.k, STAGES, n))
+        z[i] = y[i] + h * (
+            0.054293734116568765 * k0[i]
+            + 4.450312892752409 * k5[i]
+            + 1.8915178993145003 * k6[i]
+            - 5.801203960010585 * k7[i]
+            + 0.3111643669578199 * k8[i]
+            - 0.1521609496625161 * k9[i]
+            + 0.20136540080403034 * k10[i]
+            + 0.04471061572777259 * k11[i]
+        )
+    rates(c, w, t + h, z, k12)
 
 
 def _error(c: Any, w: Any, h: float) -> float:
     """Estimate the error of a step from its two embedded formulas, of order 3 and 5."""
     n, norm3, norm5 = c.size, 0.0, 0.0
     y, z = numbers(w.y, n), numbers(w.out, n)
+    k0, k5, k6, k7 = row(w.k, 0, n), row(w.k, 5, n), row(w.k, 6, n), row(w.k, 7, n)
+    k8, k9, k10, k11 = row(w.k, 8, n), row(w.k, 9, n), row(w.k, 10, n), row(w.k, 11, n)
     for i in range(c.judged):
         scale = 1.0 / (c.tolerance * (1.0 + max(abs(y[i]), abs(z[i]))))
-        error3, error5 = scale * _sum(w, n, i, STEPPED, ERROR_3), scale * _sum(w, n, i, STEPPED, ERROR_5)
+        error3 = scale * (
+            -0.18980075407240762 * k0[i]
+            + 4.450312892752409 * k5[i]
+            + 1.8915178993145003 * k6[i]
+            - 5.801203960010585 * k7[i]
+            - 0.4226823213237919 * k8[i]
+            - 0.1521609496625161 * k9[i]
+            + 0.20136540080403034 * k10[i]
+            + 0.02265179219836082 * k11[i]
+        )
+        error5 = scale * (
+            0.01312004499419488 * k0[i]
+            - 1.2251564463762044 * k5[i]
+            - 0.4957589496572502 * k6[i]
+            + 1.6643771824549864 * k7[i]
+            - 0.35032884874997366 * k8[i]
+            + 0.3341791187130175 * k9[i]
+            + 0.08192320648511571 * k10[i]
+            - 0.022355307863886294 * k11[i]
+        )
         norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5
     if norm5 == 0.0 and norm3 == 0.0:
         return 0.0
     return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * c.judged)
 
 
-def _sum(w: Any, n: int, i: int, stages: Any, weights: Any) -> float:
-    """Sum of the rates of component i at some stages, weighted."""
-    total = weights[0] * row(w.k, stages[0], n)[i]
+def _weigh(w: Any, n: int, stages: Any, weights: Any, to: Any) -> None:
+    """Write the weighted sum of the rates at some stages."""
+    k, share = row(w.k, stages[0], n), weights[0]
+    for i in range(n):
+        to[i] = share * k[i]
     for j in range(1, len(stages)):
-        total += weights[j] * row(w.k, stages[j], n)[i]
-    return float(total)
+        k, share = row(w.k, stages[j], n), weights[j]
+        for i in range(n):
+            to[i] += share * k[i]
 
 
 def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
@@ -206,8 +228,9 @@ def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     n = c.size
     y, s, z = numbers(w.y, n), numbers(w.spare, n), numbers(w.out, n)
     for extra in range(STAGES_WITH_DENSE - STAGES - 1):
+        _weigh(w, n, BETWEEN[extra], WEIGHTS_BETWEEN[extra], s)
         for i in range(n):
-            s[i] = y[i] + h * _sum(w, n, i, BETWEEN[extra], WEIGHTS_BETWEEN[extra])
+            s[i] = y[i] + h * s[i]
         rates(c, w, t + PLACES_BETWEEN[extra] * h, s, row(w.k, STAGES + 1 + extra, n))
     k0, k12 = row(w.k, 0, n), row(w.k, STAGES, n)
     d0, d1, d2 = row(w.dense, 0, n), row(w.dense, 1, n), row(w.dense, 2, n)
@@ -218,8 +241,9 @@ def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
         d2[i] = 2.0 * change - h * (k12[i] + k0[i])
     for power in range(3, POWERS):
         high = row(w.dense, power, n)
+        _weigh(w, n, ALL, HIGH[power - 3], high)
         for i in range(n):
-            high[i] = h * _sum(w, n, i, ALL, HIGH[power - 3])
+            high[i] = h * high[i]
 
 
 def value_at(c: Any, w: Any, component: int, x: float) -> float:

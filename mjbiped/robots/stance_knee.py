@@ -58,26 +58,24 @@ def stance_knee_torque(
         *(np.shape(given) for given in (slope, locked, stance_flexion)),
     )
 
-    def rows(values: ArrayLike) -> Array:
-        return np.broadcast_to(np.asarray(values, dtype=np.float64), (*leading, 3))
+    def spread(values: ArrayLike, *more: int) -> Array:
+        return np.broadcast_to(np.asarray(values, dtype=np.float64), (*leading, *more))
 
-    def column(values: ArrayLike) -> Array:
-        return np.broadcast_to(np.asarray(values, dtype=np.float64), leading)
-
-    angles, rates = domains.ANGLE.array("q", rows(q), (*leading, 3)), domains.RATE.array("dq", rows(dq), (*leading, 3))
-    ankle, hip, knee = np.moveaxis(rows(torque), -1, 0)
-    lean = domains.ANGLE.array("slope", column(slope), leading)
-    flexion = domains.ANGLE.array("stance_flexion", column(stance_flexion), leading)
+    # of all four segments, stance shank first
+    angles = domains.ANGLE.array("q", spread(q, 3), (*leading, 3))[..., [0, 0, 1, 2]]
+    rates = domains.RATE.array("dq", spread(dq, 3), (*leading, 3))[..., [0, 0, 1, 2]]
+    ankle, hip, knee = np.moveaxis(spread(torque, 3), -1, 0)
+    lean = domains.ANGLE.array("slope", spread(slope), leading)
+    flexion = domains.ANGLE.array("stance_flexion", spread(stance_flexion), leading)
     upper, lower = (segment.length for segment in robot.bodies.leg)
-    angles, rates = angles[..., [0, 0, 1, 2]], rates[..., [0, 0, 1, 2]]  # of all four segments, stance shank first
     angles[..., :2] += np.arctan2(upper * np.sin(flexion), lower + upper * np.cos(flexion))[..., None]
     angles[..., 1] -= flexion
     # the equations, and a row for each knee: the swing knee's is zero where it is free
     whole, equations = robot.chains[4], np.zeros((*leading, 6, 6))
     equations[..., :4, :4] = whole.mass_matrix(angles)
-    equations[..., 4, :2], equations[..., 5, 2:4] = (1.0, -1.0), np.multiply.outer(column(locked), (-1.0, 1.0))
+    equations[..., 4, :2], equations[..., 5, 2:4] = (1.0, -1.0), np.multiply.outer(spread(locked), (-1.0, 1.0))
     equations[..., :4, 4:] = -np.swapaxes(equations[..., 4:, :4], -1, -2)
-    equations[..., 5, 5] = column(locked) == 0.0
+    equations[..., 5, 5] = spread(locked) == 0.0
     right = np.concatenate([np.stack([ankle, -hip, hip - knee, knee], -1), np.zeros((*leading, 2))], -1)
     right[..., :4] -= whole.pull(angles, rates, lean)
     return np.asarray(-np.linalg.solve(equations, right[..., None])[..., 4, 0])
