@@ -33,6 +33,7 @@ import numpy as np
 
 from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import gives_its_law, in_python
+from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import Floats, numbers, packed, reader
 from mjbiped.numerics.sources import raises, takes_powers
@@ -272,6 +273,7 @@ def compilable_law(controller: Controller) -> Law | None:
     if controller.inner is not None and compilable_law(controller.inner) is None:
         return None
     law = controller.law() if gives_its_law(controller) else None
+    law = None if law is None else on_arrays(law)
     return law if law is not None and can_be_compiled(law) else None
 
 
@@ -282,7 +284,8 @@ def can_be_compiled(law: Law) -> bool:
     """
     given: Any = law.parameters
     flat = isinstance(given, list | tuple | np.ndarray) and all(issubclass(each, Real) for each in {*map(type, given)})
-    return (flat or hasattr(given, "_fields")) and not raises(tuple(law.functions.values()))
+    block = hasattr(given, "_fields") and not isinstance(given, Law)  # a law of scalars is interpreted
+    return (flat or block) and not raises(tuple(law.functions.values()))
 
 
 def rounds_alike(law: Law) -> bool:

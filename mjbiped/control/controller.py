@@ -19,6 +19,7 @@ from functools import cached_property
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
+from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
@@ -222,7 +223,7 @@ class LawController(Controller):
 
     @cached_property
     def _law(self) -> Law:
-        return self.plain_law
+        return on_arrays(self.plain_law)
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after a support transfer; see `Controller.on_touchdown`."""

@@ -18,6 +18,7 @@ from typing import Any
 
 from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import gives_its_law, values_of
+from mjbiped.control.scalar_laws import takes_scalars
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -91,6 +92,8 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
     Raises:
         InputError: It does.
     """
+    if takes_scalars(law.torque):
+        return
     names = _names(controller)
     out: list[Any] = [None] * len(names) + [0.0] * ROOM
     try:

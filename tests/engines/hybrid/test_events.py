@@ -82,7 +82,7 @@ class SwingFoot:
 def struck(controller: AdaptiveController) -> mjbiped.Walk:
     """Its third step strikes a riser of 40 mm, 2 mm below the edge, and slides down."""
     terrain = Terrain.stairs(rise=RISE, first=FACE)
-    return mjbiped.walk(controller, terrain, engine="hybrid", steps=5, sample_period=SAMPLE_PERIOD)
+    return mjbiped.walk(controller, terrain, engine="hybrid", steps=3, sample_period=SAMPLE_PERIOD)
 
 
 @pytest.mark.parametrize("later", [1.5e-5, 5e-5])  # s; this integration step goes on for 50 to 100 us after the release
@@ -108,7 +108,7 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     face, rise = 0.21, 0.009
     terrain = Terrain.from_segments([(face, 0.0), (9.0, 0.0, rise)])
     start = (0.11, 0.11, -0.36, -2.6)
-    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=5, initial=start, sample_period=SAMPLE_PERIOD)
+    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=2, initial=start, sample_period=SAMPLE_PERIOD)
     foot = SwingFoot(walk, 0, face)
     foot.check_face_impact(face)
     first, last = foot.first, foot.last
@@ -127,6 +127,6 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     assert (foot.x[last + 1 : last + 101] > face).all()
     assert (foot.z[last + 1 :] >= rise).all()
     assert walk.outcome == "finished"
-    assert walk.touchdowns["strikes"].tolist() == [1, 0, 0, 0, 0]
+    assert walk.touchdowns["strikes"].tolist() == [1, 0]
     assert walk.touchdowns["x"][0] > face + 0.1
     assert walk.touchdowns["z"][0] == pytest.approx(rise, abs=1e-12)
