@@ -32,7 +32,7 @@ def test_links_lead_somewhere(page: str) -> None:
 def exists(name: str) -> bool:
     """Whether a dotted name is a module's or a class's, a dataclass's field included."""
     above, _, last = name.rpartition(".")
-    return locate(name) is not None or last in getattr(locate(above), "__annotations__", {})
+    return locate(name) is not None or last in getattr(locate(above), "__dataclass_fields__", {})
 
 
 def test_names_of_the_glossary_exist() -> None:
