@@ -125,14 +125,6 @@ def test_newer_version_is_refused(saved: Path) -> None:
         Walk.load(saved)
 
 
-def test_incomplete_record_is_refused(saved: Path) -> None:
-    with np.load(saved) as file:
-        arrays = {name: file[name] for name in file.files if name != "samples/torque"}
-    np.savez(saved, **arrays)
-    with pytest.raises(mjbiped.RecordError, match="torque"):
-        Walk.load(saved)
-
-
 def test_missing_file_and_folder(walk: Walk, tmp_path: Path) -> None:
     with pytest.raises(mjbiped.RecordError, match="there is no such file"):
         Walk.load(tmp_path / "nothing.npz")
