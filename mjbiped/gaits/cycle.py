@@ -28,6 +28,8 @@ one is as good between its steps as at their ends."""
 LONGEST = 10.0  # longest part of a step; steps take 2
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad
 MOST_TRIALS = 100  # steps tried for one gait; those that are found take 10 to 60
+MOST_ASKED = 200.0
+"""Evaluations of a motion times its longest step: those that walk need some 40 of it, a wild one would take seconds."""
 
 
 class Part(NamedTuple):
@@ -97,10 +99,18 @@ def part_of(
     Raises:
         GaitError: A leg turns over, one of the others falls through zero before, or nothing does.
     """
-    chain = robot.chains[len(start) // 2]
+    law, asked = free_motion(robot.chains[len(start) // 2], slope, unit_of(robot)), 0
+
+    def counted(t: float, state: Array) -> Array:
+        nonlocal asked
+        asked += 1
+        if asked * precision[1] > MOST_ASKED:
+            raise no_gait(slope, "the motion is too wild")
+        return law(t, state)
+
     others = {"a leg turns over": lambda y: WIDEST - float(np.abs(y[: len(y) // 2]).max()), **others}
     functions = tuple((lambda _, y, f=f: float(f(y))) for f in (ends, *others.values()))
-    solution = glide(free_motion(chain, slope, unit_of(robot)), start, LONGEST, functions, precision)
+    solution = glide(counted, start, LONGEST, functions, precision)
     if not solution.t_events[0].size:
         happened = [name for name, times in zip(others, solution.t_events[1:], strict=True) if times.size]
         raise no_gait(slope, happened[0] if happened else "the step does not end")

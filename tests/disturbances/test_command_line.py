@@ -62,7 +62,7 @@ def test_a_study_varies_disturbances() -> None:
 @pytest.mark.parametrize(
     ("sections", "said"),
     [
-        ({"disturbances": {"delai": 0.1}}, "unknown disturbance 'delai'"),
+        ({"disturbances": {"delai": 0.1}}, "unknown setting of disturbances 'delai'"),
         ({"disturbances": {"delay": [0.01, 0.0105]}}, r"cell 1 \(disturbances.delay = 0.0105\): delay = 0.0105"),
         ({"disturbances": {"control_period": 0.0015}}, "must be a multiple of the timestep 0.001 s"),
         ({"disturbances": {"angle_noise": 2.0}}, "angle_noise = 2.0: must be from 0 to 1 rad"),
