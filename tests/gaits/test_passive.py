@@ -14,6 +14,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
+from mjbiped.gaits.reference import PIECES, RATE, motion_at
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.published import GOSWAMI_ROBOT
 
@@ -128,7 +129,7 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
     q, dq, ddq = gait.reference(0.0)
     assert q.shape == dq.shape == ddq.shape == (2,)
     np.testing.assert_allclose(q, gait.start[:2], rtol=1e-14)  # rounding
-    np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-11)  # of nine powers
+    np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-13)  # rounding
     np.testing.assert_allclose(np.concatenate(gait.reference(gait.period)[:2]), gait.end, atol=1e-12)  # integration
     assert gait.horizon == pytest.approx(1.375 * gait.period, rel=1e-12)  # rounding
     last, _, _ = gait.reference(gait.horizon)
@@ -136,6 +137,15 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
         q, dq, ddq = gait.reference(late)
         np.testing.assert_array_equal(q, last)
         np.testing.assert_array_equal([dq, ddq], np.zeros((2, 2)))
+
+
+def test_pieces_join_twice_continuously(gait: PassiveGait) -> None:
+    (table,) = gait.tables
+    rate, pieces = table[RATE], int(table[PIECES])
+    assert gait.horizon * rate == pytest.approx(pieces, rel=1e-12)  # rounding
+    for k in range(1, pieces):
+        left, right = (np.array(motion_at(table, k / rate * (1 + sign * 1e-15))) for sign in (-1, 1))
+        np.testing.assert_allclose(left, right, rtol=0, atol=1e-11)  # rounding, times rate^2 for ddq
 
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])

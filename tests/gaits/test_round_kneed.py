@@ -56,7 +56,8 @@ def test_every_part_of_the_step_joins_the_next(gait: KneedGait) -> None:
     """As with point feet, and the energy of a foot that rolls is constant between impacts."""
     robot, at = gait.robot, gait.bent_samples
     before, after = gait.states[at - 1], gait.states[at]
-    np.testing.assert_allclose(gait.states[0], gait.start, rtol=0, atol=1e-10)
+    # states are read from the table, whose pieces of degree 9 keep the rates of so quick a shank to 2.5e-10
+    np.testing.assert_allclose(gait.states[0], gait.start, rtol=0, atol=1e-9)
     assert before[2] == pytest.approx(before[1], abs=1e-9)
     _, rates = robot.knee_impact([before[0], before[1], before[1]], before[3:])
     np.testing.assert_allclose(after[[3, 4]], rates, rtol=0, atol=1e-9)
