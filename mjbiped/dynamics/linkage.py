@@ -29,7 +29,7 @@ from mjbiped.numerics.trigonometry import sine_cosine
 ROOM = 4
 """Most angles, and most segments."""
 
-SYSTEM = ROOM + 2
+SYSTEM = ROOM + 3
 """Most equations at once: angles, and rows that hold them."""
 
 HIP, END, BASE, MASS = 0, 2, 4, 6

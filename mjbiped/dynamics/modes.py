@@ -28,17 +28,31 @@ def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> 
     The equations are `loaded`, with the sines and cosines of the free angles.
     """
     add_row(w)
-    sines, cosines, added = numbers(w.sines, ROOM), numbers(w.cosines, ROOM), row(w.matrix, w.size + w.held, SYSTEM)
-    line, ahead = row(w.levers, END, ROOM), row(w.levers, END + 1, ROOM)
-    rest = 0.0
+    added, rest = row(w.matrix, w.size + w.held, SYSTEM), 0.0
     added[0] = along * linkage.radius
     for i in range(linkage.angles):
-        at, share = (i, 1.0) if i < w.free else (w.free - 1, w.follows)
-        forward = line[i] * cosines[at] - ahead[i] * sines[at]
-        upward = -line[i] * sines[at] - ahead[i] * cosines[at]
+        at, share, forward, upward = _foot_lever(w, i)
         added[at] += share * (along * forward + normal * upward)
         rest -= share * share * (along * upward - normal * forward) * dq[at] * dq[at]
     hold(w, rest)
+
+
+def push_contact(linkage: Any, w: Any, along: float, normal: float) -> None:
+    """Let the force of the contact that has been held last act along another direction: that of friction beside it."""
+    place = w.size + w.held - 1
+    for i in range(w.size):
+        row(w.matrix, i, SYSTEM)[place] = 0.0
+    for i in range(linkage.angles):
+        at, share, forward, upward = _foot_lever(w, i)
+        row(w.matrix, at, SYSTEM)[place] -= share * (along * forward + normal * upward)
+
+
+def _foot_lever(w: Any, i: int) -> tuple[int, float, float, float]:
+    """The free angle with which one of a state moves, by which factor, and how it moves the swing foot, m."""
+    at, share = (i, 1.0) if i < w.free else (w.free - 1, w.follows)
+    sine, cosine = numbers(w.sines, ROOM)[at], numbers(w.cosines, ROOM)[at]
+    line, ahead = row(w.levers, END, ROOM)[i], row(w.levers, END + 1, ROOM)[i]
+    return at, share, line * cosine - ahead * sine, -line * sine - ahead * cosine
 
 
 def hold_stop(w: Any, upper: int, lower: int) -> None:

@@ -28,7 +28,8 @@ class FootedCompass(Compass):
     compass biped with a sole, but for the ankle's height: laws, gaits and references are found for that.
 
     In the hybrid engine the stance foot lies flat, or turns about its toe or heel where the ankle's torque is more than
-    the sole bears, and comes down again. A foot lands flat at once, also on ground that is steeper than it is.
+    the sole bears, and comes down again. On ground of another slope a foot lands on its heel or toe and turns until it
+    lies flat.
 
     In MuJoCo the feet stand, tip and slide on the ground as their contacts make them. The swing foot is held parallel
     to the ground that the last footholds told, by the angles of the joints.

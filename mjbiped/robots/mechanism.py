@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mjbiped.dynamics.linkage import BASE, END, HIP, MASS, POINTS, Linkage
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
-from mjbiped.robots.bodies import Bodies
+from mjbiped.robots.bodies import Bodies, Foot
 
-UPPER, LOWER, FOOT = (0, 1), (3, 2), 2
-"""Segments of the stance leg, then of the swing leg; and the stance foot where it is a body."""
+UPPER, LOWER, FEET = (0, 1), (3, 2), (2, 3)
+"""Segments of the stance leg, then of the swing leg; and both feet where they are bodies."""
 
 Levers = NDArray[np.complex128]
 """Of a point, one for each segment, m: the real part along its line, the imaginary one a right angle ahead."""
@@ -22,13 +22,15 @@ Levers = NDArray[np.complex128]
 def linkages_of(bodies: Bodies, radius: float, gravity: float) -> tuple[Linkage, ...]:
     """The linkage of a biped on its flat foot and, of feet that are bodies, on its toe and on its heel.
 
+    Of these feet there are nine: first with the swing foot in the air, then with its toe down, then with its heel.
+
     Args:
         bodies: The robot's.
         radius: Of round feet, m.
         gravity: m/s^2.
     """
     edges = (FLAT,) if bodies.foot is None else (FLAT, TOE, HEEL)
-    return tuple(_linkage_on(edge, bodies, radius, gravity) for edge in edges)
+    return tuple(_linkage_on(edge, down, bodies, radius, gravity) for down in edges for edge in edges)
 
 
 def linkage_with(
@@ -40,6 +42,7 @@ def linkage_with(
     angles: int,
     gravity: float,
     radius: float = 0.0,
+    knees: bool = False,
 ) -> Linkage:
     """The linkage of some bodies.
 
@@ -52,6 +55,7 @@ def linkage_with(
         angles: Number of the angles of a state.
         gravity: m/s^2.
         radius: Of round feet, m.
+        knees: Whether there are knees.
     """
     products, first, whole = np.zeros((len(hip), len(hip)), dtype=np.complex128), np.zeros_like(hip), 0.0
     for mass, inertia, segment, levers in masses:
@@ -65,7 +69,7 @@ def linkage_with(
     return Linkage(
         segments=len(hip),
         angles=angles,
-        knees=len(hip) > FOOT + 1,
+        knees=knees,
         mass=whole,
         gravity=gravity,
         radius=radius,
@@ -76,13 +80,13 @@ def linkage_with(
     )
 
 
-def _linkage_on(edge: int, bodies: Bodies, radius: float, gravity: float) -> Linkage:
-    """The linkage of a biped as its stance foot stands."""
+def _linkage_on(edge: int, down: int, bodies: Bodies, radius: float, gravity: float) -> Linkage:
+    """The linkage of a biped as its stance foot stands, and with an edge of the swing foot down, or none."""
     leg, foot, chain = bodies.leg, bodies.foot, (UPPER, LOWER)
-    base = np.zeros(2 * len(leg) + (foot is not None), dtype=np.complex128)
+    base = np.zeros(2 * len(leg) + 2 * (foot is not None), dtype=np.complex128)
     lines = [(part.length - (radius if part is leg[-1] else 0.0)) * cmath.exp(1j * part.turn) for part in leg]
     if foot is not None and edge != FLAT:
-        base[FOOT] = complex(foot.height, -foot.ahead if edge == TOE else foot.behind)
+        base[FEET[0]] = _ankle_from(foot, edge)
     hip = base.copy()
     for k, line in enumerate(lines):
         hip[chain[k][0]] += line
@@ -95,7 +99,15 @@ def _linkage_on(edge: int, bodies: Bodies, radius: float, gravity: float) -> Lin
             # from the stance foot up and down again
             masses.insert(len(masses) if side else 0, (part.mass, part.inertia, chain[k][side], centre))
             end[chain[k][side]] -= line
-        if foot is not None:  # the swing foot is held parallel to the other one
-            masses.append((foot.mass, foot.inertia if side == 0 else 0.0, FOOT, end))
-    angles = len(leg) + 1 + (foot is not None)
-    return linkage_with(masses, hip, end, base, angles=angles, radius=radius, gravity=gravity)
+        if foot is not None:  # a swing foot in the air is held parallel to the other one
+            masses.append((foot.mass, foot.inertia if side == 0 or down != FLAT else 0.0, FEET[side], end))
+    if foot is not None and down != FLAT:
+        end = end.copy()
+        end[FEET[1]] -= _ankle_from(foot, down)
+    angles = len(leg) + 1 + 2 * (foot is not None)
+    return linkage_with(masses, hip, end, base, angles=angles, radius=radius, gravity=gravity, knees=len(leg) > 1)
+
+
+def _ankle_from(foot: Foot, edge: int) -> complex:
+    """Levers of a foot's ankle from its toe, or from its heel, m."""
+    return complex(foot.height, -foot.ahead if edge == TOE else foot.behind)

@@ -22,8 +22,8 @@ from mjbiped.utils import domains
 Array = NDArray[np.float64]
 
 
-_GROUPS = {1: ((0,),), 2: ((0, 1),), 3: ((0, 1, -1),), 4: ((0, 1, 1, 0), (0, 1, 2, 0), (1, 2, 3, 0))}
-"""By the number of segments of a linkage: with which angle each segment moves, in each `Chain` of the robot."""
+_STRAIGHT, _KNEED = ((0, 1, -1, -1),), ((0, 1, 1, 0), (0, 1, 2, 0), (1, 2, 3, 0))
+"""With which angle each segment of a linkage moves, in each `Chain` of the robot; feet do not."""
 
 
 class Robot(Shape):
@@ -92,7 +92,8 @@ class Robot(Shape):
         """The same on a stance leg whose knee is locked at a flexion, rad; four angles are absolute."""
         linkage, motion = self._standing(flexion)
         found, offsets = {}, motion.offsets[: linkage.segments]
-        for groups in _GROUPS[linkage.segments]:
+        for every in _KNEED if linkage.knees else _STRAIGHT:
+            groups = every[: linkage.segments]
             n = max(groups) + 1
             found[n] = chain_by(linkage, groups, offsets if n < linkage.segments else 0.0)
         return found

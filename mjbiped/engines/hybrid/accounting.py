@@ -16,6 +16,7 @@ from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
 from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
 from mjbiped.engines.hybrid.records import write_sample
+from mjbiped.engines.hybrid.state import touches
 from mjbiped.numerics.blocks import numbers, row
 
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
@@ -43,7 +44,7 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
     # else the centre of pressure stays at the ankle
     if acts or c.toe > 0.0 or pressure[0] < 0.0 or pressure[1] < 0.0:
         note_pressures(c, w, normal, h)
-    if w.normal_force < UNLOADED * c.weight and w.face == 0.0 and not w.sliding:
+    if w.normal_force < UNLOADED * c.weight and not touches(w):
         ensure_dense(c, w, h)
         note_least_force(c, w, h)
     if w.locked != LOCKED:

@@ -18,6 +18,7 @@ from mjbiped.engines.hybrid.guards import (
     BEYOND_END,
     EDGE,
     FALLEN,
+    FOOT_DOWN,
     FOOT_FLAT,
     FOOT_RELEASED,
     FOOT_TIPS,
@@ -32,8 +33,10 @@ from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.resets import (
     hit_face,
     lands,
+    lay_down,
     lay_flat,
     release_foot,
+    set_down,
     slide_on,
     stands_still,
     strike_knee,
@@ -41,7 +44,7 @@ from mjbiped.engines.hybrid.resets import (
     tip_over,
     transfer_support,
 )
-from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory
+from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory, touches
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
@@ -60,7 +63,7 @@ CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measur
 # error thresholds below which the length may grow at its full rate, or is kept
 FULL, KEPT = (CAUTION / GREATEST) ** 8, CAUTION**8
 JUST_BESIDE = 2.3e-16  # next to a discontinuity's time, relative
-SLIDING_STEP = 2e-3  # longest integration step while the foot slides on a face or on the ground, s
+SLIDING_STEP = 2e-3  # longest integration step while a surface pushes the swing foot, s
 NOW = 1e-9  # times so close are the same, s
 
 
@@ -145,7 +148,7 @@ def _goes_on(c: Any, w: Any) -> bool:
 def _step_length(c: Any, w: Any) -> float:
     """Length of the next integration step, s: at most up to the time at which the law is no longer smooth."""
     whole = w.limit - w.elapsed
-    step = min(w.next_step, SLIDING_STEP if w.face != 0.0 or w.sliding else c.longest_step)
+    step = min(w.next_step, SLIDING_STEP if touches(w) else c.longest_step)
     w.next_step = step
     if step < 0.5 * whole:
         return float(step)
@@ -192,8 +195,11 @@ def _reset(c: Any, w: Any, event: int) -> bool:
         if stands_still(c, w):
             return False
         if lands(c, w):
-            return True
+            return not set_down(c, w)
         stub(c, w)
+    elif event == FOOT_DOWN:
+        lay_down(c, w)
+        return True
     elif event == FACE_IMPACT:
         hit_face(c, w)
     elif event == KNEE_STRIKE:
@@ -202,7 +208,7 @@ def _reset(c: Any, w: Any, event: int) -> bool:
             return True
         _look_ahead(c, w)
     elif event in (OVER_THE_TOP, FOOT_RELEASED):
-        release_foot(w, event == OVER_THE_TOP)
+        release_foot(c, w, event == OVER_THE_TOP)
     elif event == KNEE_RELEASED:
         w.locked = FREE
         enter_mode(c, w)

@@ -12,6 +12,7 @@ from typing import Any
 from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE, value_at
 from mjbiped.dynamics.linkage import END, ROOM, speed
 from mjbiped.dynamics.modes import FREE, RESTING
+from mjbiped.engines.hybrid.landing import clearance_of, clearance_rate, level_angle
 from mjbiped.engines.hybrid.meeting import (
     FACE_IMPACT,
     NOTHING,
@@ -22,12 +23,12 @@ from mjbiped.engines.hybrid.meeting import (
     write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
-from mjbiped.engines.hybrid.state import ground_of, hip, linkage_of, swing_foot
+from mjbiped.engines.hybrid.state import ground_of, hip, linkage_of, swing_foot, touches
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
 
-KNEE_STRIKE, FOOT_RELEASED, KNEE_RELEASED, EDGE, FALLEN, BEYOND_END, FOOT_TIPS, FOOT_FLAT = range(4, 12)
+KNEE_STRIKE, FOOT_RELEASED, KNEE_RELEASED, EDGE, FALLEN, BEYOND_END, FOOT_TIPS, FOOT_FLAT, FOOT_DOWN = range(4, 13)
 
 CLOSELY = 1e-9  # events other than the swing foot's are located so closely, s
 AT_EDGE = 1e-10  # the moment when a sliding foot leaves its segment, s
@@ -55,6 +56,8 @@ def first_event(c: Any, w: Any, h: float, here: Place, there: Place) -> tuple[in
         struck = KNEE_STRIKE
     elif w.edge * out[c.foot] < 0.0:
         struck = FOOT_FLAT
+    elif w.down * (out[c.foot + 1] - level_angle(c, w, w.landing)) < 0.0:
+        struck = FOOT_DOWN
     if ended != NOTHING or struck != NOTHING or not decided_by_ends(c, w, h, here, there):
         ensure_dense(c, w, h)
         event = ended
@@ -72,14 +75,13 @@ def first_event(c: Any, w: Any, h: float, here: Place, there: Place) -> tuple[in
 
 
 def _end_of_contact(c: Any, w: Any, h: float, event: int) -> tuple[int, float]:
-    """Look whether a sliding foot, a knee that rests on its stop, a heel or a toe loses its contact before all else.
+    """Look whether a pushed swing foot, a knee that rests on its stop, a heel or a toe first loses its contact.
 
     What a foot in contact would have met later in the step, it then does not.
     """
-    touches = w.face != 0.0 or w.sliding
     if w.sliding and not on_its_segment(c, w, numbers(w.out, c.size)):
         event, h = EDGE, _retaken(c, w, h, EDGE, AT_EDGE)
-    if touches and w.press < 0.0:
+    if touches(w) and w.press < 0.0:
         return FOOT_RELEASED, _retaken(c, w, h, FOOT_RELEASED, CLOSELY)
     if w.locked == RESTING and w.stop_press < 0.0:
         return KNEE_RELEASED, _retaken(c, w, h, KNEE_RELEASED, CLOSELY)
@@ -98,11 +100,13 @@ def _tips(w: Any) -> bool:
 
 
 def _happened(c: Any, w: Any, x: float, event: int) -> bool:
-    """Whether the walk has ended, the knee has struck its stop, or the foot lies flat, at the share x of the step."""
+    """Whether the walk has ended, the knee has struck its stop, or a foot lies flat, at the share x of the step."""
     if event == KNEE_STRIKE:
         return value_at(c, w, c.shank, x) < value_at(c, w, c.thigh, x)
     if event == FOOT_FLAT:
         return bool(w.edge * value_at(c, w, c.foot, x) < 0.0)
+    if event == FOOT_DOWN:
+        return bool(w.down * (value_at(c, w, c.foot + 1, x) - level_angle(c, w, w.landing)) < 0.0)
     write_angles_at(c, w, x)
     return body_ends(c, w, numbers(w.spare, c.size)) != NOTHING
 
@@ -150,7 +154,7 @@ def _end_on(c: Any, w: Any, h: float, event: int) -> float:
     h = max(h, SHORTEST_STEP)
     for _ in range(6):
         attempt(c, w, h)
-        if event not in (TOUCHDOWN, FACE_IMPACT, KNEE_STRIKE, FOOT_FLAT):
+        if event not in (TOUCHDOWN, FACE_IMPACT, KNEE_STRIKE, FOOT_FLAT, FOOT_DOWN):
             break
         gap, rate = _gap(c, w, event)
         if rate == 0.0 or abs(gap) > abs(rate) * 1e-3:
@@ -174,6 +178,8 @@ def _gap(c: Any, w: Any, event: int) -> tuple[float, float]:
         return y[c.shank] - y[c.thigh], y[n + c.shank] - y[n + c.thigh]
     if event == FOOT_FLAT:
         return y[c.foot], y[n + c.foot]
+    if event == FOOT_DOWN:
+        return y[c.foot + 1] - level_angle(c, w, w.landing), y[n + c.foot + 1]
     foot_x, foot_z = swing_foot(c, w, y)
     dq = numbers(w.dq, ROOM)
     for i in range(n):
@@ -182,8 +188,8 @@ def _gap(c: Any, w: Any, event: int) -> tuple[float, float]:
     speed_x, speed_z = along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine
     if event == FACE_IMPACT:
         return foot_x - w.face_x, speed_x
-    ground = ground_of(c)
-    return foot_z - height_of(ground, w.landing, foot_x), speed_z - ground.gradient[w.landing] * speed_x
+    rate = clearance_rate(c, w, y, w.landing, speed_x, speed_z)
+    return clearance_of(c, w, y, w.landing, foot_x, foot_z), rate
 
 
 def on_its_segment(c: Any, w: Any, y: Any) -> bool:

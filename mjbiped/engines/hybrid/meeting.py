@@ -14,6 +14,8 @@ from typing import Any, TypeAlias
 
 from mjbiped.dynamics.integrate import STAGES, value_at
 from mjbiped.dynamics.linkage import END, ROOM
+from mjbiped.dynamics.modes import FLAT
+from mjbiped.engines.hybrid.landing import clearance_of
 from mjbiped.engines.hybrid.state import ground_of, linkage_of, stance_foot, swing_foot
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
@@ -43,6 +45,8 @@ def acceleration_bound(c: Any, w: Any) -> float:
         lever = abs(along[i]) + abs(ahead[i])
         if i == 0:
             lever += linkage.radius
+        if i == c.foot:  # by which the sole of the swing foot turns, too
+            lever += c.heel + c.toe
         start += lever * (abs(first[n + i]) + y[n + i] * y[n + i])
         end += lever * (abs(last[n + i]) + out[n + i] * out[n + i])
     return float(MARGIN * max(start, end) + linkage.gravity)
@@ -79,7 +83,7 @@ def foot_over_ground(c: Any, w: Any, y: Any) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot in a state."""
     foot_x, foot_z = swing_foot(c, w, y)
     segment = int(w.face_segment) if w.face != 0.0 else segment_under(c, w, foot_x)
-    clearance = foot_z - height_of(ground_of(c), segment, foot_x)
+    clearance = clearance_of(c, w, y, segment, foot_x, foot_z)
     if segment == w.slid_segment:
         clearance += GROUND_WIDTH
     return foot_x - stance_foot(c, w, y)[0], clearance, segment
@@ -106,7 +110,7 @@ def cannot_be_enabled(reach: float, room: float, here: Place, there: Place) -> b
 
 def decided_by_ends(c: Any, w: Any, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends prove that the swing foot meets nothing in it; may enable its contact by the rule."""
-    if w.sliding or (not w.contact_enabled and w.elapsed + h <= c.delay):
+    if w.sliding or w.down != FLAT or (not w.contact_enabled and w.elapsed + h <= c.delay):
         return True
     if w.face != 0.0:
         return False
@@ -140,7 +144,7 @@ def foot_event(c: Any, w: Any, h: float, until: float) -> tuple[int, float]:
     x = 0.0
     if not w.contact_enabled:
         x = max(0.0, (c.delay - w.elapsed) / h)
-    if x >= until or w.sliding:
+    if x >= until or w.sliding or w.down != FLAT:
         return NOTHING, until
     bound = acceleration_bound(c, w) / 8.0
     here = foot_over_ground_within(c, w, x)
@@ -219,7 +223,7 @@ def _crossing(c: Any, w: Any, h: float, x: float, end: float, here: Place, there
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
         foot_x, foot_z = foot_within(c, w, middle)
-        gap = foot_z - height_of(ground_of(c), segment, foot_x)
+        gap = clearance_of(c, w, numbers(w.spare, c.size), segment, foot_x, foot_z)
         if gap > 0.0:
             x, above = middle, gap
             below = 0.5 * below if side > 0 else below

@@ -10,7 +10,8 @@ from mjbiped.dynamics.equations import accelerate, load, settle
 from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
 from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, ground_force, stand
 from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
-from mjbiped.engines.hybrid.state import linkage_of, sole_angle, to_memory
+from mjbiped.engines.hybrid.landing import hold_edge, servo
+from mjbiped.engines.hybrid.state import linkage_of, pushed, sole_angle, to_memory, touches
 from mjbiped.numerics.blocks import call, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
@@ -100,28 +101,25 @@ def _move(c: Any, w: Any, given: Any) -> None:
     """Write the accelerations under torques into `w.ddq`, with the state in `w.q` and `w.dq`."""
     linkage, q, dq = linkage_of(c, w), numbers(w.q, ROOM), numbers(w.dq, ROOM)
     _write_forces(c, w, given)
-    touches = w.face != 0.0 or w.sliding
-    if not touches and w.locked != RESTING:
+    touched = touches(w)
+    if not touched and w.locked != RESTING:
         accelerate(linkage, w, q, dq)
         return
     load(linkage, w, q, dq)
-    if touches:
+    if w.down != FLAT:
+        hold_edge(c, w, q, dq)
+    elif touched:
         along, normal = pushed(w)
         hold_contact(linkage, w, dq, along, normal)
     if w.locked == RESTING:
         hold_stop(w, c.thigh, c.shank)
     settle(linkage, w)
     forces, first = numbers(w.right, SYSTEM), w.size
-    if touches:
+    if touched:
         w.press = forces[first]
         first += 1
     if w.locked == RESTING:
         w.stop_press = forces[first]
-
-
-def pushed(w: Any) -> tuple[float, float]:
-    """Direction in which a surface pushes the swing foot, along the stance foot's ground and normal to it."""
-    return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
 
 
 def _write_forces(c: Any, w: Any, given: Any) -> None:
@@ -134,7 +132,11 @@ def _write_forces(c: Any, w: Any, given: Any) -> None:
         forces[i] = given[i] - given[i + 1]
     forces[last] = given[last]
     if c.foot >= 0:
-        forces[c.foot] = -given[0]
+        forces[c.foot], forces[c.foot + 1] = -given[0], 0.0
+    if w.down != FLAT:
+        torque = servo(c, w)
+        forces[1] += torque
+        forces[c.foot + 1] = -torque
     if w.push != 0.0:
         q, along, ahead = numbers(w.q, ROOM), row(w.levers, HIP, ROOM), row(w.levers, HIP + 1, ROOM)
         forces[0] += w.push * linkage_of(c, w).radius * w.cosine
@@ -152,7 +154,7 @@ def stance_force(c: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, floa
     if w.push != 0.0:
         along -= w.push * w.cosine
         normal -= w.push * w.sine
-    if w.face != 0.0 or w.sliding:
+    if touches(w):
         x, z = pushed(w)
         along -= w.press * x
         normal -= w.press * z
@@ -179,11 +181,11 @@ def _bear(c: Any, w: Any, given: Any) -> None:
 def enter_mode(c: Any, w: Any) -> None:
     """Let the linkage move as knee and stance foot are now."""
     w.free = c.angles
-    if w.edge == FLAT and c.foot >= 0:
-        w.free = c.foot
+    if c.foot >= 0 and w.down == FLAT:
+        w.free = c.foot + abs(w.edge)
     elif c.shank != c.thigh and w.locked == LOCKED:
         w.free = c.shank
-    w.follows = 1.0 if c.foot < 0 else 0.0
+    w.follows = 1.0 if c.foot < 0 or w.edge != FLAT else 0.0
     stand(linkage_of(c, w), w)
     y = numbers(w.y, c.size)
     for i in range(w.free, c.angles):

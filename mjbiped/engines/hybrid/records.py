@@ -60,7 +60,7 @@ def write_posture(c: Any, w: Any, y: Any) -> None:
     posture[3 - left] = swinging
     if c.foot >= 0:
         sole = y[c.foot] + w.slope
-        posture[4 + left], posture[5 - left] = sole - standing, sole + w.swing_sole - swinging
+        posture[4 + left], posture[5 - left] = sole - standing, y[c.foot + 1] + w.slope - swinging
     else:
         posture[4 + left], posture[5 - left] = w.stance_flexion, y[c.shank] - y[c.thigh]
 
@@ -129,7 +129,7 @@ def write_touchdown(c: Any, w: Any, slope: float, dq_before: Any, estimate_befor
     to[TOUCHDOWN.x], to[TOUCHDOWN.z] = w.foot_x - c.height * w.sine, w.foot_z - c.height * w.cosine
     to[TOUCHDOWN.work_absolute], to[TOUCHDOWN.work_net] = w.work_absolute, w.work_net
     to[TOUCHDOWN.work_positive] = w.work_positive
-    to[TOUCHDOWN.slip] = to[TOUCHDOWN.penetration] = to[TOUCHDOWN.slap] = 0.0
+    to[TOUCHDOWN.slip] = to[TOUCHDOWN.penetration] = 0.0
     to[TOUCHDOWN.friction], to[TOUCHDOWN.normal_force] = w.friction, w.normal_force
     to[TOUCHDOWN.strikes], to[TOUCHDOWN.stubs] = w.face_impacts, w.stubs
     to[TOUCHDOWN.slope_estimate_before], to[TOUCHDOWN.slope_estimate] = estimate_before, estimated_slope(c, w)
@@ -137,5 +137,5 @@ def write_touchdown(c: Any, w: Any, slope: float, dq_before: Any, estimate_befor
     to[TOUCHDOWN.pressure_ahead], to[TOUCHDOWN.pressure_behind] = pressure[0], pressure[1]
     to[TOUCHDOWN.sole_bound_time] = w.bound_time
     to[TOUCHDOWN.knee_strike], to[TOUCHDOWN.flexion] = w.strike_time, w.flexion
-    to[TOUCHDOWN.tipped], to[TOUCHDOWN.one_sided] = w.tipped, w.one_sided
+    to[TOUCHDOWN.tipped], to[TOUCHDOWN.one_sided], to[TOUCHDOWN.slap] = w.tipped, w.one_sided, w.slap
     to[TOUCHDOWN.support_behind], to[TOUCHDOWN.support_ahead] = c.heel, c.toe

@@ -25,16 +25,18 @@ from mjbiped.dynamics.modes import (
     hold_stop,
     land,
     opens,
+    push_contact,
 )
+from mjbiped.engines.hybrid.landing import hold_edge, level_angle, push_from_ground, set_edge
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
-from mjbiped.engines.hybrid.motion import enter_mode, pushed, take_angles
+from mjbiped.engines.hybrid.motion import enter_mode, take_angles
 from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
 from mjbiped.engines.hybrid.state import (
     flat_linkage,
     from_memory,
     ground_of,
     linkage_of,
-    sole_angle,
+    pushed,
     stance_foot,
     swing_foot,
     to_memory,
@@ -42,6 +44,7 @@ from mjbiped.engines.hybrid.state import (
 from mjbiped.numerics.blocks import call, numbers
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
+from mjbiped.terrain.segments import GROUND_FRICTION
 
 DIVERGED, FELL, FINISHED, LEFT_TERRAIN = (
     int(outcome) for outcome in (Outcome.DIVERGED, Outcome.FELL, Outcome.FINISHED, Outcome.LEFT_TERRAIN)
@@ -63,7 +66,8 @@ def transfer_support(c: Any, w: Any) -> None:
         w.outcome = DIVERGED
         return
     slope, n = numbers(c.angle, c.segments)[segment], c.angles
-    w.swing_sole = slope - (w.slope + sole_angle(c, y))
+    if c.foot >= 0:
+        y[c.foot + 1] = slope - w.slope
     write_posture(c, w, y)
     to_memory(c, w, y)
     take_angles(c, w, y)
@@ -148,7 +152,7 @@ def begin_gait_step(c: Any, w: Any) -> None:
     w.face, w.sliding, w.slid_segment = 0.0, False, -1
     w.face_impacts = w.stubs = 0
     w.flexion, w.friction, w.normal_force = 0.0, 0.0, math.inf
-    w.swing_sole = w.tipped = w.one_sided = 0.0
+    w.tipped = w.one_sided = w.slap = 0.0
     pressure = numbers(w.pressure, 2)
     pressure[0] = pressure[1] = -math.inf
     w.strike_time = math.nan
@@ -247,6 +251,15 @@ def _take(c: Any, w: Any) -> None:
     w.impulse_along, w.impulse_normal = along - before_along, normal - before_normal
 
 
+def _take_pushed(c: Any, w: Any) -> None:
+    """The same where a surface pushes the swing foot, the first that holds the robot: that is not the stance foot's."""
+    along, normal = pushed(w)
+    impulse = numbers(w.right, SYSTEM)[w.size]
+    _take(c, w)
+    w.impulse_along -= along * impulse
+    w.impulse_normal -= normal * impulse
+
+
 def tip_over(c: Any, w: Any) -> None:
     """The stance foot begins to turn about the edge at which the ground's force has come to act."""
     w.edge = TOE if numbers(w.moments, 1)[0] < 0.0 else HEEL
@@ -261,9 +274,59 @@ def lay_flat(c: Any, w: Any) -> None:
     y[c.foot] = 0.0
     w.foot_x, w.foot_z = stance_foot(c, w, y)
     _load(c, w)
+    if w.down != FLAT:
+        hold_edge(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM))
+        numbers(w.right, SYSTEM)[w.size] = 0.0
     hold_angle(w, c.foot)
-    _finish(c, w)
+    solve(w)
+    if w.down != FLAT:
+        _take_pushed(c, w)
+    else:
+        _take(c, w)
     w.edge = FLAT
+    enter_mode(c, w)
+
+
+def set_down(c: Any, w: Any) -> bool:
+    """An edge of the swing foot comes down, in a plastic impact with friction; False: all of the sole does."""
+    if c.foot < 0 or set_edge(c, w) < MISSED * c.length:
+        w.down = FLAT
+        return False
+    w.face, w.down_since = 0.0, w.elapsed
+    enter_mode(c, w)
+    push_from_ground(c, w, 0.0)
+    _hit_edge(c, w, True)
+    normal, along = numbers(w.right, SYSTEM)[w.size], numbers(w.right, SYSTEM)[w.size + 1]
+    if abs(along) > GROUND_FRICTION * normal:
+        push_from_ground(c, w, -math.copysign(GROUND_FRICTION, along))
+        _hit_edge(c, w, False)
+    elif normal > 0.0:
+        push_from_ground(c, w, -along / normal)
+    _take_pushed(c, w)
+    return True
+
+
+def _hit_edge(c: Any, w: Any, sticks: bool) -> None:
+    """Solve the impact of an edge that slides, or sticks; the impulse along the normal comes first, then that along."""
+    linkage, level, dq = linkage_of(c, w), level_angle(c, w, w.landing), numbers(w.dq, ROOM)
+    sine, cosine, right = math.sin(level), math.cos(level), numbers(w.right, SYSTEM)
+    _load(c, w)
+    hold_contact(linkage, w, dq, sine, cosine)
+    along, normal = pushed(w)
+    push_contact(linkage, w, along, normal)
+    if sticks:
+        hold_contact(linkage, w, dq, cosine, -sine)
+        right[w.size + 1] = 0.0
+    right[w.size] = 0.0
+    if w.edge == FLAT:
+        hold_angle(w, c.foot)
+    solve(w)
+
+
+def lay_down(c: Any, w: Any) -> None:
+    """The landing foot lies flat: it no longer turns."""
+    w.slap = w.elapsed - w.down_since
+    w.down = FLAT
     enter_mode(c, w)
 
 
@@ -286,11 +349,7 @@ def stop_swing_foot(c: Any, w: Any) -> None:
         w.locked = FREE
     elif w.locked == RESTING:
         _hit(c, w, True)
-    along, normal = pushed(w)
-    impulse = result[w.size]
-    _take(c, w)
-    w.impulse_along -= along * impulse
-    w.impulse_normal -= normal * impulse
+    _take_pushed(c, w)
 
 
 def _hit(c: Any, w: Any, stop: bool) -> None:
@@ -337,9 +396,12 @@ def slide_on(c: Any, w: Any) -> None:
         stub(c, w)
 
 
-def release_foot(w: Any, over_the_top: bool) -> None:
+def release_foot(c: Any, w: Any, over_the_top: bool) -> None:
     """A foot that slides leaves the surface that no longer presses on it, or its face at the top."""
     if over_the_top or w.press < 0.0:
         w.face = 0.0
     if w.press < 0.0:
         w.sliding = False
+        if w.down != FLAT:
+            w.down = FLAT
+            enter_mode(c, w)

@@ -23,6 +23,7 @@ from mjbiped.engines.hybrid.state import Constants, State, pushes_of
 from mjbiped.engines.plan import Plan
 from mjbiped.records.pressure import BINS
 from mjbiped.robots.robot import Robot
+from mjbiped.rules import foot_servo
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import STALL_TIME
 from mjbiped.terrain.profile import Profile
@@ -43,6 +44,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
     foot, angles, joints = bodies.foot, linkages[0].angles, len(robot.joints)
     pace = math.sqrt(robot.leg_length / robot.gravity)
     behind, ahead = (robot.sole if foot is None else None) or (math.inf, math.inf)
+    stiffness, damping = foot_servo.gains(foot.inertia if foot else 0.0, robot.leg_length, robot.gravity)
     return {
         "linkages": linkages,
         "angles": angles,
@@ -50,7 +52,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
         "told": len(robot.angles),
         "thigh": min(1, angles - 1),
         "shank": 2 if linkages[0].knees else min(1, angles - 1),
-        "foot": -1 if foot is None else angles - 1,
+        "foot": -1 if foot is None else angles - 2,
         "upper": bodies.leg[0].length,
         "lower": bodies.leg[-1].length,
         "between": robot.between,
@@ -62,6 +64,8 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
         "heel": 0.0 if foot is None else foot.behind,
         "toe": 0.0 if foot is None else foot.ahead,
         "height": foot_height(robot),
+        "foot_stiffness": stiffness,
+        "foot_damping": damping,
         "weight": robot.weight,
         "legs": len(bodies.limbs),
         "contact": robot.collides_from_lift_off,

@@ -76,7 +76,9 @@ class State(Motion):
         flexion: Greatest flexion of the swing knee in this gait step, rad.
         strike_time: Time of its knee strike since the support transfer, s; NaN without one.
         edge: `FLAT`, `TOE` or `HEEL`: how a stance foot that is a body stands.
-        swing_sole: Angle of the swing foot's sole from the stance foot's, rad: not zero in the posture of a touchdown.
+        down: `TOE` or `HEEL`: the edge of a landing foot that is a body on which it turns; `FLAT`: none is down.
+        down_since: Time since the support transfer at which it came down, s.
+        slap: For how long the foot turned on that edge until it lay flat, s.
         tipped: Greatest angle by which it has tipped in this gait step, rad.
         one_sided: Time in it in which the foot stood on an edge, s.
         stubs: How often the swing foot has struck the ground in it without coming to stand.
@@ -167,7 +169,9 @@ class State(Motion):
     flexion: float = 0.0
     strike_time: float = math.nan
     edge: int = FLAT
-    swing_sole: float = 0.0
+    down: int = FLAT
+    down_since: float = 0.0
+    slap: float = 0.0
     tipped: float = 0.0
     one_sided: float = 0.0
     stubs: int = 0
@@ -217,7 +221,7 @@ class Constants:
     """Robot, law, ground, rules and limits of a walk.
 
     Attributes:
-        linkages: How the robot stands: on a flat foot, on its toe, on its heel; one of feet that do not tip.
+        linkages: How the robot stands; see `robots.mechanism.linkages_of`.
         angles: Number of the angles of a state.
         joints: Number of joints.
         states: Number of the controller's integrated states.
@@ -227,7 +231,7 @@ class Constants:
         given: Floats of what the law writes: torques, rates of its states, and room for its intermediate results.
         thigh: Index of the angle of the segment above the swing knee.
         shank: Index of that below it; the same without a knee.
-        foot: Index of the angle by which the stance foot tips; -1 where it cannot.
+        foot: Index of the angle by which the stance foot tips; that of the swing foot follows; -1: feet cannot tip.
         upper: Length of a thigh, m.
         lower: Length of a shank, m.
         between: Angle between two legs that are one rigid body, rad.
@@ -259,6 +263,8 @@ class Constants:
         heel: Distance from the ankle to the heel of a foot that is a body, m; 0 without one.
         toe: Distance from the ankle to its toe, m.
         height: Height over the ground of the ankle of a foot that is a body, or of a round one's centre, m.
+        foot_stiffness: Of the servo that holds a swing foot that is a body, N m/rad.
+        foot_damping: Of that servo, N m s/rad.
         weight: Weight of the robot, N; NaN: the force of the ground is of no interest.
         legs: Number of legs, which stand in turn.
         contact: Whether the swing foot collides from the step's first moment on; if not, the scuffing rule decides.
@@ -316,6 +322,8 @@ class Constants:
     heel: float
     toe: float
     height: float
+    foot_stiffness: float
+    foot_damping: float
     weight: float
     legs: int
     contact: bool
@@ -336,8 +344,8 @@ constants_at, state_at, pushes_at, _linkage_at = reader(Constants), reader(State
 
 
 def linkage_of(c: Any, w: Any) -> Any:
-    """The robot as its stance foot stands: flat, on its toe (1) or on its heel (-1)."""
-    return _linkage_at(c.linkages, w.edge if w.edge >= 0 else 2)
+    """The robot as its stance foot stands, flat or on an edge, and with an edge of the swing foot down, or none."""
+    return _linkage_at(c.linkages, (w.edge if w.edge >= 0 else 2) + 3 * (w.down if w.down >= 0 else 2))
 
 
 def flat_linkage(c: Any) -> Any:
@@ -394,6 +402,16 @@ def stance_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
 def swing_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
     """Place x, z of the swing foot, m; of a round one the centre of its arc, of one that is a body the ankle."""
     return _place(c, w, y, END)
+
+
+def touches(w: Any) -> bool:
+    """Whether a surface pushes the swing foot: a face, or the ground under the foot or one of its edges."""
+    return bool(w.face != 0.0 or w.sliding or w.down != FLAT)
+
+
+def pushed(w: Any) -> tuple[float, float]:
+    """Direction in which that surface pushes, along the stance foot's ground and normal to it."""
+    return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
 
 
 def hip(c: Any, w: Any, y: Any) -> tuple[float, float]:

@@ -16,17 +16,15 @@ from mjbiped.engines.mujoco.legs import Leg, foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
+from mjbiped.rules.foot_servo import GREATEST_ERROR, servo_torque
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 LONGEST = 1e-4  # physics step, s
-RESPONSE = 60.0
-"""Natural frequency of the servo of the swing foot, in sqrt(gravity / leg length): a foot that lands with an error of 5
-degrees presses with a fifth of the weight before it lies flat."""
 NEAR = 1e-4
 """Of heel and toe, the second one counts as landing this high over the ground, m: the first one, which bears load
 already, is out of contact for single physics steps."""
 MOST = 0.5  # of the weight that a foot bears which stands alone
-PLAUSIBLE = 0.08
+PLAUSIBLE = GREATEST_ERROR
 """Difference of a foothold's angle from that of the ground so far up to which it is believed at once, rad: a foot of 24
 cm on an edge of 2 cm is tilted by more."""
 
@@ -38,12 +36,6 @@ def for_feet(options: Options, foot: Foot) -> Options:
     """
     ground = BOXES if foot.box and options.ground == AUTO else options.ground
     return replace(options, timestep=min(options.timestep, LONGEST), lands=False, ground=ground)
-
-
-def foot_servo(foot: Foot, leg_length: float, gravity: float) -> tuple[float, float]:
-    """Stiffness (N m/rad) and damping (N m s/rad) of the servo that holds a swing foot, critically damped."""
-    frequency = RESPONSE * math.sqrt(gravity / leg_length)
-    return foot.inertia * frequency**2, 2.0 * foot.inertia * frequency
 
 
 def sole_angle(leg: Leg, q: Any) -> float:
@@ -150,12 +142,8 @@ def weigh_shear(u: Any) -> None:
 
 
 def swing_foot_torque(c: Any, u: Any) -> float:
-    """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle.
-
-    It is that of an error of `PLAUSIBLE` at most: a foot that lands across an edge must be able to turn to lie on it.
-    """
+    """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle."""
     stance, swing = stance_leg(c, u), swing_leg(c, u)
-    # joints tell angles from the foot that stands, which may tip
-    error = min(max(sole_angle(swing, u.q) - u.slope, -PLAUSIBLE), PLAUSIBLE)
     rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
-    return float(c.foot_stiffness * error + c.foot_damping * rate)
+    # joints tell angles from the foot that stands, which may tip
+    return servo_torque(c.foot_stiffness, c.foot_damping, sole_angle(swing, u.q) - u.slope, rate)

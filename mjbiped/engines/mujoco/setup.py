@@ -16,7 +16,7 @@ from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
 from mjbiped.engines.mujoco.collisions import ALL, MARKS
 from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.feet import foot_servo, for_feet
+from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
 from mjbiped.engines.mujoco.motors import SPARE
@@ -28,6 +28,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Robot
+from mjbiped.rules import foot_servo
 from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINED
 from mjbiped.utils import domains
 from mjbiped.utils.mujoco import mujoco
@@ -131,7 +132,7 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
     # a foot with mass bounds no torque: it tips
     behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
     knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
-    swing = (0.0, 0.0) if foot is None else foot_servo(foot, robot.leg_length, robot.gravity)
+    swing = (0.0, 0.0) if foot is None else foot_servo.gains(foot.inertia, robot.leg_length, robot.gravity)
     return {
         **_limits(plan, options),
         "scuffs": scuffs,

@@ -38,8 +38,9 @@ def test_a_step_gains_what_the_motors_put_in(case: Case) -> None:
         work = works[step.row + 1] - works[step.row]
         if touched.get("tipped", none)[step.row] > 1e-3:
             continue  # the rates of a foot that has tipped are not in the record
-        if touched["strikes"][step.row] or touched.get("stubs", none)[step.row]:
-            assert gained + lost < work - 1e-3, step.row  # a face takes some
+        slapped = touched.get("slap", none)[step.row] > 1e-3
+        if touched["strikes"][step.row] or touched.get("stubs", none)[step.row] or slapped:
+            assert gained + lost < work - 1e-3, step.row  # a face takes some, as the ground and the servo of a foot do
             continue
         assert gained + lost == pytest.approx(work, abs=allowed(case)), step.row
         checked += 1

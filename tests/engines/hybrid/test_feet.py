@@ -82,7 +82,7 @@ def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(ed
     c, w = run.constants, run.state
     w.moments[0] = -float(edge)
     tip_over(c, w)
-    w.y[2], w.y[5] = 0.02 * edge, 2.0 * edge
+    w.y[2:4], w.y[6:8] = [0.02 * edge] * 2, [2.0 * edge] * 2
     first = energy(c, w)
     w.pause = 30
     gait_step(c, w)
@@ -97,8 +97,8 @@ def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(ed
 
 def energy(c: Any, w: Any) -> float:
     """Kinetic and potential energy, the latter about the edge, J."""
-    linkage, q, dq = linkage_of(c, w), np.array(w.y[:3]), np.array(w.y[3:6])
-    load(linkage, w, w.y[:3], [0.0] * 3)
+    linkage, q, dq = linkage_of(c, w), np.array(w.y[:3]), np.array(w.y[4:7])
+    load(linkage, w, w.y[:4], [0.0] * 4)
     M = np.array(w.matrix)[:3, :3]
     along, ahead = np.array(w.levers[MASS])[:3], np.array(w.levers[MASS + 1])[:3]
     height = along @ np.cos(q + w.slope) - ahead @ np.sin(q + w.slope)

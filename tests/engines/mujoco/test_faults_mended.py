@@ -63,6 +63,24 @@ def test_a_box_with_an_edge_beside_its_ankle_stands() -> None:
     assert walk.touchdowns["support_ahead"][0] < 0.005
 
 
+@pytest.mark.parametrize("underside", ["pads", "box"])
+@pytest.mark.parametrize("change", [-3.0, 3.0])
+def test_a_foot_slaps_in_both_engines_on_ground_of_another_slope(change: float, underside: str) -> None:
+    """Heel or toe comes down first; the hybrid engine's foot lay flat at once, and its rates were off by up to 3.3 %.
+
+    0.5 % is the goal that was set; at the engine's usual 0.1 ms MuJoCo is 0.6 % from itself at 20 us.
+    """
+    robot = mjbiped.FootedCompass(sole=SOLE, underside=underside)
+    ground = mjbiped.Terrain.from_segments([(0.2, 0.0, 0.0), (8.0, change, 0.0)])
+    engines = "hybrid", mjbiped.Mujoco(timestep=2e-5)
+    here, there = (mjbiped.walk(supervised(robot), ground, engine=engine, steps=1) for engine in engines)
+    for column in ("dq", "dq_before"):
+        rates, expected = here.touchdowns[column], there.touchdowns[column]
+        np.testing.assert_allclose(rates, expected, atol=0.005 * np.abs(expected).max())
+    np.testing.assert_allclose(here.touchdowns["slap"], there.touchdowns["slap"], atol=3e-4)
+    assert here.touchdowns["slap"][0] > 0.01
+
+
 def test_a_level_walk_has_no_ground_inside_its_feet() -> None:
     robot = mjbiped.FootedCompass(sole=SOLE)
     walk = mjbiped.walk(supervised(robot), LEVEL, engine="mujoco", steps=2)

@@ -1,0 +1,184 @@
+"""A foot that lands on its heel or toe: against SymPy's derivation from the places of both feet, legs and hip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+from simulations import hybrid_run
+
+import mjbiped
+from mjbiped.control.unpowered import Unpowered
+from mjbiped.dynamics.modes import FLAT, HEEL, TOE
+from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
+from mjbiped.engines.hybrid.resets import lay_down, set_down
+from mjbiped.engines.hybrid.state import Constants, State, swing_foot
+from mjbiped.robots.chain import Array
+from mjbiped.rules.foot_servo import GREATEST_ERROR
+from mjbiped.terrain.segments import GROUND_FRICTION
+
+ROUNDING = 1e-10
+"""Of some hundred operations, and of a system of eight equations with a foot of a thousandth of the legs' inertia."""
+
+ROBOT = mjbiped.FootedCompass(
+    leg_mass=4.0, hip_mass=3.0, lower_length=0.55, upper_length=0.4, sole=(0.07, 0.15), foot_mass=0.3, ankle_height=0.06
+)
+MODES = pytest.mark.parametrize("down", [TOE, HEEL])
+STANCES = st.sampled_from([FLAT, TOE, HEEL])
+ANGLES = st.tuples(*[st.floats(-0.4, 0.4)] * 3)
+RATES = st.tuples(*[st.floats(-3.0, 3.0)] * 4)
+TORQUES = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
+CHANGES = st.floats(0.005, 0.15)
+
+
+@cache
+def derived(edge: int, down: int) -> dict[str, Callable[..., Any]]:
+    """Mass matrix, forces of gravity and rates, and the edge that is down.
+
+    The coordinates are x, z of the point on which the stance foot stands, then the angles of stance leg, swing leg,
+    stance foot and swing foot from the vertical.
+    """
+    x, v = sp.Matrix(sp.symbols("x:6")), sp.Matrix(sp.symbols("v:6"))
+    foot, leg = ROBOT.foot, ROBOT.bodies.leg[0]
+
+    def along(angle: sp.Expr, distance: float, beside: float = 0.0) -> sp.Matrix:
+        up = sp.Matrix([sp.sin(angle), sp.cos(angle)])
+        return distance * up + beside * sp.Matrix([sp.cos(angle), -sp.sin(angle)])
+
+    beside = {TOE: foot.ahead, HEEL: -foot.behind}
+    ankle = sp.Matrix(x[:2]) + (along(x[4], foot.height, -beside[edge]) if edge != FLAT else sp.zeros(2, 1))
+    hip = ankle + along(x[2], leg.length)
+    end = hip - along(x[3], leg.length)
+    landing = end - along(x[5], foot.height, -beside[down])
+    bodies = [
+        (foot.mass, foot.inertia, 4, ankle),
+        (leg.mass, leg.inertia, 2, hip - along(x[2], leg.centre)),
+        (ROBOT.hip_mass, 0.0, 2, hip),
+        (leg.mass, leg.inertia, 3, hip - along(x[3], leg.centre)),
+        (foot.mass, foot.inertia, 5, end),
+    ]
+    T, V = sp.Integer(0), sp.Integer(0)
+    for mass, inertia, segment, place in bodies:
+        speed = place.jacobian(x) * v
+        T += mass * speed.dot(speed) / 2 + inertia * v[segment] ** 2 / 2
+        V += mass * ROBOT.gravity * place[1]
+    M = sp.hessian(T, list(v))
+    rest = (M * v).jacobian(x) * v - sp.Matrix([T]).jacobian(x).T + sp.Matrix([V]).jacobian(x).T
+    rows = landing.jacobian(x)
+    found = {"M": M, "rest": rest, "rows": rows, "turning": (rows * v).jacobian(x) * v}
+    return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
+
+
+def walker(down: int, edge: int, change: float, q: Any, dq: Any) -> tuple[Constants, State]:
+    """The robot whose swing foot comes down on ground that is steeper, or less steep, than that of its stance foot."""
+    ground = mjbiped.Terrain.from_segments([(5.0, 1.0, 0.0), (5.0, 1.0 - down * math.degrees(change), 0.0)])
+    run = hybrid_run(Unpowered(), ground, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, compile=False)
+    c, w = run.constants, run.state
+    w.landing, w.edge, w.down, w.before = 1, edge, FLAT, math.inf
+    tip = q[2] if edge != FLAT else 0.0
+    w.y[:8] = [q[0], q[1], tip, tip, dq[0], dq[1], dq[2] * abs(edge), dq[2] * abs(edge)]
+    enter_mode(c, w)
+    return c, w
+
+
+def coordinates(c: Constants, w: State) -> tuple[Array, Array]:
+    """Those of `derived`, with the stance foot at rest."""
+    angles = np.array(w.y[:4]) + w.slope
+    return np.array([0.0, 0.0, *angles]), np.array([0.0, 0.0, *w.y[4:8]])
+
+
+def ground(c: Constants, w: State) -> tuple[Array, Array]:
+    """Tangent and normal of the ground on which the foot lands."""
+    slope = c.angle[1]
+    return np.array([math.cos(slope), -math.sin(slope)]), np.array([math.sin(slope), math.cos(slope)])
+
+
+@MODES
+@given(edge=STANCES, q=ANGLES, dq=RATES, change=CHANGES, torques=TORQUES)
+def test_a_landing_foot_moves_as_lagrange_and_coulomb_say(
+    down: int, edge: int, q: Any, dq: Any, change: float, torques: Any
+) -> None:
+    c, w = walker(down, edge, change, q, dq)
+    w.down = down
+    enter_mode(c, w)
+    w.y[3], w.y[7] = down * change + q[2], dq[3]
+    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(2), torques)
+    changes = [0.0] * c.size
+    rates(c, w, 0.0, w.y, changes)
+    x, v = coordinates(c, w)
+    laws, (tangent, normal) = derived(edge, down), ground(c, w)
+    M, rest, rows = np.array(laws["M"](x, v)), np.array(laws["rest"](x, v))[:, 0], np.array(laws["rows"](x, v))
+    error, rate = w.y[3] - w.y[2], w.y[7] - w.y[6]
+    servo = c.foot_stiffness * np.clip(error, -GREATEST_ERROR, GREATEST_ERROR) + c.foot_damping * rate
+    asked = np.array([0.0, 0.0, torques[0] - torques[1], torques[1] + servo, -torques[0], -servo])
+    slip = float(tangent @ rows @ v)
+    push = w.press * (normal - GROUND_FRICTION * slip / math.hypot(slip, 1e-3) * tangent)
+    accelerations = np.array([0.0, 0.0, *changes[4:8]])
+    terms = np.abs(M) @ np.abs(accelerations) + np.abs(rest) + np.abs(rows.T) @ np.abs(push) + np.abs(asked)
+    residual = M @ accelerations + rest - asked - rows.T @ push
+    held = [] if edge != FLAT else [4]  # a flat foot is held by a moment of the ground
+    moving = [i for i in (2, 3, 4, 5) if i not in held]
+    np.testing.assert_allclose(residual[moving], 0.0, atol=ROUNDING * terms.max())
+    np.testing.assert_allclose(accelerations[held], 0.0, atol=ROUNDING * np.abs(accelerations).max())
+    edge_rate = normal @ (rows @ accelerations + np.array(laws["turning"](x, v))[:, 0])
+    np.testing.assert_allclose(edge_rate, 0.0, atol=ROUNDING * (np.abs(rows) @ np.abs(accelerations)).max())
+    along, up = stance_force(c, w, w.y[:4], w.y[4:8], changes[4:8])
+    force = [along * w.cosine + up * w.sine, up * w.cosine - along * w.sine]
+    np.testing.assert_allclose(force, residual[:2], atol=ROUNDING * terms.max())
+
+
+@MODES
+@given(edge=STANCES, q=ANGLES, dq=RATES, change=CHANGES)
+def test_an_edge_comes_down_as_coulombs_impact_says(down: int, edge: int, q: Any, dq: Any, change: float) -> None:
+    c, w = walker(down, edge, change, q, dq)
+    tilt = down * change + (q[2] if edge != FLAT else 0.0)
+    if tilt * down < 0.01:
+        return  # the other edge is the lower one
+    foot, slope = ROBOT.foot, c.angle[1]
+    reach = foot.ahead if down == TOE else foot.behind
+    over = reach * math.sin(abs(tilt)) + foot.height * (math.cos(tilt) - 1.0)  # of the ankle, over a flat foot's
+    ankle_x, ankle_z = swing_foot(c, w, w.y)
+    w.foot_z += c.z[1] + c.gradient[1] * (ankle_x - c.x[1]) + over / math.cos(slope) - ankle_z
+    before = coordinates(c, w)[1]
+    w.y[3] = slope - w.slope + tilt
+    x, v = coordinates(c, w)
+    if ground(c, w)[1] @ np.array(derived(edge, down)["rows"](x, v)) @ v > -1e-3:
+        return  # it does not come down
+    assert set_down(c, w)
+    assert w.y[3] == pytest.approx(slope - w.slope + tilt, abs=1e-9)
+    x, v = coordinates(c, w)
+    laws, (tangent, normal) = derived(edge, down), ground(c, w)
+    M, rows = np.array(laws["M"](x, v)), np.array(laws["rows"](x, v))
+    change_of = M @ (v - before)
+    moving = [2, 3, 5] if edge == FLAT else [2, 3, 4, 5]
+    impulse, *_ = np.linalg.lstsq(rows.T[moving], change_of[moving], rcond=None)
+    scale = np.abs(M).max() * (1.0 + np.abs(v).max() + np.abs(before).max())
+    np.testing.assert_allclose(rows.T[moving] @ impulse, change_of[moving], atol=ROUNDING * scale)  # of the edge alone
+    speed, along = rows @ v, float(tangent @ impulse)
+    speeds = 1.0 + np.abs(v).max() + np.abs(before).max()
+    assert normal @ speed == pytest.approx(0.0, abs=ROUNDING * speeds)
+    if abs(along) < (GROUND_FRICTION - 1e-6) * abs(normal @ impulse):
+        assert tangent @ speed == pytest.approx(0.0, abs=ROUNDING * speeds)
+    else:
+        assert abs(along) == pytest.approx(GROUND_FRICTION * abs(normal @ impulse), rel=1e-6, abs=ROUNDING * scale)
+    stance = change_of[:2] - impulse  # what the stance foot has given
+    found = [
+        w.impulse_along * w.cosine + w.impulse_normal * w.sine,
+        w.impulse_normal * w.cosine - w.impulse_along * w.sine,
+    ]
+    np.testing.assert_allclose(found, stance, atol=ROUNDING * scale)
+
+
+def test_a_foot_that_lies_flat_is_parallel_to_its_ground() -> None:
+    c, w = walker(TOE, FLAT, 0.05, (0.2, -0.2, 0.0), (1.0, 1.0, 0.0, 0.0))
+    w.down, w.down_since, w.elapsed = TOE, 0.5, 0.512
+    lay_down(c, w)
+    assert (w.down, w.free) == (FLAT, 2)
+    assert w.slap == pytest.approx(0.012)
