@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from functools import wraps
@@ -30,6 +31,11 @@ class SectionOption(click.Option):
 
 class SectionCommand(click.Command):
     """A command whose help lists its options by section, in the order in which the sections first occur."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the words of the command line, and keep them as `ctx.obj`: records say how they were made."""
+        ctx.obj = shlex.join(["mjbiped", str(ctx.info_name), *args])
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options into the help, one list per section."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,7 @@ def walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
         done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
     except mjbiped.WalkStopped as stop:
         done, status, trouble = stop.walk, 1, str(stop)
+    done = replace(done, settings={**done.settings, "command": ctx.obj})
     results.save(done)
     if trouble:
         results.fail(status, trouble + (f"; what was walked is in {results.out}" if results.written else ""))

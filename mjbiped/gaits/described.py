@@ -11,7 +11,6 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
-from mjbiped.gaits.steps import Goal
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -97,13 +96,3 @@ def parse_reference(text: str) -> dict[str, Any]:
         if not math.isfinite(found[name]):
             raise InputError(f"reference {shown(text)}: {name} must be finite")
     return found
-
-
-def words_of(goal: Goal) -> str:
-    """Write a goal as the text that `parse_reference` reads."""
-    asked = {name: getattr(goal, name) for name in _PARTS}
-    return ",".join(
-        f"{name}={('no', 'yes')[value] if isinstance(value, bool) else repr(value)}"
-        for name, value in asked.items()
-        if value is not None and (name, value) != ("retraction", True)
-    )

@@ -6,7 +6,7 @@ import json
 import textwrap
 from base64 import b64encode
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -203,7 +203,7 @@ class Walk:
         return f'{shown_first}<img alt="time lapse of the walk" src="data:image/png;base64,{picture}">'
 
     def __eq__(self, other: object) -> bool:
-        """Compare everything recorded, bit by bit."""
+        """Compare everything recorded, bit by bit, but the command that made the walk."""
         if not isinstance(other, Walk):
             return NotImplemented
         return self._identity() == other._identity()
@@ -211,7 +211,8 @@ class Walk:
     __hash__ = None  # type: ignore[assignment]  # arrays are mutable
 
     def _identity(self) -> object:
-        arrays = self._arrays(sort_keys=True)
+        settings = {name: value for name, value in self.settings.items() if name != "command"}
+        arrays = replace(self, settings=settings)._arrays(sort_keys=True)
         return [(name, array.dtype.str, array.shape, array.tobytes()) for name, array in sorted(arrays.items())]
 
     def _arrays(self, *, sort_keys: bool = False) -> dict[str, NDArray[Any]]:

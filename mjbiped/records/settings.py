@@ -119,6 +119,7 @@ def checked_settings(settings: Any) -> Robot:
     count, source, warnings = 2 * len(robot.angles), settings.get("controller_source"), settings.get("warnings", {})
     for name, holds, expected in (
         ("engine", isinstance(settings["engine"], str), "a name"),
+        ("command", isinstance(settings.get("command", ""), str), "a text"),
         ("controller", _is_named(settings["controller"]), "a table with a name"),
         ("controller_source", source is None or _is_source(source), "a class and the digest of its source"),
         ("initial", is_numbers(settings["initial"], count), f"{count} numbers"),

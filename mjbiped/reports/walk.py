@@ -18,7 +18,7 @@ from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, signals_of, values_of
 from mjbiped.reports.page import check_installed, write_page
-from mjbiped.reports.repeat import command_of, python_of
+from mjbiped.reports.repeat import python_of
 from mjbiped.reports.walk_figures import shown_samples, walk_figures
 
 _MOST_LISTED = 12  # greatest number of listed numbers of a parameter; a ground may have thousands
@@ -60,7 +60,7 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
         headings=["step", *touchdowns, "struck a face"],
         rows=list(_rows(touchdowns.values(), walk.touchdowns["strikes"])),
         parameters=list(flattened(walk.settings)),
-        command=command_of(walk),
+        command=walk.settings.get("command"),
         python=python_of(walk, record),
     )
 

@@ -11,7 +11,6 @@ import mjbiped
 from mjbiped.cli.walkers import disturbances_of, model_of
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.errors import InputError
-from mjbiped.reports.repeat import command_of
 from mjbiped.sweeps.plan import plan
 
 
@@ -75,14 +74,10 @@ def test_a_study_with_disturbances_that_no_walk_can_have_is_refused(sections: di
 
 
 @pytest.mark.slow
-def test_the_command_that_repeats_a_walk_has_its_disturbances() -> None:
+def test_a_summary_has_the_disturbances() -> None:
     law = _law()
     given = Disturbances(angle_noise=0.001, torque_limit=40.0, pushes=((1.0, -2.0),), seed=3)
     walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=2, disturbances=given)
-    said = command_of(walk)
-    assert said is not None
-    for part in ("--push 1.0:-2.0", "--disturb angle_noise=0.001", "--disturb torque_limit=40.0", "--disturb seed=3"):
-        assert part in said
     rows = {label: value for label, value, _ in walk.summary().rows}
     assert rows["disturbances"] == "angle noise 0.001, torque limit 40, pushes 1, seed 3"
 

@@ -44,7 +44,7 @@ def test_the_page_holds_everything(walk: mjbiped.Walk, tmp_path: Path) -> None:
     for row in range(walk.steps):
         assert f"<td>{walk.touchdowns['time'][row]:.4f}</td>" in page
     assert "robot.leg_mass" in page
-    assert "mjbiped walk mixed" in page
+    assert "engine=mjbiped.Hybrid(tolerance=1e-08)" in page
     assert len(page) < 2_400_000  # bytes, most of them Plotly's: docs/reports.md says so
 
 
