@@ -148,7 +148,7 @@ def reproduce(results: Results, **walks: Any) -> None:
 
     folder = results.out
     assert folder is not None
-    with _resumable(folder, "finished walks are"):
+    with _resumable(folder):
         rows, files = walk_all(folder, progress=not results.quiet, **walks)
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
@@ -249,12 +249,12 @@ def compile_(results: Results, controllers: tuple[str, ...], clear: bool, **give
 
 
 @contextmanager
-def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
+def _resumable(folder: Path) -> Iterator[None]:
     """On Ctrl-C, say that the same command resumes the study."""
     try:
         yield
     except KeyboardInterrupt:
-        end(INTERRUPTED, f"interrupted; {kept} in {folder}: the same command goes on from there")
+        end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
 
 
 def _check_walkers(workers: int | None, scheduler: str | None, **_: Any) -> None:

@@ -8,14 +8,13 @@ import pytest
 from reproduction_rows import changed as altered
 from reproduction_rows import fallen, made_row
 
-from mjbiped.reproduction.cell import COSTS
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
 from mjbiped.reproduction.grounds import TABLE_2 as PAPER
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, START_ESTIMATES
 from mjbiped.reproduction.report.answers import Answer
 from mjbiped.reproduction.report.checks import BLIND, FITTED, FOUND, GROUPS, UNFITTED, checks, sections
 from mjbiped.reproduction.report.markdown import printed
-from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.rows import COSTS, Row
 from mjbiped.reproduction.table_2 import Choice
 
 BEST = Choice(0.8, "absolute", 20, ("descending", 0.9), ("down", 1.5), 0.0)
