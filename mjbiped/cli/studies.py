@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +65,7 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
     planned = read_study(study)
     if dry_run:
         expected = estimate(planned, workers=walks["workers"], trajectories=trajectories)
-        results.end(asdict(expected), [tables.estimate_sentence(expected)])
+        results.end(expected, [tables.estimate_sentence(expected)])
         return
     folder = results.out or study.with_suffix("")
     with _resumable(folder):

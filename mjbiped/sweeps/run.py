@@ -19,7 +19,7 @@ from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row, measured
+from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row
 from mjbiped.sweeps.parquet import Trajectories, forget
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.store import Layout, Store, opened
@@ -86,7 +86,7 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
             done &= samples.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
         started = time.monotonic()
-        walked = partial(row_of, trajectory=trajectories, laws=laws)
+        walked = partial(Cell.row, trajectory=trajectories, laws=laws)
         walk_cells(walked, todo, samples or store, ended=len(done), **walking)
         seconds = time.monotonic() - started
         if samples is not None:
@@ -166,24 +166,6 @@ def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[st
         return walked(cell)
     finally:
         AHEAD.reset(before)
-
-
-def row_of(cell: Cell, *, trajectory: bool = False, laws: Mapping[str, str] | None = None) -> Row:
-    """Walk a study's cell, and return its row, with booleans as text.
-
-    Args:
-        cell: The cell.
-        trajectory: Whether the samples are kept.
-        laws: Digests of the user's own controllers, by their names in the study, with which it must walk.
-
-    Raises:
-        MjbipedError: The user's own controller is another one here.
-    """
-    name = cell.values["controller.name"]
-    if cell.law is not None and laws and digest_of(cell.law) != laws[str(name)]:
-        raise MjbipedError(f"the source of the controller {name} is another one where it walks, or has just changed")
-    plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
-    return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
 
 
 @lru_cache(maxsize=1)

@@ -78,25 +78,13 @@ class Store:
             self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
-        """Read all rows, in the order of their keys.
+        """Read all rows, in the order of their keys, and check every value.
 
         Raises:
             RecordError: The file is damaged.
         """
-        return self._read(f'ORDER BY "{self._layout.columns[0]}"')
-
-    def row(self, key: Any) -> Row | None:
-        """Read the row of a key; None without one.
-
-        Raises:
-            RecordError: The file is damaged.
-        """
-        return next(iter(self._read(f'WHERE "{self._layout.columns[0]}" = ?', key)), None)
-
-    def _read(self, which: str, *values: Any) -> list[Row]:
-        """Read some rows, and check every value."""
         with _explained(self._path):
-            found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
+            found = self._database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
             rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
             for row in rows:
                 for name, value in row.items():
