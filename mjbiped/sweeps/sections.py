@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from mjbiped.control.registry import DEFAULT_CONTROLLER
@@ -70,3 +70,16 @@ def read_section(section: str, table: Mapping[str, Any]) -> Settings:
         else:
             settings[place] = read_choice(where, value)
     return settings
+
+
+def read_table(content: Mapping[str, Any], name: str, valid: Iterable[str] | None = None) -> Mapping[str, Any]:
+    """Return a table of a file; an empty one where it is missing.
+
+    Raises:
+        InputError: It is no table, or has another key than the valid ones, where these are given.
+    """
+    table = content.get(name, {})
+    if not isinstance(table, Mapping):
+        raise InputError(f"{name} must be a table [{name}], got {shown(table)}")
+    check_keys(f"key of {name}", table, table if valid is None else valid)
+    return table

@@ -117,7 +117,7 @@ def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> 
         ({"grounds": ["stairs"]}, "unknown random ground 'stairs'"),
         ({"grounds": ["treads:seed=1"]}, "leave seed out, the study draws the seeds itself"),
         ({"grounds": ["recorded"]}, "recorded ground needs an elevation file"),
-        ({"grounds": ["waves", "waves"]}, "list of different texts"),
+        ({"grounds": ["waves", "waves"]}, "each of them once"),
         ({"limits": {"step up": [0.02, 0.01]}}, "magnitudes must ascend"),
         ({"limits": {"step up": []}}, "magnitudes must ascend"),
         ({"limits": 3}, "limits must be a table"),
