@@ -27,7 +27,8 @@ from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
-"""Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
+_NUMBERS = ("cell.py", "traces.py")
+"""Packages that change no number of a walk, apart from these files of theirs, which define walks and measures."""
 
 AnyCell = TypeVar("AnyCell")
 
@@ -195,6 +196,6 @@ def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     for place in (package, *laws, models):
         for file in [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")]):
             name = file.relative_to(place)
-            if place != package or name.parts[0] not in _NO_NUMBERS or name.name == "cell.py":
+            if place != package or name.parts[0] not in _NO_NUMBERS or name.name in _NUMBERS:
                 found.update(f"{place.name}/{name.as_posix()}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
     return found.hexdigest()
