@@ -12,10 +12,9 @@ from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance
 from mjbiped.robustness.walks import BASIN, AnyTried, Limits, Margins, Plan
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import Cell
+from mjbiped.sweeps.cell import Cell, Scalar, check_keys
 from mjbiped.sweeps.plan import check_cells, check_count
-from mjbiped.sweeps.sections import SCUFFING, read_section, read_table
-from mjbiped.sweeps.values import Scalar, check_keys, read_choice
+from mjbiped.sweeps.sections import SCUFFING, read_choice, read_section, read_table
 from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
 from mjbiped.utils.draws import Draw

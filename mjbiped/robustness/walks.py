@@ -15,9 +15,8 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Values
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import LIMIT, Cell
+from mjbiped.sweeps.cell import LIMIT, Cell, Scalar
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain

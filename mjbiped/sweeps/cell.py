@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import digest_of
@@ -30,11 +30,13 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain
+from mjbiped.utils.domains import Domain, known_name
+
+Scalar: TypeAlias = bool | int | float | str
+"""A value of a cell."""
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -212,6 +214,16 @@ class Cell:
         with _MUJOCO if self.values["engine"] == "mujoco" else nullcontext():
             found = attempt(lambda: self.walk(period), measure)
         return {"cell": self.index, "sample": self.sample, **plain, **found}
+
+
+def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:
+    """Refuse a table with unknown keys.
+
+    Raises:
+        InputError: A key is unknown; the message says what kind of key it is.
+    """
+    for key in table:
+        known_name(what, key, valid)
 
 
 def state_of(robot: type[Robot]) -> dict[str, Domain]:

@@ -23,9 +23,8 @@ from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
-from mjbiped.sweeps.sections import OF_WALK, SECTIONS, parts_of, read_table
-from mjbiped.sweeps.values import Scalar, check_keys, generator
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, Scalar, check_keys, state_of
+from mjbiped.sweeps.sections import OF_WALK, SECTIONS, generator, parts_of, read_table
 from mjbiped.terrain.files import parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
