@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -73,8 +71,6 @@ TRAJECTORY = "trajectory"
 
 SPARSE = 1.0
 """Sample period of walks whose samples are not kept, s."""
-
-_MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
 
 @dataclass(frozen=True)
@@ -211,9 +207,7 @@ class Cell:
 
         plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in self.values.items()}
         period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
-        with _MUJOCO if self.values["engine"] == "mujoco" else nullcontext():
-            found = attempt(lambda: self.walk(period), measure)
-        return {"cell": self.index, "sample": self.sample, **plain, **found}
+        return {"cell": self.index, "sample": self.sample, **plain, **attempt(lambda: self.walk(period), measure)}
 
 
 def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:

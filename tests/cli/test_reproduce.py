@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,6 @@ from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.reproduction import methods, plan
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.reproduction.cell import Cell
-from mjbiped.sweeps.store import read_table
 
 
 @pytest.fixture
@@ -70,7 +71,8 @@ def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.Mo
     result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")
-    assert len(read_table(tmp_path / "walks" / "walks.sqlite")[0]) == 4
+    with closing(sqlite3.connect(tmp_path / "walks" / "walks.sqlite")) as database:
+        assert database.execute("SELECT count(*) FROM cells").fetchone() == (4,)
 
 
 @pytest.mark.parametrize(
