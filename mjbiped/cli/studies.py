@@ -52,11 +52,10 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.sweeps.bins import summarised
     from mjbiped.sweeps.comparison import best, by_value
-    from mjbiped.sweeps.estimate import estimate
     from mjbiped.sweeps.figures import draw
     from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
-    from mjbiped.sweeps.run import run
+    from mjbiped.sweeps.run import estimate, run
 
     _check_walkers(**walks)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):

@@ -50,8 +50,8 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
         declared=dict(content),
         folder=path.parent,
         controllers=controllers,
-        engines=read_choice("engine", content.get("engine") or "hybrid"),
-        grounds=() if grounds == [] else read_choice("grounds", grounds),
+        engines=tuple(map(str, read_choice("engine", content.get("engine") or "hybrid"))),
+        grounds=tuple(map(str, read_choice("grounds", grounds))) if grounds != [] else (),
         seeds=content.get("seeds", 20),
         steps=content.get("steps", 1000),
         limits=_tried(Limits, content, "limits", DISTURBANCES, basin=_basin(limits)),
@@ -73,7 +73,7 @@ def _tried(
     Raises:
         InputError: A key is unknown, or a value is not valid.
     """
-    settings = [field.name for field in fields(kind) if field.name != "magnitudes"]
+    settings: list[str] = [field.name for field in fields(kind) if field.name != "magnitudes"]
     table = read_table(content, name, (*settings, *disturbances))
     magnitudes = {}
     with prefixed(f"{name}."):

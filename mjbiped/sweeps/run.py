@@ -1,4 +1,4 @@
-"""Run the walks of a study in worker processes, and digest the sources on which their numbers depend."""
+"""Run a study's walks in worker processes, or estimate what they will take; digest the sources of their numbers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import lru_cache, partial
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
@@ -20,7 +23,7 @@ from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row
-from mjbiped.sweeps.parquet import Trajectories, forget
+from mjbiped.sweeps.parquet import Trajectories, forget, write_samples
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.utils.parallel import cluster, cores, processes
@@ -29,6 +32,11 @@ from mjbiped.utils.progress import progress_bar
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
 _NUMBERS = ("cell.py", "traces.py")
 """Packages that change no number of a walk, apart from these files of theirs, which define walks and measures."""
+
+TRIED = 5
+"""Walks that are made, evenly spread over the table."""
+
+_LONGEST = 20.0  # s after which no further walk is tried
 
 AnyCell = TypeVar("AnyCell")
 
@@ -93,6 +101,40 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         if samples is not None:
             samples.join()
         return Swept(store.rows(), store.export(), len(todo), seconds)
+
+
+def estimate(study: Study, *, workers: int | None = None, trajectories: bool = False) -> dict[str, float]:
+    """Make some walks of a study, and infer the time and the size of all.
+
+    Nothing is kept. Each is walked twice, since the first time may compile.
+
+    Args:
+        study: The study.
+        workers: Number of processes on this machine; by default one per core.
+        trajectories: Whether the samples of all walks will be kept as well.
+
+    Returns:
+        Number of `walks` and of `workers` that will walk, the `seconds` that they take without compilation, the
+        `bytes` of the table and of the samples if they are kept, and the number of walks `tried` for this.
+    """
+    count = len(study.cells)
+    spread = np.unique(np.linspace(0, count - 1, min(TRIED, count)).round().astype(int)).tolist()
+    began, times, sizes = time.monotonic(), [], []
+    for place in spread:
+        study.cells[place].row(trajectory=trajectories)
+        started = time.perf_counter()
+        row = study.cells[place].row(trajectory=trajectories)
+        times.append(time.perf_counter() - started)
+        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in layout_of(study).columns))
+        if trajectories:
+            samples = BytesIO()
+            write_samples(row, samples)
+            sizes[-1] += samples.tell()
+        if time.monotonic() - began > _LONGEST:
+            break
+    used = min(workers or cores(), count)
+    seconds, size = float(np.mean(times)) * count / used, float(np.mean(sizes)) * count
+    return {"walks": count, "workers": used, "seconds": seconds, "bytes": size, "tried": len(times)}
 
 
 def walk_cells(

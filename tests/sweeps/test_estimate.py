@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from mjbiped.sweeps.cell import Cell, Row
-from mjbiped.sweeps.estimate import estimate
 from mjbiped.sweeps.plan import plan
-from mjbiped.sweeps.run import run
+from mjbiped.sweeps.run import estimate, run
 
 STUDY = {
     "engine": "hybrid",
