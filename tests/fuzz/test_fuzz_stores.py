@@ -163,7 +163,7 @@ def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path) -> None:
-    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
+    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
     walked([cell], tmp_path)
     table = (tmp_path / "walks.sqlite").read_bytes()
     refused: list[str] = []
