@@ -6,9 +6,8 @@ import csv
 import io
 import math
 
-from mjbiped.reproduction.cell import COSTS
 from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.rows import NO_WALK, Row
+from mjbiped.reproduction.rows import COSTS, NO_WALK, Row
 from scripts.paper.placebo import RandomGround
 
 

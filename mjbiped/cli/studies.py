@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -53,11 +52,10 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.sweeps.bins import summarised
     from mjbiped.sweeps.comparison import best, by_value
-    from mjbiped.sweeps.estimate import estimate
     from mjbiped.sweeps.figures import draw
     from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
-    from mjbiped.sweeps.run import run
+    from mjbiped.sweeps.run import estimate, run
 
     _check_walkers(**walks)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
@@ -66,7 +64,7 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
     planned = read_study(study)
     if dry_run:
         expected = estimate(planned, workers=walks["workers"], trajectories=trajectories)
-        results.end(asdict(expected), [tables.estimate_sentence(expected)])
+        results.end(expected, [tables.estimate_sentence(expected)])
         return
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
@@ -148,7 +146,7 @@ def reproduce(results: Results, **walks: Any) -> None:
 
     folder = results.out
     assert folder is not None
-    with _resumable(folder, "finished walks are"):
+    with _resumable(folder):
         rows, files = walk_all(folder, progress=not results.quiet, **walks)
     asked = checks(rows, choices(rows)[0])
     failed = [row for row in rows if row.outcome == "failed"]
@@ -249,12 +247,12 @@ def compile_(results: Results, controllers: tuple[str, ...], clear: bool, **give
 
 
 @contextmanager
-def _resumable(folder: Path, kept: str = "what had ended is") -> Iterator[None]:
+def _resumable(folder: Path) -> Iterator[None]:
     """On Ctrl-C, say that the same command resumes the study."""
     try:
         yield
     except KeyboardInterrupt:
-        end(INTERRUPTED, f"interrupted; {kept} in {folder}: the same command goes on from there")
+        end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
 
 
 def _check_walkers(workers: int | None, scheduler: str | None, **_: Any) -> None:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
     from mjbiped.analysis.stability import Stability
     from mjbiped.reproduction.report.answers import Answer
-    from mjbiped.sweeps.estimate import Estimate
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
@@ -245,14 +244,13 @@ def checks_table(answers: Iterable[Answer]) -> Table:
     return table
 
 
-def estimate_sentence(expected: Estimate) -> Text:
+def estimate_sentence(expected: Mapping[str, float]) -> Text:
     """Say how many walks a study has, and how much time and disk they are likely to take."""
-    took = timedelta(seconds=max(1, round(expected.seconds)))
-    size = max(0.1, expected.bytes / 1e6)
-    processes = "1 process" if expected.workers == 1 else f"{expected.workers} processes"
+    took = timedelta(seconds=max(1, round(expected["seconds"])))
+    processes = "1 process" if expected["workers"] == 1 else f"{expected['workers']} processes"
     return Text(
-        f"{expected.walks} walks: about {took} h in {processes} (beside their start and compilation), {size:.1f} MB of "
-        f"tables and samples; inferred from {expected.tried} of them"
+        f"{expected['walks']} walks: about {took} h in {processes} (beside their start and compilation), "
+        f"{max(0.1, expected['bytes'] / 1e6):.1f} MB of tables and samples; inferred from {expected['tried']} of them"
     )
 
 

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from mjbiped.errors import InputError, RecordError, shown
+from mjbiped.errors import InputError, RecordError
 from mjbiped.records.measure_table import MEASURES as SHOWN
 from mjbiped.records.measure_table import in_words
-from mjbiped.records.schema import OUTCOMES
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
 from mjbiped.reports.walk import flattened
 from mjbiped.sweeps.bins import summarised
-from mjbiped.sweeps.cell import FAILED, MEASURES, Row
+from mjbiped.sweeps.cell import MEASURES, Row
 from mjbiped.sweeps.store import read_table
 
 TABLE = "study.sqlite"
@@ -75,7 +74,7 @@ def report_study(folder: Path, path: Path) -> None:
 
 
 def _checked(table: Path, rows: Sequence[Row]) -> list[str]:
-    """Check the rows, and return the columns that vary.
+    """Check the columns, and return those that vary.
 
     Raises:
         RecordError: The rows are not those of a study.
@@ -83,12 +82,6 @@ def _checked(table: Path, rows: Sequence[Row]) -> list[str]:
     missing = [name for name in ("cell", "outcome", "error", *MEASURES) if name not in rows[0]]
     if missing:
         raise RecordError(f"{table} is no study's table of this mjbiped: it lacks {', '.join(missing)}")
-    for row in rows:
-        wrong = next((name for name in MEASURES if not isinstance(row[name], float | int | None)), None)
-        if wrong is None and row["outcome"] not in (*OUTCOMES, FAILED):
-            wrong = "outcome"
-        if wrong is not None:
-            raise RecordError(f"{table} is damaged: {wrong} of cell {shown(row['cell'])} is {shown(row[wrong])}")
     return [name for name in rows[0] if name not in ("cell", "sample", "outcome", "error", *MEASURES)]
 
 

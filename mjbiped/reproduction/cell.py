@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,30 +17,22 @@ from mjbiped.control.controller import Controller
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
+from mjbiped.reproduction.methods import gains_told
+from mjbiped.reproduction.rows import COLUMNS, COSTS, TEXTS, Row, row_of
+from mjbiped.reproduction.traces import traced
 from mjbiped.rollout.walk import walk
-from mjbiped.sweeps.cell import FAILED, SPARSE, Row, attempt
+from mjbiped.sweeps.cell import FAILED, SPARSE, attempt
 from mjbiped.sweeps.run import sources, walk_cells
-from mjbiped.sweeps.store import Layout, Store, opened
+from mjbiped.sweeps.store import Layout, opened
 from mjbiped.terrain.terrain import Terrain
 
-LENGTHS = (20, 45, 60, 100)
-"""Numbers of steps after which c_mt is taken, from one walk."""
-
-COSTS = {
-    f"{kind}_{'end' if steps is None else steps}": (kind, steps)
-    for kind in measures.WORK_KINDS
-    for steps in (*LENGTHS, None)
-}
-"""Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
-
 _KEY_DIGITS = 24  # hexadecimal
-MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
-_LAYOUT = Layout("walks", ("key", "outcome", "error", *MEASURES, *COSTS), None, frozenset((*MEASURES, *COSTS)))
+_LAYOUT = Layout("walks", ("key", *COLUMNS), None, frozenset(COLUMNS) - {*TEXTS})
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A walk to be made.
+    """A walk to be made, and its role in the report.
 
     Attributes:
         engine: "mujoco" or "hybrid".
@@ -50,6 +42,11 @@ class Cell:
         steps: Touchdowns after which the walk is finished, or None.
         distance: Position x at which it is finished, m, or None.
         record: Whether the whole record is kept, for figures, and not the measures alone.
+        method: The paper's name of the controller.
+        part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
+        ground: The ground's name.
+        pattern: Pattern in which Table II's ground was read.
+        first: Position of its first change, m.
     """
 
     engine: str
@@ -59,10 +56,15 @@ class Cell:
     steps: int | None = 60
     distance: float | None = None
     record: bool = False
+    method: str = "adaptive"
+    part: str = ""
+    ground: str = ""
+    pattern: str = ""
+    first: float = 0.0
 
     @cached_property
     def key(self) -> str:
-        """Digest of all that the walk depends on: inputs, versions, and the sources of physics and control laws."""
+        """Digest of all that the row depends on: inputs, versions, and the sources of physics and control laws."""
         inputs = {**vars(self), "controller": self.controller.describe(), "terrain": self.terrain.to_dict()}
         text = json.dumps([inputs, versions(), sources()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
@@ -79,8 +81,30 @@ class Cell:
             sample_period=DEFAULT_SAMPLE_PERIOD if self.record else SPARSE,
         )
 
+    def row(self, folder: Path | None = None) -> dict[str, Any]:
+        """Walk the cell, and return its key and its row; a record that is kept goes into the folder."""
 
-def measures_of(done: Walk) -> Row:
+        def measure(done: Walk) -> dict[str, Any]:
+            if self.record and folder is not None:
+                done.save(record_path(folder, self))
+            return {**measures_of(done), **(traced(done) if self.record else {})}
+
+        law, measured = self.controller.describe(), attempt(self.walk, measure)
+        return {
+            "key": self.key,
+            **{name: value for name, value in vars(self).items() if name in COLUMNS},
+            **measured,
+            "delay": law.get("replanning_delay"),
+            "slope_source": law.get("slope_source"),
+            "gains": gains_told(law),
+            "adaptation_gain": law.get("adaptation_gain"),
+            "update": {None: "", True: "yes", False: "no"}[law.get("estimate_update")],
+            "start_estimate": math.degrees(law.get("initial_slope_estimate", math.nan)),
+            "error": " ".join((measured["error"] or "").split()),
+        }
+
+
+def measures_of(done: Walk) -> dict[str, Any]:
     """Measure a walk.
 
     Returns:
@@ -126,100 +150,45 @@ def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
     return float(done.touchdowns[f"work_{kind}"][last - 1]) / distance
 
 
-@dataclass(frozen=True)
-class Walks:
-    """Finished cells in a folder: a table, and a file for each record that is kept, named by the cell's key.
+def walked(
+    cells: Sequence[Cell], folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
+) -> list[Row]:
+    """Return the rows of cells; those that are not kept in a folder yet are walked, and kept there as they end.
 
-    Attributes:
-        store: The open table.
-        workers: Number of processes that walk; one for each core unless given.
-        progress: Show a progress bar (never where the output is not a terminal).
-    """
-
-    store: Store
-    workers: int | None = None
-    progress: bool = False
-
-    def results(self, cells: Iterable[Cell]) -> dict[str, Row]:
-        """Return the measures of cells; those that are not kept yet are walked, and kept as they end.
-
-        The results do not depend on the number of workers. A cell that fails is a result with an error's text, and is
-        tried again the next time.
-
-        Args:
-            cells: Any number; equal ones are walked once.
-
-        Returns:
-            Outcome, error and measures of each cell, by its key; None for what does not exist.
-
-        Raises:
-            RecordError: The table is damaged, or a file cannot be written.
-            MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
-            KeyboardInterrupt: Ctrl-C; what had ended is kept.
-        """
-        wanted = {cell.key: cell for cell in cells}
-        todo = [cell for cell in wanted.values() if not self._is_kept(cell)]
-        # MuJoCo's take the longest, and longer the more steps they have
-        todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
-        walk_cells(
-            partial(walked, self.store.folder),
-            todo,
-            self.store,
-            ended=len(wanted) - len(todo),
-            workers=self.workers,
-            progress=self.progress,
-        )
-        return {key: self.store.row(key) or {} for key in wanted}
-
-    def record(self, cell: Cell) -> Walk:
-        """Load the record of a finished cell that kept it.
-
-        Raises:
-            RecordError: There is none.
-        """
-        return Walk.load(record_path(self.store.folder, cell))
-
-    def _is_kept(self, cell: Cell) -> bool:
-        """Whether a cell has ended without an error, with its record where it keeps one."""
-        row = self.store.row(cell.key)
-        there = not cell.record or record_path(self.store.folder, cell).exists()
-        return row is not None and row["outcome"] != FAILED and there
-
-
-@contextmanager
-def opened_walks(
-    folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
-) -> Iterator[Walks]:
-    """Open a folder of finished walks, and keep other processes out.
+    The rows do not depend on the number of workers. A cell that fails has a row with the error's text, and is walked
+    again the next time.
 
     Args:
-        folder: The folder; it is made if missing.
+        cells: Any number; equal ones are walked once.
+        folder: Folder of a table, and of a file for each record that is kept; it is made if missing.
         fresh: Delete the walks that are kept.
-        workers: See `Walks`.
-        progress: See `Walks`.
+        workers: Number of processes that walk; one for each core unless given.
+        progress: Show a progress bar (never where the output is not a terminal).
 
     Raises:
         InputError: The folder cannot be made, or another process has it.
-        RecordError: The table is damaged, or cannot be written.
+        RecordError: The table is damaged, or a file cannot be written.
+        MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
+        KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
+    wanted = {cell.key: cell for cell in cells}
     with opened(folder, _LAYOUT, {}, fresh=fresh) as store:
-        if fresh:
-            for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz"):
-                file.unlink()
-        yield Walks(store, workers, progress)
+        for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
+            file.unlink()
+        kept = {row["key"] for row in store.rows() if row["outcome"] != FAILED}
+        todo = [
+            cell
+            for key, cell in wanted.items()
+            if key not in kept or (cell.record and not record_path(folder, cell).exists())
+        ]
+        # MuJoCo's take the longest, and longer the more steps they have
+        todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
+        ended = len(wanted) - len(todo)
+        walk_cells(partial(Cell.row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
+        found = {row["key"]: row_of(row) for row in store.rows()}
+    return [found[cell.key] for cell in cells]
 
 
 def record_path(folder: Path, cell: Cell) -> Path:
     """Path of a cell's record."""
     return folder / f"{cell.key}.npz"
-
-
-def walked(folder: Path, cell: Cell) -> Row:
-    """Walk a cell, keep its record if the cell says so, and return its row."""
-
-    def measure(done: Walk) -> Row:
-        if cell.record:
-            done.save(record_path(folder, cell))
-        return measures_of(done)
-
-    return {"key": cell.key, **attempt(cell.walk, measure)}

@@ -10,6 +10,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
+from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 from mjbiped.terrain.terrain import Terrain
@@ -25,14 +26,8 @@ STAIRS, SLOPES = ("stair 1", "stair 2"), ("slope 1", "slope 2")
 UNEVEN = (*STAIRS, *SLOPES)
 GROUNDS = ("level", *UNEVEN)
 
-TREAD = 1.8
-"""Depth of the treads of stair 1 and 2, m."""
-
-SLOPE_LENGTH = 1.5
-"""Length of the segments of slope 1 and 2, m."""
-
-CHANGES = {"stair 1": 0.006, "stair 2": 0.06, "slope 1": 0.3, "slope 2": 1.0}
-"""Height of a step (m) and size of a change of slope (degrees)."""
+CHANGES: Mapping[str, float] = SECTION_5["grounds"]["changes"]
+"""Height of a step (m) and size of a change of slope (degrees), by ground."""
 
 TABLE_2: Mapping[str, Mapping[str, float | None]] = {
     method: {ground: None if cost == "X" else cost for ground, cost in zip(GROUNDS, costs, strict=True)}
@@ -62,31 +57,15 @@ LEVEL: Place = ("level", "", 0.0)
 COUNT = 30
 """Number of steps or changes of slope of a ground: more than 100 steps of 0.38 m can reach."""
 
-FIRST_RISERS = (0.9, 1.8)
-"""Positions of the first riser, m: after half a tread, and after a whole one."""
+FIRST_RISERS, FIRST_CHANGES = (SECTION_5[kind]["first"] for kind in ("stairs", "slopes"))
+"""Positions of the first riser, and lengths of the first slope segment, m."""
 
-FIRST_CHANGES = (1.5, 0.9)
-"""Lengths of the first slope segment, m: as long as the others, and as on the stairs."""
-
-STAIR_PATTERNS: dict[str, Sequence[float]] = {
-    "descending": [-1] * COUNT,
-    "ascending": [1] * COUNT,
-    "alternating, down first": [-1, 1] * (COUNT // 2),
-    "alternating, up first": [1, -1] * (COUNT // 2),
-}
-"""Heights of the risers in units of the step's height."""
-
-SLOPE_PATTERNS: dict[str, Sequence[float]] = {
-    "accumulating downhill": range(COUNT),
-    "accumulating uphill": [-k for k in range(COUNT)],
-    "level and downhill in turn": [0, 1] * (COUNT // 2),
-    "level and uphill in turn": [0, -1] * (COUNT // 2),
-    "down and up in turn, ±Δ": [1, -1] * (COUNT // 2),
-    "up and down in turn, ±Δ": [-1, 1] * (COUNT // 2),
-    "down and up in turn, ±Δ/2": [0.5, -0.5] * (COUNT // 2),
-    "up and down in turn, ±Δ/2": [-0.5, 0.5] * (COUNT // 2),
-}
-"""Slopes of the segments in units of the change Δ, downhill positive."""
+STAIR_PATTERNS, SLOPE_PATTERNS = (
+    {name: [*islice(cycle(turns), COUNT)] for name, turns in SECTION_5[kind]["patterns"].items()}
+    for kind in ("stairs", "slopes")
+)
+"""Heights of the risers in units of the step's height, and slopes of the segments in units of the change Δ, downhill
+positive."""
 
 READINGS: Sequence[Place] = [
     LEVEL,
@@ -95,12 +74,7 @@ READINGS: Sequence[Place] = [
 ]
 """All readings of Table II's grounds."""
 
-PRINTED: Sequence[Place] = (
-    ("stair 1", "ascending", FIRST_RISERS[0]),
-    ("stair 2", "ascending", FIRST_RISERS[0]),
-    ("slope 1", "accumulating downhill", FIRST_CHANGES[0]),
-    ("slope 2", "accumulating uphill", FIRST_CHANGES[0]),
-)
+PRINTED: Sequence[Place] = [(ground, pattern, first) for ground, pattern, first in SECTION_5["grounds"]["printed"]]
 """Readings by the signs of the paper's Fig. 4: steps up positive, slopes downhill positive, each change added."""
 
 
@@ -116,9 +90,9 @@ def terrain_of(place: Place) -> Terrain:
         return Terrain.level()
     change = CHANGES[ground]
     if ground in STAIRS:
-        risers = ((TREAD, 0.0, factor * change) for factor in STAIR_PATTERNS[pattern])
+        risers = ((SECTION_5["stairs"]["length"], 0.0, factor * change) for factor in STAIR_PATTERNS[pattern])
         return Terrain.from_segments([(first, 0.0, 0.0), *risers], name=ground)
-    lengths = [first, *[SLOPE_LENGTH] * (COUNT - 1)]
+    lengths = [first, *[SECTION_5["slopes"]["length"]] * (COUNT - 1)]
     slopes = zip(lengths, SLOPE_PATTERNS[pattern], strict=True)
     return Terrain.from_segments([(length, factor * change, 0.0) for length, factor in slopes], name=ground)
 

@@ -20,13 +20,7 @@ DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 SLOPE_SOURCES = ("two_point", "local", "none")
 """Sources of the slope for the comparison controllers; the paper does not name it for all of them."""
 
-NAMES = {
-    "adaptive": "adaptive",
-    "PBC": "passivity",
-    "ECC": "energy-constraint",
-    "KETC": "kinetic-energy",
-    "LCTC": "limit-cycle",
-}
+NAMES: Mapping[str, str] = SECTION_5["methods"]
 """Registered controllers by the paper's names; LCTC, limit cycle tracking [20], is not in its Table II."""
 
 METHODS = tuple(NAMES)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
-from mjbiped.reproduction.cell import LENGTHS, Cell
+from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import READINGS, TABLE_3, Place, end_of, found_segments, found_terrain, terrain_of
-from mjbiped.reproduction.methods import FITTED, Variant, adaptive, gains_told, variants
-from mjbiped.reproduction.rows import Row, row_of
+from mjbiped.reproduction.methods import FITTED, Variant, adaptive, variants
+from mjbiped.reproduction.rows import LENGTHS
 from mjbiped.reproduction.table_2 import Choice
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps.cell import Row as Measured
 from mjbiped.terrain.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
@@ -34,45 +33,6 @@ MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A cell and its role in the report.
-
-    Attributes:
-        cell: The walk.
-        method: The paper's name of the controller.
-        part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
-        ground: The ground's name.
-        pattern: Pattern in which Table II's ground was read.
-        first: Position of its first change, m.
-    """
-
-    cell: Cell
-    method: str
-    part: str
-    ground: str
-    pattern: str = ""
-    first: float = 0.0
-
-    def row(self, measured: Measured, traces: dict[str, float]) -> Row:
-        """Combine the entry with the measures of its finished cell, and those of its record where it keeps one."""
-        law = self.cell.controller.describe()
-        columns = {
-            **vars(self),
-            **measured,
-            **traces,
-            "engine": self.cell.engine,
-            "delay": law.get("replanning_delay"),
-            "slope_source": law.get("slope_source"),
-            "gains": gains_told(law),
-            "adaptation_gain": law.get("adaptation_gain"),
-            "update": {None: "", True: "yes", False: "no"}[law.get("estimate_update")],
-            "start_estimate": math.degrees(law.get("initial_slope_estimate", math.nan)),
-            "error": " ".join((measured["error"] or "").split()),
-        }
-        return row_of(columns)
-
-
 def on_table_2(
     part: str,
     engine: str,
@@ -80,57 +40,51 @@ def on_table_2(
     chosen: Iterable[Variant],
     steps: int = max(LENGTHS),
     robot: Compass | None = None,
-) -> list[Entry]:
+) -> list[Cell]:
     """List the walks of some variants of the methods on some of Table II's grounds as they are read."""
     chosen = list(chosen)
-    grounds = [(place, terrain_of(place)) for place in places]
     return [
-        Entry(Cell(engine, variant.controller(terrain, robot), terrain, steps=steps), variant.method, part, *place)
-        for place, terrain in grounds
-        for variant in chosen
+        Cell(engine, law(terrain, robot), terrain, "gait", steps, None, False, method, part, *place)
+        for place, terrain in ((place, terrain_of(place)) for place in places)
+        for law, method in ((variant.controller, variant.method) for variant in chosen)
     ]
 
 
-def table_2() -> list[Entry]:
+def table_2() -> list[Cell]:
     """List the walks of every variant of every method on every reading of every ground, in the hybrid engine."""
     return on_table_2("table 2", "hybrid", READINGS, variants())
 
 
-def misjudged(best: Choice) -> list[Entry]:
+def misjudged(best: Choice) -> list[Cell]:
     """List the fitted settings' walks with a start slope wrong by `START_ERROR` either way, in the hybrid engine."""
     wrong = [replace(each, start_error=sign * START_ERROR) for each in FITTED.values() for sign in (1.0, -1.0)]
     return on_table_2("misjudged", "hybrid", best.places, wrong)
 
 
-def gravity(best: Choice) -> list[Entry]:
+def gravity(best: Choice) -> list[Cell]:
     """List the adaptive controller's walks on the best reading with g = 9.8 m/s²."""
     mine, robot = [Variant("adaptive", best.delay)], Compass(gravity=OTHER_GRAVITY)
     return on_table_2("gravity", "hybrid", best.places, mine, robot=robot)
 
 
-def table_3(engine: str) -> list[Entry]:
+def table_3(engine: str) -> list[Cell]:
     """List the walks of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
     mixed = ("mixed", Terrain.mixed(), MIXED_STEPS, None)
     found = ("found", found_terrain(), None, end_of(found_segments()))
     return [
-        Entry(
-            Cell(engine, adaptive(delay), terrain, "rest", steps, distance, record=delay in DRAWN_DELAYS),
-            "adaptive",
-            "table 3",
-            ground,
-        )
-        for ground, terrain, steps, distance in (mixed, found)
+        Cell(engine, adaptive(delay), terrain, "rest", steps, to, delay in DRAWN_DELAYS, "adaptive", "table 3", ground)
+        for ground, terrain, steps, to in (mixed, found)
         for delay in TABLE_3
     ]
 
 
-def start() -> list[Entry]:
+def start() -> list[Cell]:
     """List the first step alone of Table III's walks: from rest on level ground, in the hybrid engine."""
-    cells = [Cell("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
-    return [Entry(cell, "adaptive", "start", "level") for cell in cells]
+    first = partial(Cell, part="start", ground="level")
+    return [first("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
 
 
-def figure_5(engine: str) -> list[Entry]:
+def figure_5(engine: str) -> list[Cell]:
     """List the walks of Fig. 5: with and without the estimate update, from estimates that are wrong either way.
 
     From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
@@ -141,5 +95,5 @@ def figure_5(engine: str) -> list[Entry]:
         for start in START_ESTIMATES
         for update in (True, False)
     ]
-    cells = [Cell(engine, law, Terrain.mixed(), "rest", MIXED_STEPS, record=True) for law in laws]
-    return [Entry(cell, "adaptive", "figure 5", "mixed") for cell in cells]
+    drawn = partial(Cell, record=True, part="figure 5", ground="mixed")
+    return [drawn(engine, law, Terrain.mixed(), "rest", MIXED_STEPS) for law in laws]

@@ -12,15 +12,14 @@ from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import Walks, opened_walks
+from mjbiped.reproduction.cell import Cell, record_path, walked
 from mjbiped.reproduction.grounds import FILES, PRINTED, READINGS
 from mjbiped.reproduction.methods import BLIND, FITTED, METHODS, SETTLED, Variant, settled
-from mjbiped.reproduction.plan import Entry, on_table_2
+from mjbiped.reproduction.plan import on_table_2
 from mjbiped.reproduction.report import checks, fit, table_2, table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.rows import Row, select, write_rows
 from mjbiped.reproduction.table_2 import Choice, choices, sources_ranked
-from mjbiped.reproduction.traces import traced
 from mjbiped.sweeps.cell import FAILED
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
@@ -73,38 +72,31 @@ def reproduce(
     report = report or folder
     for needed in (report / PICTURES, (report / TABLES).parent, folder / PRINTS):
         make_folder(needed)
-    with opened_walks(folder / "walks", fresh=fresh, workers=workers, progress=progress) as walks:
-        entries = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-        rows = walked(entries, walks)
-        best = choices(rows)[0]
-        more = [
-            *plan.gravity(best),
-            *on_table_2("blind", "hybrid", best.places, BLIND.values()),
-            *on_table_2("fitted", "hybrid", best.places, FITTED.values()),
-            *plan.misjudged(best),
-            *in_mujoco(best, sources_ranked(rows, best)[0], quick),
-        ]
-        rows += walked(more, walks)
-        texts = {TABLE: write_rows(rows), **{name: _stored(f"fits/{name}") for name in SEARCHED}, **render(rows)}
-        for name, text in texts.items():
-            with saved(report / name) as unfinished:
-                unfinished.write_text(text, encoding="utf-8")
-        drawn = draw([*entries, *more], rows, walks, report / PICTURES, folder / PRINTS)
-        return rows, [*(report / name for name in texts), *drawn]
+    walks, rows_of = folder / "walks", partial(walked, workers=workers, progress=progress)
+    cells = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+    rows = rows_of(cells, walks, fresh=fresh)
+    best = choices(rows)[0]
+    more = [
+        *plan.gravity(best),
+        *on_table_2("blind", "hybrid", best.places, BLIND.values()),
+        *on_table_2("fitted", "hybrid", best.places, FITTED.values()),
+        *plan.misjudged(best),
+        *in_mujoco(best, sources_ranked(rows, best)[0], quick),
+    ]
+    rows += rows_of(more, walks)
+    texts = {TABLE: write_rows(rows), **{name: _stored(f"fits/{name}") for name in SEARCHED}, **render(rows)}
+    for name, text in texts.items():
+        with saved(report / name) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    recorded = [
+        (row, Walk.load(record_path(walks, cell)))
+        for row, cell in zip(rows, [*cells, *more], strict=True)
+        if cell.record
+    ]
+    return rows, [*(report / name for name in texts), *draw(recorded, rows, report / PICTURES, folder / PRINTS)]
 
 
-def walked(entries: Sequence[Entry], walks: Walks) -> list[Row]:
-    """Return the rows of some entries; cells that are not kept yet are walked."""
-    results = walks.results(entry.cell for entry in entries)
-    rows = []
-    for entry in entries:
-        result = results[entry.cell.key]
-        recorded = entry.cell.record and result["outcome"] != FAILED
-        rows.append(entry.row(result, traced(walks.record(entry.cell)) if recorded else {}))
-    return rows
-
-
-def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
+def in_mujoco(best: Choice, source: str, quick: bool) -> list[Cell]:
     """List the walks that MuJoCo repeats.
 
     Args:
@@ -130,13 +122,12 @@ def in_mujoco(best: Choice, source: str, quick: bool) -> list[Entry]:
     ]
 
 
-def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path, prints: Path) -> list[Path]:
+def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path, prints: Path) -> list[Path]:
     """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
 
     Args:
-        entries: All entries that were walked.
-        rows: Rows of the entries.
-        kept: Where the records are.
+        recorded: Walks whose records are kept, with their rows.
+        rows: Rows of all walks.
         pages: Folder for the figures that the page shows, small PNG files.
         prints: Folder for all figures as PDF files.
 
@@ -144,9 +135,8 @@ def draw(entries: Sequence[Entry], rows: Sequence[Row], kept: Walks, pages: Path
         The files.
     """
     drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
-    recorded = [(row, entry.cell) for row, entry in zip(rows, entries, strict=True) if entry.cell.record]
     for engine in dict.fromkeys(row.engine for row, _ in recorded):
-        mine = [(row, kept.record(cell)) for row, cell in recorded if row.engine == engine]
+        mine = [(row, walk) for row, walk in recorded if row.engine == engine]
         by_delay = {row.delay: walk for row, walk in mine if (row.part, row.ground) == ("table 3", "mixed")}
         curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in plan.ADAPTATION_GAINS}
         for row, walk in mine:

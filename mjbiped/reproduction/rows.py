@@ -10,11 +10,20 @@ from types import SimpleNamespace
 from typing import Any
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.reproduction.cell import COSTS, MEASURES
+from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.traces import TRACES
 
-_TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gains", "update", "outcome", "error")
+LENGTHS = (20, 45, 60, 100)
+"""Numbers of steps after which c_mt is taken, from one walk."""
+
+COSTS = {
+    f"{kind}_{'end' if steps is None else steps}": (kind, steps) for kind in WORK_KINDS for steps in (*LENGTHS, None)
+}
+"""Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
+
+MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
+TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gains", "update", "outcome", "error")
 _COUNTS = ("steps", "strikes")
 COLUMNS = (
     "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
@@ -52,7 +61,7 @@ class Row(SimpleNamespace):
         rms: Root mean square of the errors at the steps' ends, degrees.
         jump: Greatest change of the size of the error at a touchdown, degrees.
         error: Text of the error that ended the walk.
-        absolute_20: c_mt of absolute work after 20 steps; so for all of `mjbiped.reproduction.cell.COSTS`.
+        absolute_20: c_mt of absolute work after 20 steps; so for all of `COSTS`.
         trace_settled: See `mjbiped.reproduction.traces.TRACES`; all NaN where no record was kept.
     """
 
@@ -83,7 +92,7 @@ def row_of(columns: Mapping[str, Any]) -> Row:
 
 
 def _read(name: str, value: Any) -> Any:
-    if name in _TEXTS:
+    if name in TEXTS:
         return value or ""
     if name in _COUNTS:
         return int(value or 0)
@@ -102,7 +111,7 @@ def select(rows: Iterable[Row], **wanted: object) -> list[Row]:
 
 def find(rows: Iterable[Row], **wanted: object) -> Row:
     """Find the first row whose attributes have the values wanted; `NO_WALK` where there is none."""
-    return next((row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())), NO_WALK)
+    return next(iter(select(rows, **wanted)), NO_WALK)
 
 
 def write_rows(rows: Iterable[Row]) -> str:

@@ -8,10 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.grounds import ENERGY_BASED, LEVEL, SLOPES, STAIRS, TABLE_2, UNEVEN, Place, meets
 from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.rows import Row, find, select
+from mjbiped.reproduction.rows import LENGTHS, Row, find, select
 
 
 @dataclass(frozen=True)

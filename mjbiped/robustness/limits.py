@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.values import Scalar
+from mjbiped.sweeps.cell import Row, Scalar
 
 Values: TypeAlias = Mapping[str, Scalar]
 """Values of a study's cell, by their dotted names."""

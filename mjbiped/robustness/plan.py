@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from mjbiped.control.loading import is_reference, located
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Disturbance
-from mjbiped.robustness.walks import BASIN, Limits, Margins, Plan, walks_of
+from mjbiped.robustness.walks import BASIN, AnyTried, Limits, Margins, Plan
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import Cell
-from mjbiped.sweeps.plan import Study, check_cells, check_count
-from mjbiped.sweeps.sections import SCUFFING, read_section
-from mjbiped.sweeps.values import Scalar, check_keys
+from mjbiped.sweeps.cell import Cell, Scalar, check_keys
+from mjbiped.sweeps.plan import check_cells, check_count
+from mjbiped.sweeps.sections import SCUFFING, read_choice, read_section, read_table
 from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
 from mjbiped.utils.draws import Draw
 from mjbiped.utils.reading import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
-VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
-"""Columns that say what a row is of."""
-
-AnyTried = TypeVar("AnyTried", Limits, Margins)
-
 BASIN_RATES = 20
 """Number of first rates of either leg, unless a study says otherwise."""
 
@@ -51,39 +45,26 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
     controllers = _controllers(content.get("controller", [{}]), content.get("robot", {}), path.parent)
     if "scuffing" in content and all(each.kind.collides_from_lift_off for each in controllers.values()):
         raise InputError("scuffing is for straight legs: with knees the swing foot collides from lift-off on")
-    limits = _table(content, "limits")
+    limits, grounds = read_table(content, "limits"), content.get("grounds", ["treads:deviation=0.03"])
     wanted = Plan(
-        study=Study((), VARIED, dict(content)),
+        declared=dict(content),
+        folder=path.parent,
         controllers=controllers,
-        engines=_texts("engine", content.get("engine") or "hybrid"),
-        grounds=_texts("grounds", content.get("grounds", ["treads:deviation=0.03"])),
+        engines=tuple(map(str, read_choice("engine", content.get("engine") or "hybrid"))),
+        grounds=tuple(map(str, read_choice("grounds", grounds))) if grounds != [] else (),
         seeds=content.get("seeds", 20),
         steps=content.get("steps", 1000),
-        limits=_tried(Limits, "limits", {**limits, BASIN: _basin(limits)}, DISTURBANCES),
-        margins=_tried(Margins, "margins", _table(content, "margins"), MARGINS if "margins" in content else {}),
-        scuffing=ScuffingRule(**_table(content, "scuffing", SCUFFING)),
+        limits=_tried(Limits, content, "limits", DISTURBANCES, basin=_basin(limits)),
+        margins=_tried(Margins, content, "margins", MARGINS if "margins" in content else {}),
+        scuffing=ScuffingRule(**read_table(content, "scuffing", SCUFFING)),
     )
     check_count(wanted.count)
-    cells = tuple(walks_of(wanted, path.parent))
-    check_cells(cells, VARIED)
-    return replace(wanted, study=replace(wanted.study, cells=cells))
-
-
-def _table(content: Mapping[str, Any], name: str, valid: Sequence[str] | None = None) -> Mapping[str, Any]:
-    """Return a table of the file; an empty one where it is missing.
-
-    Raises:
-        InputError: It is no table, or has another key than the valid ones, where these are given.
-    """
-    table = content.get(name, {})
-    if not isinstance(table, Mapping):
-        raise InputError(f"{name} must be a table [{name}], got {shown(table)}")
-    check_keys(f"key of {name}", table, table if valid is None else valid)
-    return table
+    check_cells(wanted.study.cells, wanted.study.varied)
+    return wanted
 
 
 def _tried(
-    kind: type[AnyTried], name: str, table: Mapping[str, Any], disturbances: Mapping[str, Disturbance]
+    kind: type[AnyTried], content: Mapping[str, Any], name: str, disturbances: Mapping[str, Disturbance], **more: int
 ) -> AnyTried:
     """Read a table of disturbances: their magnitudes, and how they are tried.
 
@@ -93,7 +74,7 @@ def _tried(
         InputError: A key is unknown, or a value is not valid.
     """
     settings: list[str] = [field.name for field in fields(kind) if field.name != "magnitudes"]
-    check_keys(f"key of {name}", table, (*settings, *disturbances))
+    table = read_table(content, name, (*settings, *disturbances))
     magnitudes = {}
     with prefixed(f"{name}."):
         for test in [test for test in disturbances if test in table] or disturbances:
@@ -104,20 +85,13 @@ def _tried(
                 if not magnitudes[test] or list(magnitudes[test]) != sorted(set(magnitudes[test]), reverse=falls):
                     order = "descend" if falls else "ascend"
                     raise InputError(f"{test}: magnitudes must {order}, the gentlest first; got {shown(given)}")
-        return kind(magnitudes, **{key: table[key] for key in settings if key in table})
+        return kind(magnitudes, **{**{key: table[key] for key in settings if key in table}, **more})
 
 
 def _basin(limits: Mapping[str, Any]) -> int:
     """Read the number of first rates of either leg; `BASIN_RATES`, unless the file names disturbances but no basin."""
     given = limits.get(BASIN, not any(name in limits for name in DISTURBANCES))
     return given * BASIN_RATES if isinstance(given, bool) else domains.GRID.check(f"limits.{BASIN}", given)
-
-
-def _texts(key: str, value: object) -> tuple[str, ...]:
-    parts = value if isinstance(value, list) else [value]
-    if not all(isinstance(part, str) for part in parts) or len(set(parts)) != len(parts):
-        raise InputError(f"{key} must be a text or a list of different texts, got {shown(value)}")
-    return tuple(parts)
 
 
 def _controllers(tables: object, usual: object, folder: Path) -> dict[str, Cell]:
@@ -135,7 +109,7 @@ def _controllers(tables: object, usual: object, folder: Path) -> dict[str, Cell]
         raise InputError(f"controller must be tables [[controller]], got {shown(tables)}")
     labelled: dict[str, Cell] = {}
     for number, table in enumerate(tables, start=1):
-        robot = _table({"robot": usual, **table}, "robot")
+        robot = read_table({"robot": usual, **table}, "robot")
         law = {key: value for key, value in table.items() if key not in ("label", "robot", "torque_limit")}
         settings: dict[str, Scalar] = {}
         for name, choice in {**read_section("robot", robot), **read_section("controller", law)}.items():

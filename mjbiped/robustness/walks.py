@@ -5,18 +5,18 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Values
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import LIMIT, Cell
+from mjbiped.sweeps.cell import LIMIT, Cell, Scalar
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.values import Scalar
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain
@@ -38,6 +38,10 @@ LONGEST_STEP = 0.6
 
 _FALLBACK = 0.38  # step length of a controller that imitates no gait, in leg lengths
 _SHARE = Domain(0.5, 1.0)
+
+
+VARIED = ("engine", "test", "controller", "ground", "magnitude", "case")
+"""Columns that say what a row is of."""
 
 
 class _Checked:
@@ -87,12 +91,16 @@ class Margins(_Checked):
     torque = None
 
 
+AnyTried = TypeVar("AnyTried", Limits, Margins)
+
+
 @dataclass(frozen=True)
 class Plan(_Checked):
     """The tests of a robustness study.
 
     Attributes:
-        study: Its walks.
+        declared: Content of the study's file.
+        folder: Folder in which elevation files are looked for.
         controllers: Controllers with their robots by label, as cells that know nothing else.
         engines: Names of the engines.
         grounds: Random grounds, as the command line writes them.
@@ -103,7 +111,8 @@ class Plan(_Checked):
         scuffing: The rule of all walks.
     """
 
-    study: Study
+    declared: Mapping[str, Any]
+    folder: Path
     controllers: Mapping[str, Cell]
     engines: tuple[str, ...]
     grounds: tuple[str, ...]
@@ -113,6 +122,15 @@ class Plan(_Checked):
     margins: Margins
     scuffing: ScuffingRule
 
+    @cached_property
+    def study(self) -> Study:
+        """Its walks.
+
+        Raises:
+            InputError: The words of a random ground are not valid.
+        """
+        return Study(tuple(_walks_of(self)), VARIED, self.declared)
+
     @property
     def count(self) -> int:
         """Number of walks."""
@@ -121,21 +139,13 @@ class Plan(_Checked):
         return len(self.engines) * len(self.controllers) * each
 
 
-def walks_of(wanted: Plan, folder: Path) -> Iterator[Cell]:
-    """Make all walks of a plan, whose study has no cells yet; the short walks come first.
-
-    Args:
-        wanted: The plan.
-        folder: Folder in which elevation files are looked for.
-
-    Raises:
-        InputError: The words of a random ground are not valid.
-    """
+def _walks_of(wanted: Plan) -> Iterator[Cell]:
+    """Make all walks of a plan; the short walks come first."""
     limits, margins, number = wanted.limits, wanted.margins, itertools.count()
     rule = {"scuffing.reach": wanted.scuffing.reach, "scuffing.delay": wanted.scuffing.delay}
     records: dict[Scalar | None, Terrain] = {}
-    grounds = {words: _ground(words, wanted.steps, folder, records) for words in wanted.grounds}
-    level, rough = {"terrain.name": "level"}, _ground(margins.ground, margins.steps, folder, records)
+    grounds = {words: _ground(words, wanted.steps, wanted.folder, records) for words in wanted.grounds}
+    level, rough = {"terrain.name": "level"}, _ground(margins.ground, margins.steps, wanted.folder, records)
 
     def cell(engine: str, test: str, label: str, steps: int, described: Values, **columns: Scalar) -> Cell:
         known = wanted.controllers[label]

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from mjbiped.control.controller import Controller
+from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import make_controller
 from mjbiped.control.settings import checked
 from mjbiped.disturbances.disturbances import Disturbances
@@ -18,7 +16,7 @@ from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.errors import InputError, explained
+from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
 from mjbiped.records import measure_table, measures
@@ -30,11 +28,13 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import WalkStopped, walk
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.values import Scalar, check_keys
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Domain
+from mjbiped.utils.domains import Domain, known_name
+
+Scalar: TypeAlias = bool | int | float | str
+"""A value of a cell."""
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""
@@ -71,8 +71,6 @@ TRAJECTORY = "trajectory"
 
 SPARSE = 1.0
 """Sample period of walks whose samples are not kept, s."""
-
-_MUJOCO = threading.Lock()  # its callbacks belong to a whole process, and a remote worker may have several threads
 
 
 @dataclass(frozen=True)
@@ -187,33 +185,45 @@ class Cell:
             **self.section(LIMIT),
         )
 
+    def row(self, *, trajectory: bool = False, laws: Mapping[str, str] | None = None) -> Row:
+        """Walk the cell, and return its row: its values, with booleans as text, outcome, error and measures.
+
+        Args:
+            trajectory: Whether the samples are kept, in the row's `TRAJECTORY`.
+            laws: Digests of the user's own controllers, by their names in the study, with which it must walk.
+
+        Raises:
+            MjbipedError: The user's own controller is another one here.
+        """
+        name = self.values["controller.name"]
+        if self.law is not None and laws and digest_of(self.law) != laws[str(name)]:
+            raise MjbipedError(f"the source of the controller {name} is another one where it walks, or just changed")
+
+        def measure(done: Walk) -> Row:
+            summary = measures.summary(done)
+            # friction is unbounded where the ground would have to pull
+            row = {name: None if summary.get(name) == math.inf else summary.get(name) for name in KNEES_MEASURES}
+            return row | ({TRAJECTORY: flat_samples(done)} if trajectory else {})
+
+        plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in self.values.items()}
+        period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
+        return {"cell": self.index, "sample": self.sample, **plain, **attempt(lambda: self.walk(period), measure)}
+
+
+def check_keys(what: str, table: Iterable[str], valid: Iterable[str]) -> None:
+    """Refuse a table with unknown keys.
+
+    Raises:
+        InputError: A key is unknown; the message says what kind of key it is.
+    """
+    for key in table:
+        known_name(what, key, valid)
+
 
 def state_of(robot: type[Robot]) -> dict[str, Domain]:
     """Domains of an initial state: angles q1, q2, ... from the ground's normal, rad, and rates dq1, ..., rad/s."""
     count = range(1, 1 + len(robot.angles))
     return {**{f"q{k}": domains.ANGLE for k in count}, **{f"dq{k}": domains.RATE for k in count}}
-
-
-def measured(cell: Cell, *, trajectory: bool = False) -> Row:
-    """Walk a cell of a study.
-
-    Args:
-        cell: What walks.
-        trajectory: Whether the samples are kept, in the row's `TRAJECTORY`.
-
-    Returns:
-        Outcome, error and measures; None for what does not exist.
-    """
-
-    def measure(done: Walk) -> Row:
-        summary = measures.summary(done)
-        # friction is unbounded where the ground would have to pull
-        row = {name: None if summary.get(name) == math.inf else summary.get(name) for name in KNEES_MEASURES}
-        return row | ({TRAJECTORY: flat_samples(done)} if trajectory else {})
-
-    period = DEFAULT_SAMPLE_PERIOD if trajectory else SPARSE
-    with _MUJOCO if cell.values["engine"] == "mujoco" else nullcontext():
-        return attempt(partial(cell.walk, period), measure)
 
 
 def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:

@@ -23,9 +23,8 @@ from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, state_of
-from mjbiped.sweeps.sections import OF_WALK, SECTIONS, parts_of
-from mjbiped.sweeps.values import Scalar, check_keys, generator
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, Scalar, check_keys, state_of
+from mjbiped.sweeps.sections import OF_WALK, SECTIONS, generator, parts_of, read_table
 from mjbiped.terrain.files import parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
@@ -132,7 +131,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Study:
         varied,
         {key: value for key, value in content.items() if key != "plot"},
         frozenset(draws),
-        *_plot(content.get("plot", {}), varied),
+        *_plot(read_table(content, "plot", ("parameters", "measures")), varied),
     )
 
 
@@ -232,15 +231,12 @@ def _check_initial(given: Mapping[str, Any], robot: type[Robot]) -> None:
         raise InputError(f"initial needs {', '.join(missing)} as well: {words}")
 
 
-def _plot(table: object, varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _plot(table: Mapping[str, Any], varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Read the parameters and measures of the figures.
 
     Raises:
         InputError: The table holds anything else.
     """
-    if not isinstance(table, Mapping):
-        raise InputError(f"plot must be a table [plot], got {shown(table)}")
-    check_keys("key of plot", table, ("parameters", "measures"))
     found = []
     for key, valid, most in (("parameters", varied, 3), ("measures", (*KNEES_MEASURES, FINISHED), 6)):
         names = table.get(key, [])

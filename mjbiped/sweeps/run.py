@@ -1,4 +1,4 @@
-"""Run the walks of a study in worker processes, and digest the sources on which their numbers depend."""
+"""Run a study's walks in worker processes, or estimate what they will take; digest the sources of their numbers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import lru_cache, partial
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
@@ -19,15 +22,21 @@ from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row, measured
-from mjbiped.sweeps.parquet import Trajectories, forget
+from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row
+from mjbiped.sweeps.parquet import Trajectories, forget, write_samples
 from mjbiped.sweeps.plan import Study
 from mjbiped.sweeps.store import Layout, Store, opened
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
-"""Packages that change no number of a walk, apart from their files `cell.py`, which define walks and measures."""
+_NUMBERS = ("cell.py", "traces.py")
+"""Packages that change no number of a walk, apart from these files of theirs, which define walks and measures."""
+
+TRIED = 5
+"""Walks that are made, evenly spread over the table."""
+
+_LONGEST = 20.0  # s after which no further walk is tried
 
 AnyCell = TypeVar("AnyCell")
 
@@ -86,12 +95,46 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
             done &= samples.cells()
         todo = [cell for cell in study.cells if cell.index not in done]
         started = time.monotonic()
-        walked = partial(row_of, trajectory=trajectories, laws=laws)
+        walked = partial(Cell.row, trajectory=trajectories, laws=laws)
         walk_cells(walked, todo, samples or store, ended=len(done), **walking)
         seconds = time.monotonic() - started
         if samples is not None:
             samples.join()
         return Swept(store.rows(), store.export(), len(todo), seconds)
+
+
+def estimate(study: Study, *, workers: int | None = None, trajectories: bool = False) -> dict[str, float]:
+    """Make some walks of a study, and infer the time and the size of all.
+
+    Nothing is kept. Each is walked twice, since the first time may compile.
+
+    Args:
+        study: The study.
+        workers: Number of processes on this machine; by default one per core.
+        trajectories: Whether the samples of all walks will be kept as well.
+
+    Returns:
+        Number of `walks` and of `workers` that will walk, the `seconds` that they take without compilation, the
+        `bytes` of the table and of the samples if they are kept, and the number of walks `tried` for this.
+    """
+    count = len(study.cells)
+    spread = np.unique(np.linspace(0, count - 1, min(TRIED, count)).round().astype(int)).tolist()
+    began, times, sizes = time.monotonic(), [], []
+    for place in spread:
+        study.cells[place].row(trajectory=trajectories)
+        started = time.perf_counter()
+        row = study.cells[place].row(trajectory=trajectories)
+        times.append(time.perf_counter() - started)
+        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in layout_of(study).columns))
+        if trajectories:
+            samples = BytesIO()
+            write_samples(row, samples)
+            sizes[-1] += samples.tell()
+        if time.monotonic() - began > _LONGEST:
+            break
+    used = min(workers or cores(), count)
+    seconds, size = float(np.mean(times)) * count / used, float(np.mean(sizes)) * count
+    return {"walks": count, "workers": used, "seconds": seconds, "bytes": size, "tried": len(times)}
 
 
 def walk_cells(
@@ -168,24 +211,6 @@ def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[st
         AHEAD.reset(before)
 
 
-def row_of(cell: Cell, *, trajectory: bool = False, laws: Mapping[str, str] | None = None) -> Row:
-    """Walk a study's cell, and return its row, with booleans as text.
-
-    Args:
-        cell: The cell.
-        trajectory: Whether the samples are kept.
-        laws: Digests of the user's own controllers, by their names in the study, with which it must walk.
-
-    Raises:
-        MjbipedError: The user's own controller is another one here.
-    """
-    name = cell.values["controller.name"]
-    if cell.law is not None and laws and digest_of(cell.law) != laws[str(name)]:
-        raise MjbipedError(f"the source of the controller {name} is another one where it walks, or has just changed")
-    plain = {name: str(value).lower() if isinstance(value, bool) else value for name, value in cell.values.items()}
-    return {"cell": cell.index, "sample": cell.sample, **plain, **measured(cell, trajectory=trajectory)}
-
-
 @lru_cache(maxsize=1)
 def machinery() -> Mapping[str, Any]:
     """Digest of the sources, and versions, of everything that computes the rows."""
@@ -213,6 +238,6 @@ def digest(package: Path, laws: Sequence[Path], models: Path) -> str:
     for place in (package, *laws, models):
         for file in [place] if place.is_file() else sorted([*place.rglob("*.py"), *place.rglob("*.xml")]):
             name = file.relative_to(place)
-            if place != package or name.parts[0] not in _NO_NUMBERS or name.name == "cell.py":
+            if place != package or name.parts[0] not in _NO_NUMBERS or name.name in _NUMBERS:
                 found.update(f"{place.name}/{name.as_posix()}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
     return found.hexdigest()

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from mjbiped.errors import InputError, RecordError, shortened, shown
 from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, Row
+from mjbiped.sweeps.cell import FAILED, KNEES_MEASURES, Row
 from mjbiped.utils.files import saved
 
 _LOCK = ".running"
@@ -78,32 +78,13 @@ class Store:
             self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
-        """Read all rows, in the order of their keys.
+        """Read all rows, in the order of their keys, and check every value.
 
         Raises:
             RecordError: The file is damaged.
         """
-        return self._read(f'ORDER BY "{self._layout.columns[0]}"')
-
-    def row(self, key: Any) -> Row | None:
-        """Read the row of a key; None without one.
-
-        Raises:
-            RecordError: The file is damaged.
-        """
-        return next(iter(self._read(f'WHERE "{self._layout.columns[0]}" = ?', key)), None)
-
-    def _read(self, which: str, *values: Any) -> list[Row]:
-        """Read some rows, and check every value."""
         with _explained(self._path):
-            found = self._database.execute(f"SELECT * FROM cells {which}", values).fetchall()
-            rows = [dict(zip(self._layout.columns, values, strict=True)) for values in found]
-            for row in rows:
-                for name, value in row.items():
-                    if not self._layout.fits(name, value):
-                        key = shown(row[self._layout.columns[0]])
-                        raise ValueError(f"{name} of cell {key} is {shown(value)}, which no walk here has")
-            return rows
+            return _rows(self._database, self._layout)
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -146,7 +127,7 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
-    """Read the rows and the identity of a table that another process may be writing.
+    """Read the rows and the identity of a study's table that another process may be writing.
 
     Args:
         path: Path of the SQLite file.
@@ -159,10 +140,21 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     """
     address = f"{path.absolute().as_uri()}?mode=ro"
     with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
-        columns = _columns(database)
+        layout = Layout(path.stem, tuple(_columns(database)), range(2**63), frozenset(KNEES_MEASURES))
         identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-        found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
-        return [dict(zip(columns, values, strict=True)) for values in found], identity
+        return _rows(database, layout), identity
+
+
+def _rows(database: sqlite3.Connection, layout: Layout) -> list[Row]:
+    """Read all rows, and check every value."""
+    found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
+    rows = [dict(zip(layout.columns, values, strict=True)) for values in found]
+    for row in rows:
+        for name, value in row.items():
+            if not layout.fits(name, value):
+                key = shown(row[layout.columns[0]])
+                raise ValueError(f"{name} of cell {key} is {shown(value)}, which no walk here has")
+    return rows
 
 
 def make_folder(folder: Path) -> None:

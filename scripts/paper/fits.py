@@ -18,14 +18,13 @@ import click
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS, opened_walks
 from mjbiped.reproduction.grounds import FIRST_CHANGES, FIRST_RISERS, GROUNDS, SLOPE_PATTERNS, STAIR_PATTERNS, TABLE_2
 from mjbiped.reproduction.methods import BLIND, DELAYS, SLOPE_SOURCES, Variant, gains_told
 from mjbiped.reproduction.report import table_3
 from mjbiped.reproduction.report.fit import in_kind
 from mjbiped.reproduction.report.markdown import NONE, number, paper, share
 from mjbiped.reproduction.reproduce import FITS, GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.reproduction.rows import Row, read_rows
+from mjbiped.reproduction.rows import LENGTHS, Row, read_rows
 from mjbiped.reproduction.table_2 import agreement, choices
 from mjbiped.utils.markdown import markdown_table
 from scripts.paper import placebo
@@ -165,9 +164,9 @@ def _line(name: str, free: int, crosses: str, found: Placebo, kind: str = "some"
 def main(table: Path, out: Path | None) -> None:
     """Walk, and write the results."""
     rows = read_rows(table.read_text(encoding="utf-8"))
-    with TemporaryDirectory() as kept_nowhere, opened_walks(out or Path(kept_nowhere), progress=True) as kept:
-        tried = scan(choices(rows)[0], kept)
-        grounds = placebo.walked(placebo.drawn(), kept)
+    with TemporaryDirectory() as nowhere:
+        tried = scan(choices(rows)[0], out or Path(nowhere))
+        grounds = placebo.walked(placebo.drawn(), out or Path(nowhere))
     folder = Path(__file__).parents[2] / "mjbiped" / "reproduction" / "fits"
     (folder / GAINS_TABLE).write_text(write_tried(tried), encoding="utf-8")
     (folder / GROUNDS_TABLE).write_text(placebo.write_grounds(grounds), encoding="utf-8")

@@ -6,11 +6,12 @@ import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from mjbiped.reproduction.cell import Cell, Walks
+from mjbiped.reproduction.cell import Cell, walked
 from mjbiped.reproduction.grounds import GROUNDS, terrain_of
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
-from mjbiped.reproduction.rows import as_csv, rounded
+from mjbiped.reproduction.rows import as_csv
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
 
 GAINS = (
@@ -57,12 +58,12 @@ def settings() -> list[Variant]:
     return [Variant(method, slope_source=source, gains=each) for method, each in gains for source in SLOPE_SOURCES]
 
 
-def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) -> list[Tried]:
+def scan(choice: Choice, folder: Path, tried: Sequence[Variant] | None = None) -> list[Tried]:
     """Walk the five grounds of a reading with every setting in the hybrid engine, as many steps as the reading's.
 
     Args:
         choice: The reading.
-        kept: Where finished walks are.
+        folder: Folder of finished walks.
         tried: The settings; `settings()` unless given.
     """
     chosen = settings() if tried is None else list(tried)
@@ -72,15 +73,14 @@ def scan(choice: Choice, kept: Walks, tried: Sequence[Variant] | None = None) ->
         for name, ground in grounds.items()
         for variant in chosen
     }
-    results = kept.results(cells.values())
+    results = dict(zip(cells, walked([*cells.values()], folder, progress=True), strict=True))
     found = []
     for variant in chosen:
-        walks = {name: results[cells[variant, name].key] for name in grounds}
-        finished = {name for name, walk in walks.items() if walk["outcome"] == "finished"}
+        walks = {name: results[variant, name] for name in grounds}
         cost = {
-            name: rounded(walk[f"{choice.kind}_end"]) if name in finished else math.nan for name, walk in walks.items()
+            name: getattr(walk, f"{choice.kind}_end") if walk.finished else math.nan for name, walk in walks.items()
         }
-        ended = {name: (walk["steps"] or 0) + 1 for name, walk in walks.items() if name not in finished}
+        ended = {name: walk.steps + 1 for name, walk in walks.items() if not walk.finished}
         found.append(Tried(variant, cost, ended))
     return found
 

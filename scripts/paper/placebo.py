@@ -11,15 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mjbiped.reproduction.cell import Cell, Walks
+from mjbiped.reproduction import cell
+from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, UNEVEN, Segments, end_of
 from mjbiped.reproduction.methods import adaptive
-from mjbiped.reproduction.rows import Row, as_csv, rounded
+from mjbiped.reproduction.rows import Row, as_csv
 from mjbiped.reproduction.table_2 import choices, logs
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_scan import Tried
@@ -82,16 +84,16 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:
     return [segments_of(each) for each in numbers]
 
 
-def walked(grounds: Iterable[Segments], kept: Walks) -> list[RandomGround]:
-    """Walk grounds with every zeta."""
-    planned = [(segments, cells(segments)) for segments in grounds]
-    results = kept.results(cell for _, walks in planned for cell in walks)
+def walked(grounds: Iterable[Segments], folder: Path) -> list[RandomGround]:
+    """Walk grounds with every zeta; finished walks are kept in a folder."""
+    planned = [*grounds]
+    rows = iter(cell.walked([each for segments in planned for each in cells(segments)], folder, progress=True))
     found = []
-    for segments, walks in planned:
-        ended = [results[cell.key] for cell in walks]
-        if all(each["outcome"] == "finished" for each in ended):
-            torques = tuple(rounded(max(each["ankle"], each["hip"])) for each in ended)
-            found.append(RandomGround(segments, torques, tuple(rounded(each["absolute_end"]) for each in ended)))
+    for segments in planned:
+        ended = [next(rows) for _ in TABLE_3]
+        if all(row.finished for row in ended):
+            torques = tuple(row.torque for row in ended)
+            found.append(RandomGround(segments, torques, tuple(row.absolute_end for row in ended)))
         else:
             found.append(RandomGround(segments))
     return found

@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import opened_walks
+from mjbiped.reproduction.cell import walked
 from mjbiped.reproduction.methods import BLIND, FITTED
 from mjbiped.reproduction.report import fit, table_2
-from mjbiped.reproduction.reproduce import filled, stored_fits, walked
+from mjbiped.reproduction.reproduce import filled, stored_fits
 from mjbiped.reproduction.table_2 import choices
 
 
@@ -22,12 +22,13 @@ from mjbiped.reproduction.table_2 import choices
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of finished walks; none is kept.")
 def main(out: Path | None) -> None:
     """Walk and print."""
-    with TemporaryDirectory() as folder, opened_walks(out or Path(folder), progress=True) as kept:
-        rows = walked(plan.table_2(), kept)
+    with TemporaryDirectory() as nowhere:
+        folder = out or Path(nowhere)
+        rows = walked(plan.table_2(), folder, progress=True)
         found = choices(rows)
         for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
-            rows += walked(plan.on_table_2(part, "hybrid", found[0].places, chosen.values()), kept)
-        rows += walked(plan.misjudged(found[0]), kept)
+            rows += walked(plan.on_table_2(part, "hybrid", found[0].places, chosen.values()), folder, progress=True)
+        rows += walked(plan.misjudged(found[0]), folder, progress=True)
     sections = {**table_2.sections(rows, found), **fit.sections(rows, found[0]), **stored_fits()}
     console = Console(width=140)
     console.print(f"{sections['best']}; distance {sections['best_distance']} %")

@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import opened_walks
+from mjbiped.reproduction.cell import walked
 from mjbiped.reproduction.report import table_3 as report_table_3
-from mjbiped.reproduction.reproduce import filled, walked
+from mjbiped.reproduction.reproduce import filled
 
 
 @click.command(help=__doc__)
@@ -21,8 +21,8 @@ from mjbiped.reproduction.reproduce import filled, walked
 @click.option("--engine", type=click.Choice(("hybrid", "mujoco")), default="hybrid", show_default=True)
 def main(out: Path | None, engine: str) -> None:
     """Walk and print."""
-    with TemporaryDirectory() as folder, opened_walks(out or Path(folder), progress=True) as kept:
-        rows = walked([*plan.table_3(engine), *plan.start()], kept)
+    with TemporaryDirectory() as nowhere:
+        rows = walked([*plan.table_3(engine), *plan.start()], out or Path(nowhere), progress=True)
     sections = report_table_3.sections(rows)
     console = Console(width=140)
     for ground, heading in (("mixed", "Our mixed ground"), ("found", "The ground that was found")):

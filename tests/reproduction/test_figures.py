@@ -14,10 +14,9 @@ from mjbiped.errors import InputError
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import TRUTH
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import measures_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.sweeps.cell import attempt
+from mjbiped.reproduction.rows import row_of
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +69,7 @@ def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path:
 
 
 def test_table_3_shows_the_engines_that_walked(tmp_path: Path) -> None:
-    rows = [entry.row(attempt(entry.cell.walk, measures_of), {}) for entry in plan.table_3("hybrid")]
+    rows = [row_of(cell.row()) for cell in plan.table_3("hybrid")]
     figure = plot_table_3(rows, tmp_path / "table.png")
     labels = [line.get_label() for line in figure.axes[0].lines]
     assert "hybrid" in labels

@@ -10,7 +10,7 @@ import pytest
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import COSTS, LENGTHS, measures_of
+from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import (
     GROUNDS,
     PRINTED,
@@ -22,13 +22,12 @@ from mjbiped.reproduction.grounds import (
     TABLE_3,
 )
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
-from mjbiped.reproduction.plan import Entry
 from mjbiped.reproduction.report.checks_figures import ZERO
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
-from mjbiped.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, row_of, write_rows
 from mjbiped.reproduction.table_2 import choices, side_distances
-from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES, traced
+from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import placebo
@@ -103,23 +102,21 @@ def test_constants_in_the_prose_are_those_of_the_code() -> None:
 def test_walks_again_give_the_table(rows: list[Row]) -> None:
     """A share of the hybrid engine's walks, one of each method, ground and part; MuJoCo's are the slow test's."""
     known = {identity(row): row for row in rows}
-    entries = [*plan.table_2()[::97], *plan.table_3("hybrid")[::3], *plan.start()[::5], plan.figure_5("hybrid")[1]]
-    for entry in entries:
-        compare(entry, known)
+    cells = [*plan.table_2()[::97], *plan.table_3("hybrid")[::3], *plan.start()[::5], plan.figure_5("hybrid")[1]]
+    for cell in cells:
+        compare(cell, known)
 
 
 @pytest.mark.slow
 def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
     known = {identity(row): row for row in rows}
-    for entry in plan.table_3("mujoco")[-2:]:
-        compare(entry, known)
+    for cell in plan.table_3("mujoco")[-2:]:
+        compare(cell, known)
 
 
-def compare(entry: Entry, known: dict[tuple[object, ...], Row]) -> None:
-    """Walk an entry and compare it with its row."""
-    walk = entry.cell.walk()
-    measured = {"outcome": walk.outcome, "error": None, **measures_of(walk)}
-    fresh = entry.row(measured, traced(walk) if entry.cell.record else {})
+def compare(cell: Cell, known: dict[tuple[object, ...], Row]) -> None:
+    """Walk a cell again and compare it with its row."""
+    fresh = row_of(cell.row())
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
     for name in ("place", "ankle", "hip", "friction", "least_force"):

@@ -7,10 +7,9 @@ import math
 import pytest
 from reproduction_rows import changed, made_row
 
-from mjbiped.reproduction.cell import COSTS, LENGTHS
 from mjbiped.reproduction.grounds import GROUNDS, STAIRS, TABLE_2
 from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, write_rows
 from mjbiped.reproduction.table_2 import agreement_of, choices, side_distances, sources_ranked
 
 PAPER = TABLE_2["adaptive"]

@@ -16,8 +16,8 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction.cell import Cell, opened_walks, record_path, walked
-from mjbiped.sweeps.cell import Row
+from mjbiped.reproduction.cell import Cell, record_path, walked
+from mjbiped.reproduction.rows import Row, row_of
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
@@ -25,15 +25,14 @@ import sys
 from pathlib import Path
 import mjbiped
 from controllers import PassiveController
-from mjbiped.reproduction.cell import Cell, opened_walks
+from mjbiped.reproduction.cell import Cell, walked
 
 if __name__ == "__main__":
     ground = mjbiped.Terrain.incline(2.0)
     cells = [Cell("mujoco", PassiveController(), ground, steps=2)]
     cells += [Cell("mujoco", PassiveController(), ground, steps=None, distance=place) for place in (1000.0, 1001.0)]
     try:
-        with opened_walks(Path(sys.argv[1]), workers=1) as walks:
-            walks.results(cells)
+        walked(cells, Path(sys.argv[1]), workers=1)
     except KeyboardInterrupt:
         sys.exit(130)
 """
@@ -44,9 +43,8 @@ def cells(controller: AdaptiveController) -> list[Cell]:
     return [Cell("hybrid", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.01, 0.0, 0.01)]
 
 
-def results(folder: Path, cells: list[Cell], workers: int = 1) -> dict[str, Row]:
-    with opened_walks(folder, workers=workers) as kept:
-        return kept.results(cells)
+def results(folder: Path, cells: list[Cell], workers: int = 1, *, fresh: bool = False) -> dict[str, Row]:
+    return dict(zip([cell.key for cell in cells], walked(cells, folder, fresh=fresh, workers=workers), strict=True))
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -54,23 +52,22 @@ def test_finished_cells_are_not_walked_again(
     cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Cell] = []
+    real = Cell.row
 
-    def counting(folder: Path, cell: Cell) -> Row:
+    def counting(cell: Cell, folder: Path) -> dict[str, object]:
         begun.append(cell)
         if len(begun) == 3:
             raise KeyboardInterrupt
-        return walked(folder, cell)
+        return real(cell, folder)
 
-    monkeypatch.setattr(walks, "walked", counting)
+    monkeypatch.setattr(Cell, "row", counting)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*cells, cells[0]])
     found = results(tmp_path, cells)
     assert begun == [*cells, cells[2]]  # the third was broken off, and only it is walked again
-    assert results(tmp_path, cells) == found
+    assert repr(results(tmp_path, cells)) == repr(found)
     assert len(begun) == 4
-    assert {cell.key for cell in cells} == set(found)
-    with opened_walks(tmp_path, fresh=True) as kept:
-        assert kept.results(cells) == found
+    assert repr(results(tmp_path, cells, fresh=True)) == repr(found)
     assert len(begun) == 7
 
 
@@ -80,12 +77,13 @@ def test_failed_cells_are_told_and_tried_again(
 ) -> None:
     uphill = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(-3.0), steps=2)
     found = results(tmp_path, [uphill, cells[0]])
-    assert found[uphill.key]["outcome"] == "failed"
-    assert found[cells[0].key]["outcome"] == "finished"
-    monkeypatch.setattr(walks, "walked", lambda _, cell: {"key": cell.key, "outcome": "finished"})
+    assert found[uphill.key].outcome == "failed"
+    assert found[uphill.key].error
+    assert found[cells[0].key].finished
+    monkeypatch.setattr(Cell, "row", lambda cell, **_: {"key": cell.key, "outcome": "finished"})
     again = results(tmp_path, [uphill, cells[0]])
-    assert again[uphill.key]["outcome"] == "finished"
-    assert again[cells[0].key] == found[cells[0].key]
+    assert again[uphill.key].finished
+    assert repr(again[cells[0].key]) == repr(found[cells[0].key])
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -103,35 +101,28 @@ def test_lost_record_is_walked_again(controller: AdaptiveController, tmp_path: P
     results(tmp_path, [cell])
     first = mjbiped.Walk.load(record_path(tmp_path, cell))
     record_path(tmp_path, cell).unlink()
-    with opened_walks(tmp_path) as kept:
-        kept.results([cell])
-        assert kept.record(cell) == first
-    with opened_walks(tmp_path, fresh=True), pytest.raises(mjbiped.RecordError):
-        kept.record(cell)
+    results(tmp_path, [cell])
+    assert mjbiped.Walk.load(record_path(tmp_path, cell)) == first
+    results(tmp_path, [], fresh=True)
+    assert not record_path(tmp_path, cell).exists()
 
 
 def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(mjbiped.InputError, match="cannot make"), opened_walks(tmp_path / "file" / "walks"):
-        pass
-    with (
-        opened_walks(tmp_path / "walks"),
-        pytest.raises(mjbiped.InputError, match="another process"),
-        opened_walks(tmp_path / "walks"),
-    ):
-        pass
+    with pytest.raises(mjbiped.InputError, match="cannot make"):
+        walked([], tmp_path / "file" / "walks")
+    walked([], tmp_path / "walks")
     (tmp_path / "walks" / "walks.sqlite").write_text("something else" * 100)
-    with pytest.raises(mjbiped.RecordError, match=r"no table of mjbiped's.*--fresh"), opened_walks(tmp_path / "walks"):
-        pass
+    with pytest.raises(mjbiped.RecordError, match=r"no table of mjbiped's.*--fresh"):
+        walked([], tmp_path / "walks")
 
 
 @pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes(controller: AdaptiveController, tmp_path: Path) -> None:
     cells = [Cell("mujoco", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.02, 0.0, 0.01)]
     one = results(tmp_path / "one", cells)
-    assert results(tmp_path / "two", cells, workers=2) == one
-    here = walked(tmp_path, cells[0])
-    assert one[cells[0].key] == {name: None if value != value else value for name, value in here.items()}
+    assert repr(results(tmp_path / "two", cells, workers=2)) == repr(one)
+    assert repr(one[cells[0].key]) == repr(row_of(cells[0].row()))
 
 
 def _begin(folder: Path) -> subprocess.Popen[bytes]:
@@ -182,8 +173,8 @@ def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkey
     cell = Cell("mujoco", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
     monkeypatch.setattr(walks, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
     kept = results(tmp_path / "walks", [cell])[cell.key]
-    assert kept["outcome"] == "finished"
-    assert kept["steps"] == 2
+    assert kept.finished
+    assert kept.steps == 2
 
 
 def _alive(session: int) -> bool:

@@ -16,7 +16,6 @@ from mjbiped.robustness import walks
 from mjbiped.robustness.limits import MARGINS
 from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
-from mjbiped.sweeps.cell import measured
 from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {
@@ -89,7 +88,7 @@ def test_a_basin_is_that_of_its_own_module(monkeypatch: pytest.MonkeyPatch) -> N
     cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]
     stance, swing = rates_around(find_passive_gait(Compass(), math.radians(2)).start, 6)
     basin = basin_of_control(cells[0].controller(), stance_rates=stance, swing_rates=swing, limit=8)
-    rows = [measured(cell) for cell in cells]
+    rows = [cell.row() for cell in cells]
     finished = np.array([row["outcome"] == "finished" for row in rows]).reshape(6, 6).T
     assert 0 < finished.sum() < finished.size
     np.testing.assert_array_equal(finished, (basin.fates == Fate.SETTLED) | (basin.fates == Fate.UNDECIDED))
@@ -118,7 +117,7 @@ def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> 
         ({"grounds": ["stairs"]}, "unknown random ground 'stairs'"),
         ({"grounds": ["treads:seed=1"]}, "leave seed out, the study draws the seeds itself"),
         ({"grounds": ["recorded"]}, "recorded ground needs an elevation file"),
-        ({"grounds": ["waves", "waves"]}, "list of different texts"),
+        ({"grounds": ["waves", "waves"]}, "each of them once"),
         ({"limits": {"step up": [0.02, 0.01]}}, "magnitudes must ascend"),
         ({"limits": {"step up": []}}, "magnitudes must ascend"),
         ({"limits": 3}, "limits must be a table"),

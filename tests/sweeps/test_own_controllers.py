@@ -13,7 +13,6 @@ import mjbiped
 from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import make_controller
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.sweeps import run as running
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import run
 
@@ -77,7 +76,7 @@ def test_a_file_that_changes_while_it_is_walked_is_refused(study: Path, tmp_path
     laws = {name: digest_of(place) for name, place in planned.laws.items()}
     own_controllers.write(tmp_path, "laws/spread.py", own_controllers.SPREAD + "# changed\n")
     with pytest.raises(MjbipedError, match=r"source of the controller laws/spread\.py:HipSpread is another one"):
-        running.row_of(planned.cells[0], laws=laws)
+        planned.cells[0].row(laws=laws)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +97,6 @@ def test_a_controller_that_fails_is_a_row_that_names_the_line(study: Path, tmp_p
     source = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
     own_controllers.write(tmp_path, "laws/spread.py", source)
     planned = read_study(study)
-    row = running.row_of(planned.cells[0])
+    row = planned.cells[0].row()
     assert row["outcome"] == "failed"
     assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3, 'too late')" in row["error"]

@@ -12,7 +12,6 @@ import pytest
 from command_line import run as command
 
 from mjbiped.errors import MjbipedError
-from mjbiped.sweeps import run as running
 from mjbiped.sweeps.cell import Cell, Row
 from mjbiped.sweeps.parquet import FILE, write_table
 from mjbiped.sweeps.plan import read_study
@@ -87,7 +86,7 @@ def test_broken_off_it_goes_on_with_what_is_missing(
 ) -> None:
     study = read_study(file)
     run(study, tmp_path / "whole", workers=1, trajectories=True)
-    real = running.row_of
+    real = Cell.row
     walked: list[int] = []
 
     def counted(cell: Cell, **settings: Any) -> Row:
@@ -96,7 +95,7 @@ def test_broken_off_it_goes_on_with_what_is_missing(
         walked.append(cell.index)
         return real(cell, **settings)
 
-    monkeypatch.setattr(running, "row_of", counted)
+    monkeypatch.setattr(Cell, "row", counted)
     most = 1
     with pytest.raises(MjbipedError, match="a worker died"):
         run(study, tmp_path / "out", workers=1, trajectories=True)

@@ -12,7 +12,6 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, PassivityController
 from mjbiped.errors import InputError
-from mjbiped.sweeps.cell import measured
 from mjbiped.sweeps.plan import MOST_CELLS, Study, plan, read_study
 
 
@@ -153,7 +152,7 @@ def test_the_scuffing_rule_can_vary() -> None:
         """
     )
     assert study.varied == ("scuffing.reach",)
-    assert [measured(cell)["strikes"] for cell in study.cells] == [1, 0]
+    assert [cell.row()["strikes"] for cell in study.cells] == [1, 0]
 
 
 def test_samples_of_a_record(tmp_path: Path) -> None:

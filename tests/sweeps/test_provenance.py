@@ -12,6 +12,7 @@ from mjbiped.sweeps.run import digest, sources
 COUNTED = (
     "mjbiped/engines/a.py",
     "mjbiped/reproduction/cell.py",
+    "mjbiped/reproduction/traces.py",
     "mjbiped/sweeps/cell.py",
     "laws/sub/a.py",
     "models/a.xml",

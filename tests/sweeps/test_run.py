@@ -10,6 +10,7 @@ import sys
 import time
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 from dask_cluster import two_workers
@@ -18,7 +19,7 @@ import mjbiped
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records import measures
 from mjbiped.sweeps import run as running
-from mjbiped.sweeps.cell import MEASURES, Cell, Row, measured
+from mjbiped.sweeps.cell import MEASURES, Cell, Row
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import machinery, run
 from mjbiped.sweeps.store import read_table
@@ -81,15 +82,15 @@ def test_cells_are_walked_once_whoever_walks_them(file: Path, tmp_path: Path, mo
     whole = run(study, tmp_path / "whole", workers=2)[1].read_bytes()
     assert whole.count(b"\n") == 25
     walked: list[int] = []
-    broken_at = 9
+    broken_at, real = 9, Cell.row
 
-    def counting(cell: Cell, **_: object) -> Row:
+    def counting(cell: Cell, **settings: Any) -> Row:
         if len(walked) == broken_at:
             raise KeyboardInterrupt
         walked.append(cell.index)
-        return measured(cell)
+        return real(cell, **settings)
 
-    monkeypatch.setattr(running, "measured", counting)
+    monkeypatch.setattr(Cell, "row", counting)
     with pytest.raises(KeyboardInterrupt):
         run(study, tmp_path / "out", workers=1)
     broken_at = 10**9
@@ -142,14 +143,14 @@ def test_failed_cells_are_rows(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("studies_in_threads")
 def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study = read_study(file)
+    study, real = read_study(file), Cell.row
 
-    def failing(cell: Cell, **_: object) -> Row:
+    def failing(cell: Cell, **settings: Any) -> Row:
         if cell.index >= 20:
             raise MemoryError("too much")
-        return measured(cell)
+        return real(cell, **settings)
 
-    monkeypatch.setattr(running, "measured", failing)
+    monkeypatch.setattr(Cell, "row", failing)
     with pytest.raises(MjbipedError, match=r"MemoryError: too much.*the same command goes on"):
         run(study, tmp_path / "out", workers=1)
     monkeypatch.undo()
@@ -159,7 +160,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
 
 def test_worker_of_another_version_is_refused(file: Path) -> None:
     with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_one(running.row_of, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
+        running.walk_one(Cell.row, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
 
 
 @pytest.mark.slow

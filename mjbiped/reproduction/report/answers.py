@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from mjbiped.reproduction.grounds import FILES
@@ -36,9 +37,9 @@ class Answer(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """The answer in words, with the numbers."""
+        """The answer in words, with the numbers; a dash without an answer."""
         if self.holds is None:
-            return f"not asked: {self.found}" if self.found else NONE
+            return NONE
         said = ("holds" if self.holds else "**does not hold**") + (f" for {self.of}" if self.of else "")
         return f"{said}: {self.found}" if self.found else said
 
@@ -47,7 +48,11 @@ Words = Mapping[str, str | float]
 """What is filled into a claim's braces."""
 
 
-def answer(name: str, words: Words, holds: bool | None, found: str = "", of: str = "") -> Answer:
-    """Answer a claim; the other arguments are as in `Answer`."""
+def answer(
+    name: str, words: Words, holds: bool | None, found: str = "", numbers: Iterable[float] = (), of: str = ""
+) -> Answer:
+    """Answer a claim, unless one of its numbers does not exist; the other arguments are as in `Answer`."""
     source, claim = CLAIMS[name]
+    if holds is None or any(map(math.isnan, numbers)):
+        return Answer(claim.format(**words), source, None)
     return Answer(claim.format(**words), source, holds, found, of)

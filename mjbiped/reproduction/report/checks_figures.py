@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction.grounds import TABLE_3
@@ -64,16 +64,15 @@ def _table_3(walks: Walks, words: Words) -> Iterator[Answer]:
     of = "" if len(zetas) == len(_ZETAS) else f"the {len(zetas)} of {len(_ZETAS)} ζ that came to their end"
 
     def claim(name: str, asked: bool, holds: bool, found: str) -> Answer:
-        return answer(name, words, holds, found, of) if asked else answer(name, words, None)
+        return answer(name, words, holds if asked else None, found, of=of)
 
     first, last = (zetas[0], zetas[-1]) if zetas else (_LEAST, _LEAST)
-    falls = all(torque[a] > torque[b] for a, b in pairwise(zetas))
+    falls = all(torque[a] > torque[b] for a, b in itertools.pairwise(zetas))
     found = f"{torque[first]:.5g} N m at ζ = {first:g} to {torque[last]:.5g} at {last:g}"
     yield claim("falling_torque", len(zetas) > 1, falls, found)
     between = {"without": torque[None], "ζ = 0.4:": torque[0.4], "ζ = 0.5:": torque[0.5]}
     found = ", ".join(f"{name} {number(value, '.4g')}" for name, value in between.items()) + " N m"
-    known = not math.isnan(sum(between.values()))
-    yield answer("torque_between", words, torque[0.5] < torque[None] < torque[0.4] if known else None, found)
+    yield answer("torque_between", words, torque[0.5] < torque[None] < torque[0.4], found, between.values())
     least = min(zetas, key=cost.__getitem__, default=_LEAST)
     holds, found = printed(cost[_LEAST]) <= printed(cost[least]), f"lowest {cost[least]:.4f} at ζ = {least:g}"
     yield claim("least_cost", _LEAST in zetas and len(zetas) > 1, holds, f"{cost[_LEAST]:.4f}, {found}")
@@ -98,7 +97,7 @@ def _figure_4(walks: Sequence[Row], words: Words) -> Iterator[Answer]:
     yield _below("later", _greatest(walks, "trace_later"), _EPSILON, words)
     straight, bent = _greatest(walks, "trace_straight"), -_greatest(walks, "trace_bent", -1.0)
     found = f"at most {straight:.2f} N m from it, re-planned at least {bent:.2f} N m"
-    yield _judged("straight", straight + bent, straight < bent, found, words)
+    yield answer("straight", words, straight < bent, found, [straight, bent])
     yield _below("z1", _greatest(walks, "trace_z1"), _ON_CYCLE, words)
 
 
@@ -112,7 +111,7 @@ def _figure_5(rows: Sequence[Row], engine: str, words: Words) -> Iterator[Answer
         """Test whether a number is smaller with the update than without, from every start."""
         both = [(getattr(a, column), getattr(b, column)) for a, b in zip(with_it, without, strict=True)]
         found = "; ".join(f"{number(a, form)}{unit} against {number(b, form)}{unit}" for a, b in both)
-        return _judged(name, sum(map(sum, both)), all(a < b for a, b in both), found, words)
+        return answer(name, words, all(a < b for a, b in both), found, itertools.chain(*both))
 
     yield less("off_time", "trace_off_time", ".2f", " s")
     yield _below("ended", _greatest(without, "ended"), _EPSILON, words, " at most")
@@ -132,7 +131,7 @@ def _figure_6(walks: Walks, words: Words) -> Iterator[Answer]:
         *values, without = (_greatest([walk], f"trace_{name}") for walk in drawn)
         first = " and ".join(f"{number(value, form)}{unit}" for value in values)
         found = f"{first} against {number(without, form)}{unit}"
-        yield _judged(name, sum(values) + without, max(values) < most * without, found, words)
+        yield answer(name, words, max(values) < most * without, found, [*values, without])
 
 
 def _greatest(walks: Sequence[Row], name: str, sign: float = 1.0) -> float:
@@ -141,11 +140,6 @@ def _greatest(walks: Sequence[Row], name: str, sign: float = 1.0) -> float:
     return math.nan if any(map(math.isnan, values)) else max(values)
 
 
-def _judged(name: str, value: float, holds: bool, found: str, words: Words) -> Answer:
-    """Answer a claim about a number; there is no answer where the number does not exist."""
-    return answer(name, words, None) if math.isnan(value) else answer(name, words, holds, found)
-
-
 def _below(name: str, value: float, bound: float, words: Words, more: str = "") -> Answer:
     """Answer the claim that an angle is below a bound, degrees."""
-    return _judged(name, value, value < bound, f"{number(value, '.4f')}°{more}", words)
+    return answer(name, words, value < bound, f"{number(value, '.4f')}°{more}", [value])

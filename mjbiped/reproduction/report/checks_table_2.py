@@ -24,8 +24,8 @@ def of_adaptive(rows: Sequence[Row], best: Choice, engine: str) -> Iterator[Answ
     value = best.cost(walk_on(rows, best, engine, LEVEL, "adaptive", ""))
     yield _number(value, "adaptive")
     off = abs((TABLE_2["adaptive"]["level"] or math.nan) - _PASSIVE)
-    near = None if math.isnan(value) else abs(printed(value) - _PASSIVE) < off + _HALF
-    yield answer("level_passive", {"off": off}, near, number(value, ".5f"))
+    near = abs(printed(value) - _PASSIVE) < off + _HALF
+    yield answer("level_passive", {"off": off}, near, number(value, ".5f"), [value])
 
 
 def of_all_methods(rows: Sequence[Row], best: Choice, engine: str, settings: str) -> Iterator[Answer]:
@@ -48,7 +48,7 @@ def of_all_methods(rows: Sequence[Row], best: Choice, engine: str, settings: str
         yield _number(costs["level"][method], method)
     for method in ("PBC", "ECC"):
         nearer = abs(level["adaptive"] - _PASSIVE) < abs(level[method] - _PASSIVE) - _HALF
-        yield _asked("closer_to_passive", _pair(costs["level"], method), nearer, words={"method": method})
+        yield _asked("closer_to_passive", _pair(costs["level"], method), nearer, {"method": method})
     yield _asked("same_as_ketc", _pair(costs["level"], "KETC"), level["adaptive"] == level["KETC"])
     yield _against_level("higher_than_level", costs["stair 1"], costs["level"], 1.0)
     yield _asked("lowest", costs["stair 1"], stairs["adaptive"] < min(stairs[method] for method in ENERGY_BASED))
@@ -73,43 +73,36 @@ def _pair(costs: Costs, method: str) -> Costs:
     return {name: costs[name] for name in ("adaptive", method)}
 
 
-def _asked(claim: str, costs: Costs, holds: bool, found: str = "", words: Words = MappingProxyType({})) -> Answer:
-    """Answer a claim about some c_mt; there is no answer where one of them does not exist."""
-    known = not any(map(math.isnan, costs.values()))
-    return answer(claim, words, holds if known else None, (known and found) or _told(costs))
+def _asked(claim: str, costs: Costs, holds: bool, words: Words = MappingProxyType({})) -> Answer:
+    """Answer a claim about some c_mt."""
+    return answer(claim, words, holds, _told(costs), costs.values())
 
 
 def _number(value: float, method: str) -> Answer:
     """Compare a number of level ground, to half a unit of its last digit."""
     paper = TABLE_2[method]["level"] or math.nan
-    holds = None if math.isnan(value) else meets(value, paper)
     words: Words = {"method": _name(method), "paper": paper}
-    return answer("level_number", words, holds, number(value, ".5f"))
+    return answer("level_number", words, meets(value, paper), number(value, ".5f"), [value])
 
 
 def _against_level(claim: str, here: Costs, level: Costs, sign: float) -> Answer:
     """Compare each method with itself on level ground."""
-    if any(map(math.isnan, level.values())):
-        return answer(claim, {}, None, _told(here))
     holds = all(sign * (printed(here[method]) - printed(level[method])) > _HALF for method in here)
     found = ", ".join(f"{method} {number(value)} against {number(level[method])}" for method, value in here.items())
-    return _asked(claim, here, holds, found)
+    return answer(claim, {}, holds, found, [*here.values(), *level.values()])
 
 
 def _similar(costs: Costs, ground: str) -> Answer:
     """Test V-A's "similar energy efficiency on uneven terrains": as similar as the table's own numbers."""
     papers, ours = [TABLE_2[method][ground] or math.nan for method in costs], [*map(printed, costs.values())]
     allowed, spread = round(max(papers) - min(papers), DIGITS), max(ours) - min(ours)
-    found = f"{number(spread)}; {_told(costs)}"
-    return _asked("similar", costs, spread < allowed + _HALF, found, {"ground": ground, "allowed": allowed})
+    words: Words = {"ground": ground, "allowed": allowed}
+    return answer("similar", words, spread < allowed + _HALF, f"{number(spread)}; {_told(costs)}", costs.values())
 
 
 def _comes_through(walk: Row, best: Choice, method: str, ground: str) -> Answer:
     """Test whether a method makes the steps over which the reading takes c_mt, or fails to, as in the table."""
-    claim = "not_walked" if TABLE_2[method][ground] is None else "walked"
-    walked = math.isfinite(best.cost(walk))
-    holds, found = None, ""
-    if walk.outcome:
-        holds = walked == (claim == "walked")
-        found = f"c_mt {best_cost(walk, best)}" if walked else f"{walk.outcome} after {walk.steps} steps"
-    return answer(claim, {"ground": ground.capitalize(), "method": _name(method)}, holds, found)
+    crossed, walked = TABLE_2[method][ground] is None, math.isfinite(best.cost(walk))
+    found = f"c_mt {best_cost(walk, best)}" if walked else f"{walk.outcome} after {walk.steps} steps"
+    words: Words = {"ground": ground.capitalize(), "method": _name(method)}
+    return answer("not_walked" if crossed else "walked", words, walked != crossed if walk.outcome else None, found)

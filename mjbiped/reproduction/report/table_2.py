@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.grounds import GROUNDS, PRINTED, SLOPES, STAIRS, TABLE_2
 from mjbiped.reproduction.methods import DELAYS, METHODS, SETTLED, SLOPE_SOURCES
 from mjbiped.reproduction.report.markdown import (
@@ -24,7 +23,7 @@ from mjbiped.reproduction.report.markdown import (
     number,
     paper,
 )
-from mjbiped.reproduction.rows import Row, find, select
+from mjbiped.reproduction.rows import LENGTHS, Row, find, select
 from mjbiped.reproduction.table_2 import Choice, side_distances, sources_ranked, walk_on
 
 _NEAREST = 10  # readings that are listed

@@ -11,9 +11,8 @@ import pytest
 from reproduction_rows import read_grounds
 
 import mjbiped
-from mjbiped.reproduction import cell as walks
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import measures_of, opened_walks
+from mjbiped.reproduction.cell import Cell, measures_of
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
 from mjbiped.reproduction.methods import (
     BLIND,
@@ -88,12 +87,11 @@ def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
 
 @pytest.mark.usefixtures("studies_in_threads")
 def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with opened_walks(tmp_path) as kept:
-        found = gain_scan.scan(SHORT, kept, SOME)
+    found = gain_scan.scan(SHORT, tmp_path, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
-            walk = entry.cell.walk()
+            walk = entry.walk()
             if walk.outcome == "finished":
                 # six digits are kept
                 assert each.cost[entry.ground] == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
@@ -102,9 +100,8 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
                 assert each.ended[entry.ground] == walk.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(walks, "walked", lambda *_: pytest.fail("what was walked is walked again"))
-    with opened_walks(tmp_path) as kept:
-        assert write_tried(gain_scan.scan(SHORT, kept, SOME)) == text
+    monkeypatch.setattr(Cell, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
+    assert write_tried(gain_scan.scan(SHORT, tmp_path, SOME)) == text
 
 
 @pytest.mark.slow
@@ -116,8 +113,7 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[
     best = choices(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))[0]
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
-    with opened_walks(tmp_path) as kept:
-        found = gain_scan.scan(best, kept, subset)
+    found = gain_scan.scan(best, tmp_path, subset)
     for fresh in found:
         assert fresh.ended == known[fresh.variant].ended
         # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from reproduction_rows import read_grounds
 
-from mjbiped.reproduction.cell import opened_walks
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3
 from mjbiped.reproduction.report import fit, table_3
 from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
@@ -139,8 +138,7 @@ def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround
 @pytest.mark.usefixtures("studies_in_threads")
 def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_path: Path) -> None:
     some = [next(each for each in grounds if each.torques), next(each for each in grounds if not each.torques)]
-    with opened_walks(tmp_path) as kept:
-        found = placebo.walked([each.segments for each in some], kept)
+    found = placebo.walked([each.segments for each in some], tmp_path)
     # six digits are kept; the rest is for other processors' arithmetic
     assert found[0].torques == pytest.approx(some[0].torques, rel=2e-5)
     assert found[0].costs == pytest.approx(some[0].costs, rel=2e-5)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjbiped.errors import InputError
-from mjbiped.sweeps.values import generator, read_choice
+from mjbiped.sweeps.sections import generator, read_choice
 from mjbiped.utils.draws import Draw
 
 
