@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
-
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.engines.mujoco.legs import Leg
-from mjbiped.numerics.blocks import Floats, reader
+from mjbiped.numerics.blocks import Block, reader
 
 
-@dataclass(slots=True)
-class Constants:
+class Constants(Block):
     """What does not change in a walk while its scene is the same, and where things are.
 
     Attributes:
@@ -100,7 +94,7 @@ class Constants:
         torque: See there.
         touchdown: See there.
         slope_estimate: See there.
-        next_discontinuity: Not called here.
+        next_discontinuity: See there; not called here.
         tick: See there.
         knee_strike: See there.
         failed: A float that is not zero once a law has raised an exception.
@@ -121,107 +115,6 @@ class Constants:
         row_width: Floats of a touchdown.
         estimate_at: Index in a touchdown of the slope estimate before its update; that after it follows.
     """
-
-    state: Any
-    whole: Floats
-    row: Floats
-    memory: Floats
-    rates: Floats
-    time: Floats
-    timestep: Floats
-    warnings: Any
-    qpos: Floats
-    qvel: Floats
-    qacc: Floats
-    warmstart: Floats
-    ctrl: Floats
-    applied: Floats
-    readings: Floats
-    contype: Any
-    conaffinity: Any
-    geom_solref: Floats
-    jnt_solref: Floats
-    eq_solref: Floats
-    eq_data: Floats
-    eq_active: Any
-    legs: Sequence[Leg]
-    leg_count: int
-    order: Floats
-    coordinates: int
-    angles: int
-    hip: int
-    slots: int
-    sensed: int
-    actuators: int
-    geoms: int
-    joints: int
-    locks: int
-    x: Floats
-    z: Floats
-    gradient: Floats
-    segments: int
-    rises: Floats
-    pieces: Floats
-    firsts: Floats
-    lasts: Floats
-    risers: Floats
-    sills: Floats
-    marked: Floats
-    leg_length: float
-    lowest_hip: float
-    foot_radius: float
-    rolling_radius: float
-    weight: float
-    reach: float
-    delay: float
-    stall_time: float
-    averaged: float
-    airborne: float
-    sustained: float
-    start: float
-    end: float
-    steps: float
-    distance: float
-    scuffs: bool
-    stepped: bool
-    deepest: float
-    longest: float
-    shortest: float
-    sliding: float
-    lands: bool
-    radius: float
-    feet: bool
-    box: bool
-    behind: float
-    ahead: float
-    knee_opens: bool
-    knee_stiffness: float
-    knee_damping: float
-    foot_stiffness: float
-    foot_damping: float
-    parameters: Any
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_discontinuity: Any
-    tick: Any
-    knee_strike: Any
-    failed: Floats
-    room: Floats
-    control_period: float
-    memory_size: int
-    states: int
-    sampled: bool
-    support: int
-    pushes: Sequence[Pushes]
-    sample_period: float
-    samples: Floats
-    rows: Floats
-    sample_room: int
-    row_room: int
-    sample_width: int
-    row_width: int
-    estimate_at: int
 
 
 constants_at = reader(Constants)

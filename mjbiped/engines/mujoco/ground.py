@@ -21,8 +21,9 @@ contact's distance is zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_right
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,12 +55,27 @@ Point = tuple[float, float]
 """Place x and height z, m."""
 
 
+class Piece(NamedTuple):
+    """Segments that are built as one geom.
+
+    Attributes:
+        name: Of the geom: the number of the stretch between two steps, and the piece's in there.
+        segments: Indices in the terrain.
+        field: Whether it is a heightfield; else a box, of one segment.
+    """
+
+    name: str
+    segments: range
+    field: bool
+
+
 class Ground:
     """A terrain as pieces: a box, or the segments that share a heightfield.
 
     Attributes:
         terrain: The profile.
-        end: Where the last segment ends, x in m.
+        starts: Where each segment's ground begins, x in m: the first one reaches back.
+        stops: Where it ends; the last one reaches to the end of the ground.
     """
 
     def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto", cut: int = 0) -> None:
@@ -79,43 +95,35 @@ class Ground:
         """
         known_name("ground", kind, GROUND_KINDS)
         self.terrain = terrain
-        self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
+        self.starts = [terrain.x[0] - _BACKWARD, *terrain.x[1:]]
+        self.stops = [*terrain.x[1:], min(terrain.end, max(reach, terrain.x[-1] + 1.0))]
         self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)
-        self._starts = np.array(terrain.x)
-        self._starts[0] -= _BACKWARD
-        self._stops = np.append(terrain.x[1:], self.end)
-        widths = self._stops - self._starts
-        stepped = np.array(terrain.rises) != 0.0
-        self._stretch = np.cumsum(stepped)  # between two steps
-        uneven = np.bincount(self._stretch, np.array(terrain.angle) != 0.0) > 0.0
-        self._field = uneven[self._stretch] if kind == "auto" else np.full(len(widths), kind == "heightfield")
-        unlike = np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])
-        begins = np.append(True, unlike | stepped[1:] | ~self._field[1:])
-        begins[cut] = True
-        if len(widths) > FEW_SEGMENTS:
-            index = np.arange(len(widths))
-            begins |= (index - np.maximum.accumulate(np.where(begins, index, 0))) % _LONGEST_RUN == 0
-        self._pieces = np.append(np.flatnonzero(begins), len(widths))
+        self._pieces: list[Piece] = []
+        widths = np.subtract(self.stops, self.starts)
+        longest = math.inf if len(widths) <= FEW_SEGMENTS else _LONGEST_RUN
+        unlike = np.append(True, np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])).tolist()
+        for stretch, segments in enumerate(terrain.stretches()):
+            field = any(terrain.angle[index] for index in segments) if kind == "auto" else kind == "heightfield"
+            begins = [segments.start]
+            for index in segments[1:]:
+                if not field or unlike[index] or index == cut or index - begins[-1] == longest:
+                    begins.append(index)
+            for number, (first, stop) in enumerate(pairwise([*begins, segments.stop])):
+                self._pieces.append(Piece(f"ground_{stretch}_{number}", range(first, stop), field))
 
     @property
     def segments(self) -> range:
         """All of them."""
-        return range(len(self.terrain.x))
+        return range(len(self.starts))
 
     def between(self, start: float, stop: float) -> range:
         """The segments of all pieces that have a part between two places (m); at least one piece."""
-        first, last = np.searchsorted(self._starts, (start, stop), side="right") - 1
-        low = int(np.searchsorted(self._pieces, max(first, 0), side="right")) - 1
-        high = int(np.searchsorted(self._pieces, max(last, 0), side="right"))
-        return range(int(self._pieces[low]), int(self._pieces[high]))
+        first, last = (self._pieces[self._piece_at(self.terrain.segment_at(x))].segments for x in (start, stop))
+        return range(first.start, last.stop)
 
-    def start_of(self, segment: int) -> float:
-        """Where a segment's ground begins, x in m."""
-        return float(self._starts[segment])
-
-    def stop_of(self, segment: int) -> float:
-        """Where it ends, x in m."""
-        return float(self._stops[segment])
+    def _piece_at(self, segment: int) -> int:
+        """Index of the piece of a segment."""
+        return bisect_right(self._pieces, segment, key=lambda piece: piece.segments.start) - 1
 
     def profile(self, segments: range) -> list[Point]:
         """First and last point of each of these segments."""
@@ -123,7 +131,13 @@ class Ground:
 
     def pieces(self, segments: range) -> dict[str, range]:
         """The segments of each geom of the ground, by its name; the plane is of all."""
-        return {"ground_0": self.segments} if self._plane else dict(self._named_pieces(segments))
+        if self._plane:
+            return {"ground_0": self.segments}
+        return {piece.name: piece.segments for piece in self._pieces_of(segments)}
+
+    def _pieces_of(self, segments: range) -> list[Piece]:
+        """The pieces of these segments."""
+        return self._pieces[self._piece_at(segments[0]) : self._piece_at(segments[-1]) + 1]
 
     def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
         """Build ground.
@@ -135,9 +149,9 @@ class Ground:
         if self._plane:
             _add_plane(spec, self.terrain)
             return
-        for name, piece in self._named_pieces(segments):
+        for name, piece, field in self._pieces_of(segments):
             corners = [self._corners(index) for index in piece]
-            if self._field[piece[0]]:
+            if field:
                 _add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)])
             else:
                 _add_box(spec, name, *corners[0], self.terrain.angle[piece[0]])
@@ -163,17 +177,13 @@ class Ground:
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""
         x, z, fall = self.terrain.x[index], self.terrain.z[index], math.tan(self.terrain.angle[index])
-        start, stop = self.start_of(index), self.stop_of(index)
+        start, stop = self.starts[index], self.stops[index]
         return (start, z - fall * (start - x)), (stop, z - fall * (stop - x))
 
-    def _named_pieces(self, segments: range) -> Iterator[tuple[str, range]]:
-        """The pieces of these segments; each is called by its stretch, and by its number in there."""
-        low, high = (int(place) for place in np.searchsorted(self._pieces, (segments.start, segments.stop)))
-        for number in range(low, high):
-            first, stop = int(self._pieces[number]), int(self._pieces[number + 1])
-            stretch = int(self._stretch[first])
-            before = int(np.searchsorted(self._pieces, np.searchsorted(self._stretch, stretch)))
-            yield f"ground_{stretch}_{number - before}", range(first, stop)
+
+def _add(spec: mujoco.MjSpec, of: str, name: str, **given: Any) -> None:
+    """Add a geom of a default class, a box unless told otherwise."""
+    spec.worldbody.add_geom(spec.find_default(of), name=name, **{"type": mujoco.mjtGeom.mjGEOM_BOX, **given})
 
 
 def _tilt(slope: float) -> list[float]:
@@ -183,31 +193,16 @@ def _tilt(slope: float) -> list[float]:
 
 def _add_plane(spec: mujoco.MjSpec, terrain: Terrain) -> None:
     slope = terrain.angle[0]
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name="ground_0",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, HALF_WIDTH, 0.05],
-        pos=[terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)],
-        quat=_tilt(slope),
-    )
+    place = [terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)]
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    _add(spec, "terrain", "ground_0", type=plane, size=[0.0, HALF_WIDTH, 0.05], pos=place, quat=_tilt(slope))
 
 
 def _add_box(spec: mujoco.MjSpec, name: str, start: Point, stop: Point, slope: float) -> None:
     """One segment as a box whose upper face, raised by the foot's radius, is the profile."""
-    depth = FOOT_RADIUS + _THICKNESS / 2
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2],
-        pos=[
-            (start[0] + stop[0]) / 2 - depth * math.sin(slope),
-            0.0,
-            (start[1] + stop[1]) / 2 - depth * math.cos(slope),
-        ],
-        quat=_tilt(slope),
-    )
+    depth, size = FOOT_RADIUS + _THICKNESS / 2, [math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2]
+    x, z = (start[0] + stop[0]) / 2 - depth * math.sin(slope), (start[1] + stop[1]) / 2 - depth * math.cos(slope)
+    _add(spec, "terrain", name, size=size, pos=[x, 0.0, z], quat=_tilt(slope))
 
 
 def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None:
@@ -220,21 +215,10 @@ def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None
     lowest = float(heights.min())
     rise = float(heights.max()) - lowest
     elevation = rise if rise > 0.0 else 1e-3  # MuJoCo stretches the data to 0..1, and refuses a zero scale
-    relative = (heights - lowest) / elevation
-    spec.add_hfield(
-        name=name,
-        size=[(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS],
-        nrow=2,
-        ncol=len(nodes),
-        userdata=np.concatenate([relative, relative]),
-    )
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_HFIELD,
-        hfieldname=name,
-        pos=[(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest],
-    )
+    size = [(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS]
+    spec.add_hfield(name=name, size=size, nrow=2, ncol=len(nodes), userdata=np.tile((heights - lowest) / elevation, 2))
+    place = [(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest]
+    _add(spec, "terrain", name, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=place)
 
 
 def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
@@ -242,21 +226,11 @@ def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> 
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
     upper, lower = max(top, top - rise), min(top, top - rise) - _THICKNESS / 2
     inward = 1.0 if rise > 0.0 else -1.0
-    spec.worldbody.add_geom(
-        spec.find_default("riser"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2],
-        pos=[x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2],
-    )
+    place = [x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2]
+    _add(spec, "riser", name, size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2], pos=place)
 
 
 def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:
     """A stripe across the ground where the slope changes (dark) or a step stands (red); for the eye only."""
-    spec.worldbody.add_geom(
-        spec.find_default("edge"),
-        name=name,
-        size=[0.006, HALF_WIDTH + 0.002, 0.0015],
-        pos=[x, 0.0, max(z, z - rise)],
-        material="step_edge" if rise != 0.0 else "slope_edge",
-    )
+    seen = {"size": [0.006, HALF_WIDTH + 0.002, 0.0015], "material": "step_edge" if rise != 0.0 else "slope_edge"}
+    _add(spec, "edge", name, pos=[x, 0.0, max(z, z - rise)], **seen)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.engines.mujoco.state import X, Z
-from mjbiped.numerics.blocks import reader
+from mjbiped.numerics.blocks import Block, reader
 
 
-@dataclass(slots=True)
-class Leg:
+class Leg(Block):
     """A leg: a chain of one segment or two that hangs at the hip, with a foot at its end.
 
     Attributes:
@@ -36,27 +34,6 @@ class Leg:
         bend: That of its lower segment's line.
         reach: From its foot to the hip, while its knee is at its stop, m.
     """
-
-    hip: int
-    offset: float
-    lap: float
-    upper: float
-    foot: int
-    contacts: int
-    ankle: int
-    knee: int = -1
-    lower: float = 0.0
-    motor: int = -1
-    stop: int = -1
-    lock: int = -1
-    sole: int = -1
-    toe: int = -1
-    height: float = 0.0
-    behind: float = 0.0
-    ahead: float = 0.0
-    turn: float = 0.0
-    bend: float = 0.0
-    reach: float = 0.0
 
 
 leg_at = reader(Leg)

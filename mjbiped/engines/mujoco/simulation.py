@@ -11,7 +11,6 @@ import math
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,9 @@ from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, observation, record, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.ground_window import Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import Scene, first_state
+from mjbiped.engines.mujoco.scene import first_state
 from mjbiped.engines.mujoco.setup import constants_of, settled, windows_of
 from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, State
@@ -108,7 +108,7 @@ class Simulation:
         self._forget()
         scene.model.opt.timestep = self.options.timestep
         self.model, self.data = scene.model, mujoco.MjData(scene.model)
-        self.inside = self._windows.inside(scene)
+        self.inside = scene.inside
         self.constants = constants_of(
             self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
         )
@@ -133,12 +133,12 @@ class Simulation:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
         assert self._code is not None
         called = self._code.law._asdict()
-        return packed(replace(constants, state=constants.whole, failed=called["parameters"], **called))
+        return packed(constants.but(state=constants.whole, failed=called["parameters"], **called))
 
     def ahead(self) -> Constants:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
         whole: Any = np.zeros(SIZE + self.constants.row_width)
-        return replace(self.constants, whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
+        return self.constants.but(whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
 
     @property
     def compiled(self) -> bool:
