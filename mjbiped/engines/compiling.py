@@ -22,7 +22,6 @@ from mjbiped.errors import InputError, shown
 from mjbiped.numerics import cache as disk
 from mjbiped.numerics.announcement import announced
 from mjbiped.numerics.sources import described, with_callees
-from mjbiped.robots.robot import Robot
 
 if TYPE_CHECKING:
     from mjbiped.engines.plan import Plan
@@ -127,20 +126,9 @@ def _choice() -> str:
 
 def _keys(plan: Plan) -> tuple[str, str]:
     """Names under which the engine's machine code and that of the laws are noted; empty where there is none."""
-    driver, robot, engine = plan.driver, plan.robot, plan.terms.engine
-    wrappers = (type(driver).__name__, plan.disturbances.in_loop)
-    room = engine.room(len(driver.states), robot)
-    own = innermost(driver)
-    law = compilable_law(own)
+    law, wrappers = compilable_law(innermost(plan.driver)), (type(plan.driver).__name__, plan.disturbances.in_loop)
     wanted = "" if law is None else _law_key(law[1:], wrappers)
-    kind = None if engine.serves_all else type(robot)
-    return _engine_key(engine.name, kind, room), wanted
-
-
-@lru_cache(maxsize=256)
-def _engine_key(engine: str, robot: type[Robot] | None, room: int) -> str:
-    kind = () if robot is None else (robot.__module__, robot.__qualname__)
-    return _digest(_sources(), engine, *kind, room)
+    return _digest(_sources(), plan.terms.engine.name), wanted
 
 
 @lru_cache(maxsize=256)

@@ -2,8 +2,8 @@
 
 A *block* is a `Block`, a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works
 on the object itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function
-of a block takes one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and
-`legs[i]` is `leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
+of a block takes one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both,
+and `legs[i]` is `leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
 """
 
 from __future__ import annotations

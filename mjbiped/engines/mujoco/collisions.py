@@ -25,33 +25,21 @@ from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 STANCE, SWING = 1, 4  # contact bits of the two feet; that of a toe is twice as great
 ALL = 15  # of a piece of ground that all feet collide with
-MARKS = 25  # room for geoms of the ground whose bits are set: at most five for each foot's sphere, and their number
 NEAR = 0.5 * SILL  # m
 
 
 def write_contact_bits(c: Any, u: Any) -> None:
     """Let the feet collide as they may in the step to come; the state is that of its beginning."""
     contype = whole_numbers(c.contype, c.geoms)
-    _clear(c, contype)
+    contype[:] = 0
+    if not c.box:  # which all ground meets
+        whole_numbers(c.conaffinity, c.geoms)[:] = 0
     stance, swing = stance_leg(c, u), leg_at(c.legs, swing_index(c, u))
     if u.collides and u.lifted != swing_index(c, u):
         _let_collide(c, contype, swing, u.q, SWING, True)
     lands = u.time == u.transfer_time and u.count > 0.0  # the foot collides as when it landed
     if u.lifted != u.stance or (lands and not c.box):
         _let_collide(c, contype, stance, u.q, STANCE, lands)
-
-
-def _clear(c: Any, contype: Any) -> None:
-    """Let nothing collide."""
-    conaffinity, marked = whole_numbers(c.conaffinity, c.geoms), numbers(c.marked, MARKS)
-    for mark in range(int(marked[0])):
-        conaffinity[int(marked[1 + mark])] = 0
-    marked[0] = 0.0
-    for index in range(c.leg_count):
-        leg = leg_at(c.legs, index)
-        contype[leg.foot] = 0
-        if leg.toe >= 0:
-            contype[leg.toe] = 0
 
 
 def _let_collide(c: Any, contype: Any, leg: Leg, q: Any, bit: int, lands: bool) -> None:
@@ -111,7 +99,4 @@ def _mark_risers(c: Any, segment: int, bit: int) -> None:
 def _mark(c: Any, geom: float, bit: int) -> None:
     """Set a contact bit of a geom of the ground; -1: there is none."""
     if geom >= 0.0:
-        marked, number = numbers(c.marked, MARKS), int(geom)
-        whole_numbers(c.conaffinity, c.geoms)[number] |= bit
-        marked[0] += 1.0
-        marked[int(marked[0])] = geom
+        whole_numbers(c.conaffinity, c.geoms)[int(geom)] |= bit

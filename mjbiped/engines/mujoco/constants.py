@@ -55,7 +55,6 @@ class Constants(Block):
         lasts: The last one.
         risers: For each segment the geom that is the riser at its start; -1: there is none.
         sills: For each segment the geom of the lower ground behind that riser; -1: there is none.
-        marked: Number of geoms of the ground whose contact bits are set, then these geoms.
 
         leg_length: Of a leg, m.
         lowest_hip: Height of the hip over the ground below which the robot has fallen, m.

@@ -13,7 +13,7 @@ from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.compiling import Costs
 from mjbiped.engines.mujoco.callback import walking
 from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
+from mjbiped.engines.mujoco.options import MOTOR, Options
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.scene import check_masses
 from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
@@ -109,10 +109,6 @@ class Mujoco(Options, Engine):
         knees = len(robot.angles) > 2
         step = (_WITH_KNEES if knees else _PHYSICS_STEP) * (steps + _LANDING)
         return Costs(engine=31.0 if knees else 24.0, step=step)
-
-    def room(self, states: int, robot: Robot) -> int:
-        """One machine code serves all controllers with up to eight states; see `Engine.room`."""
-        return max(states, ROOM)
 
     def simulation(
         self,

@@ -60,11 +60,11 @@ def note_lag(c: Any, u: Any, length: float) -> None:
         acceleration = u.qacc[index]
         if u.smooth:
             acceleration = limited(acceleration, u.acceleration[index], falling * falling)
-        u.lag_next[index] = lag * acceleration
-    u.smooth_next = 0.0 if impact else 1.0
+        u.lag[index] = lag * acceleration
+    u.smooth = 0.0 if impact else 1.0
     if c.knee_stiffness > 0.0:
         # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
-        u.lag_next[stance_leg(c, u).knee] = 0.0
+        u.lag[stance_leg(c, u).knee] = 0.0
 
 
 def limited(acceleration: float, before: float, least: float) -> float:

@@ -19,15 +19,10 @@ from mjbiped.utils.mujoco import mujoco
 
 llvm: Any = importlib.import_module("llvmlite.binding")
 TABLE = "mjbiped_walks"
-VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
-
-_STAGES = {
-    step.check: (("mj_checkPos",), ("mj_checkVel",)),
-    step.position: (("mj_fwdPosition",), ("mj_sensorPos",)),
-    step.velocity: (("mj_fwdVelocity",), ("mj_sensorVel",)),
-    step.forward_from_velocity: (("mj_forwardSkip", VELOCITY, 0),),
-    step.integrate: (("mj_checkAcc",), ("mj_Euler",)),
-}
+_STAGES = (
+    *("mj_checkPos", "mj_checkVel", "mj_fwdPosition", "mj_sensorPos", "mj_fwdVelocity", "mj_sensorVel"),
+    *("mj_forwardSkip", "mj_checkAcc", "mj_Euler"),
+)
 
 
 @cache
@@ -35,8 +30,8 @@ def define_stages() -> None:
     """Let machine code call MuJoCo's stages by their names, in the library that Python's bindings have loaded."""
     (library,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     llvm.load_library_permanently(str(library))
-    for stage, calls in _STAGES.items():
-        machine.defined(stage, lambda *_: machine.types.void, _calling(calls))
+    for name in _STAGES:
+        machine.defined(getattr(mujoco, name), lambda *_: machine.types.void, _calling(name))
     llvm.add_symbol(TABLE, table.ctypes.data)
     machine.defined(walks, lambda *_: machine.types.int64, _address_of_table)
 
@@ -48,16 +43,14 @@ def _address_of_table(_context: Any, builder: Any, _signature: Any, _arguments: 
     return builder.ptrtoint(named, ir.IntType(64))
 
 
-def _calling(calls: Any) -> Any:
-    """Generate calls of MuJoCo's functions with model, data, and integers."""
+def _calling(name: str) -> Any:
+    """Generate calls of one of MuJoCo's functions with the addresses of model and data, and integers."""
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         ir = machine.ir
-        whole = ir.IntType(32)
-        for name, *more in calls:
-            kind = ir.FunctionType(ir.VoidType(), [*(each.type for each in arguments), *[whole] * len(more)])
-            function = machine.cgutils.get_or_insert_function(builder.module, kind, name)
-            builder.call(function, [*arguments, *(whole(each) for each in more)])
+        passed = [*arguments[:2], *(builder.trunc(each, ir.IntType(32)) for each in arguments[2:])]
+        kind = ir.FunctionType(ir.VoidType(), [each.type for each in passed])
+        builder.call(machine.cgutils.get_or_insert_function(builder.module, kind, name), passed)
         return context.get_dummy_value()
 
     return generate

@@ -84,8 +84,7 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
     for index in range(c.coordinates):
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.mark, u.time, u.asked, u.lifted = MARK, -1.0, -1.0, NOBODY
-    u.planned = u.planned_next = c.longest
-    u.plain = u.plain_next = 0.0 if c.lands else 1.0
+    u.planned, u.plain = c.longest, 0.0 if c.lands else 1.0
     u.slope, u.reach = slope, leg_at(c.legs, 0).reach
     u.foot_x, u.foot_z = c.radius * math.sin(slope), height + c.radius * math.cos(slope)
     u.foot_angle = u.q[leg_at(c.legs, 0).hip]
@@ -161,13 +160,12 @@ def turn_to(c: Any, u: Any, time: float) -> None:
     qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
     u.turns = 0.0 if u.noted or u.struck or u.time < 0.0 else 1.0
     u.last_step = time - u.time if u.turns else 0.0
-    u.time, u.planned, u.plain, u.smooth = time, u.planned_next, u.plain_next, u.smooth_next
-    u.strikes = u.strikes_next
+    u.time = time
     if u.strikes:
         u.locked = 1.0
     u.old_tilt, u.old_share, u.old_slope = u.tilt, u.share, u.slope
     for index in range(c.coordinates):
-        u.old_q[index], u.old_rates[index], u.lag[index] = u.q[index], u.rates[index], u.lag_next[index]
+        u.old_q[index], u.old_rates[index] = u.q[index], u.rates[index]
         u.q[index], u.rates[index] = qpos[index], qvel[index] + u.lag[index]
         u.qvel[index], u.acceleration[index] = qvel[index], u.qacc[index]
 

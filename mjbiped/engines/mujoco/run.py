@@ -77,10 +77,6 @@ class MujocoRun(Run):
         self.simulation = Simulation(self.plan, self._options, compile=True)
         return self.compile()
 
-    def shares_with(self, other: Run) -> bool:
-        """Whether this walk is machine code, too."""
-        return self.simulation.compiled
-
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
         return np.array(self.simulation.state.peak[: self.simulation.constants.angles])

@@ -15,7 +15,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.functions import in_python
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
-from mjbiped.engines.mujoco.collisions import ALL, MARKS
+from mjbiped.engines.mujoco.collisions import ALL
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.feet import foot_servo, for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
@@ -285,7 +285,6 @@ def _memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory:
         "contype": model.geom_contype,
         "conaffinity": model.geom_conaffinity,
         **{name: getattr(model, name).reshape(-1) for name in flat},
-        "marked": np.zeros(MARKS),
     }
 
 

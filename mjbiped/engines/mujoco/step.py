@@ -1,9 +1,8 @@
 """One physics step of a walk, of MuJoCo's own stages, and what happens between them.
 
-The stages one after the other are bitwise `mujoco.mj_step`. In plain Python they are MuJoCo's functions; what they mean
-in machine code stands in `native`.
+The stages one after the other are bitwise `mujoco.mj_step`. What they mean in machine code stands in `native`.
 
-`mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `forward_from_velocity`. In a loop of
+`mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `mj_forwardSkip`. In a loop of
 somebody's own `mujoco.mj_step` there is nothing but that callback. It then does in one what stands around the stages
 here; contacts are as the state of the step before says, which is 0.1 ms old.
 """
@@ -26,6 +25,7 @@ from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
 from mjbiped.utils.mujoco import mujoco
 
 WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
+VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
 MANY = 1 << 60
 
 
@@ -81,16 +81,20 @@ def step(c: Any, u: Any, model: Any, data: Any) -> None:
         arrive(c, u, time)
     soften(c, u)
     write_contact_bits(c, u)
-    check(model, data)
-    position(model, data)
+    mujoco.mj_checkPos(model, data)
+    mujoco.mj_checkVel(model, data)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_sensorPos(model, data)
     qvel = numbers(c.qvel, c.coordinates)
     show(c, u, qvel)
-    velocity(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    mujoco.mj_sensorVel(model, data)
     for index in range(c.coordinates):
         qvel[index] = u.qvel[index]
-    forward_from_velocity(model, data)
+    mujoco.mj_forwardSkip(model, data, VELOCITY, 0)  # calls `mjcb_control`
     resolve(c, u, u.softened, 1.0)
-    integrate(model, data)
+    mujoco.mj_checkAcc(model, data)
+    mujoco.mj_Euler(model, data)
 
 
 def arrive(c: Any, u: Any, time: float) -> None:
@@ -145,36 +149,3 @@ def warned(c: Any) -> bool:
     for kind in range(WARNINGS):
         count += warnings[2 * kind + 1]
     return bool(count != 0)
-
-
-def check(model: Any, data: Any) -> None:
-    """Look for positions and rates that are no numbers."""
-    mujoco.mj_checkPos(model, data)
-    mujoco.mj_checkVel(model, data)
-
-
-def position(model: Any, data: Any) -> None:
-    """Kinematics, collisions, constraints, and sensors of positions."""
-    mujoco.mj_fwdPosition(model, data)
-    mujoco.mj_sensorPos(model, data)
-
-
-def velocity(model: Any, data: Any) -> None:
-    """Coriolis forces, the constraints' reference accelerations, and sensors of velocities."""
-    mujoco.mj_fwdVelocity(model, data)
-    mujoco.mj_sensorVel(model, data)
-
-
-def forward_from_velocity(model: Any, data: Any) -> None:
-    """`mjcb_control`, forces of motors, accelerations, contact forces, and their sensors."""
-    mujoco.mj_forwardSkip(model, data, mujoco.mjtStage.mjSTAGE_VEL, 0)
-
-
-def integrate(model: Any, data: Any) -> None:
-    """Look for accelerations that are no numbers, and move the robot."""
-    mujoco.mj_checkAcc(model, data)
-    mujoco.mj_Euler(model, data)
-
-
-for _stage in (check, position, velocity, forward_from_velocity, integrate):
-    _stage.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `native`

@@ -74,12 +74,12 @@ def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
     qacc, readings = numbers(c.qacc, c.coordinates), borrowed(c.readings, c.sensed)
     for index in range(c.coordinates):
         u.qacc[index] = qacc[index]
-    u.struck, u.strikes_next = struck, 0.0
+    u.struck, u.strikes = struck, 0.0
     found = step_lengths(c, u, read_contacts(c, u, readings), ahead)
     length = found.length
-    u.planned_next, u.plain_next = found.following, 1.0 if found.reached else 0.0
     u.effective_step = effective_step(u.plain, u.last_step, length)
     note_lag(c, u, length)
+    u.planned, u.plain = found.following, 1.0 if found.reached else 0.0
     weight = u.effective_step / length
     if weight != 1.0:
         for index in range(c.coordinates):
@@ -99,7 +99,7 @@ def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
     planned, usual, shortest = u.planned, c.longest, c.shortest
     free = u.opened != 0.0 and not u.locked and not u.noted
     if not c.lands:
-        u.strikes_next = 1.0 if free and knee_after(c, u, ahead * usual) <= 0.0 else 0.0
+        u.strikes = 1.0 if free and knee_after(c, u, ahead * usual) <= 0.0 else 0.0
         return Lengths(usual, usual, True)
     found = _to_the_ground(c, u, toe)
     if u.struck:
@@ -108,12 +108,12 @@ def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
         opened = knee_after(c, u, 0.0) > 0.0
         stop = approach(stop_gap, c, u) if opened else Lengths(planned, shortest, True)
         found = sooner(found, stop, planned)
-        u.strikes_next = 1.0 if stop.reached and stop.length == found.length else 0.0
+        u.strikes = 1.0 if stop.reached and stop.length == found.length else 0.0
     # an impact is not cut in two; the tick waits for its end
     if c.control_period > 0.0 and not u.noted:
         due = u.next_control - u.time
         if due < found.length - SHORTEST:
-            u.strikes_next = 0.0
+            u.strikes = 0.0
             found = Lengths(due, planned, False)
     return _at_a_face(c, u, toe, found)
 
