@@ -22,7 +22,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.ground_window import GroundWindows, Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.run import simulate
+from mjbiped.engines.mujoco.run import stepped
 from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
 from mjbiped.records.recorder import Recorder
@@ -130,7 +130,8 @@ def find_contacts(simulation: Simulation) -> None:
 def recorded(simulation: Simulation) -> dict[str, Any]:
     """Walk to the end: all that is recorded, and the final state."""
     recorder = Recorder(robot=type(simulation.plan.robot))
-    simulate(simulation, recorder)
+    for _ in stepped(simulation, recorder):
+        pass
     return {**recorder.samples(), **recorder.touchdowns(), "state": np.frombuffer(state_of(simulation))}
 
 

@@ -16,9 +16,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.mujoco.feet import sole_angle
 from mjbiped.engines.mujoco.ground import SILL
-from mjbiped.engines.mujoco.legs import Leg, foot_of, leg_at, stance_leg, swing_index
+from mjbiped.engines.mujoco.legs import Leg, foot_of, leg_at, sole_angle, stance_leg, swing_index
 from mjbiped.numerics.blocks import numbers, whole_numbers
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
@@ -30,10 +29,10 @@ NEAR = 0.5 * SILL  # m
 
 def write_contact_bits(c: Any, u: Any) -> None:
     """Let the feet collide as they may in the step to come; the state is that of its beginning."""
-    contype = whole_numbers(c.contype, c.geoms)
+    contype = whole_numbers(c.geom_contype, c.ngeom)
     contype[:] = 0
     if not c.box:  # which all ground meets
-        whole_numbers(c.conaffinity, c.geoms)[:] = 0
+        whole_numbers(c.geom_conaffinity, c.ngeom)[:] = 0
     stance, swing = stance_leg(c, u), leg_at(c.legs, swing_index(c, u))
     if u.collides and u.lifted != swing_index(c, u):
         _let_collide(c, contype, swing, u.q, SWING, True)
@@ -99,4 +98,4 @@ def _mark_risers(c: Any, segment: int, bit: int) -> None:
 def _mark(c: Any, geom: float, bit: int) -> None:
     """Set a contact bit of a geom of the ground; -1: there is none."""
     if geom >= 0.0:
-        whole_numbers(c.conaffinity, c.geoms)[int(geom)] |= bit
+        whole_numbers(c.geom_conaffinity, c.ngeom)[int(geom)] |= bit

@@ -21,12 +21,12 @@ class Constants(Block):
         qpos: See MuJoCo for this and all that follow.
         qvel: See there.
         qacc: See there.
-        warmstart: See `qacc_warmstart` there.
+        qacc_warmstart: See there.
         ctrl: See there.
-        applied: Forces at the degrees of freedom; that at hip x is a push's, N.
-        readings: Data of all sensors.
-        contype: Contact bits of geoms.
-        conaffinity: The same.
+        qfrc_applied: Forces at the degrees of freedom; that at hip x is a push's, N.
+        sensordata: Data of all sensors.
+        geom_contype: Contact bits of geoms.
+        geom_conaffinity: The same.
         geom_solref: Softness of contacts, two numbers a geom.
         jnt_solref: Softness of the joints' limits, two numbers a joint.
         eq_solref: Softness of equality constraints, two numbers each.
@@ -36,15 +36,15 @@ class Constants(Block):
         legs: The robot's legs, in the order in which they stand.
         leg_count: Their number.
         order: For each of the robot's `places` its index in qpos.
-        coordinates: Number of these.
+        nq: Number of these.
         angles: Number of the robot's angles, and of its joints with motors.
         hip: Actuator between the legs; -1: there is none.
         slots: Floats of one foot's contacts in the sensor data.
-        sensed: Floats of all sensor data.
-        actuators: Number of actuators.
-        geoms: Number of geoms.
-        joints: Number of joints.
-        locks: Number of equality constraints.
+        nsensordata: Floats of all sensor data.
+        nu: Number of actuators.
+        ngeom: Number of geoms.
+        njnt: Number of joints.
+        neq: Number of equality constraints.
         x: Starts of the ground's segments, m; with the three that follow it is a `terrain.profile.Profile`.
         z: Heights there, m.
         gradient: dz/dx.

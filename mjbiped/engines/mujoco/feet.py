@@ -11,8 +11,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from mjbiped.engines.mujoco.contacts import Borne, borne
-from mjbiped.engines.mujoco.legs import Leg, foot_of, stance_leg, swing_leg
+from mjbiped.engines.mujoco.contacts import Felt
+from mjbiped.engines.mujoco.legs import Leg, foot_of, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
@@ -46,16 +46,6 @@ def foot_servo(foot: Foot, leg_length: float, gravity: float) -> tuple[float, fl
     return foot.inertia * frequency**2, 2.0 * foot.inertia * frequency
 
 
-def sole_angle(leg: Leg, q: Any) -> float:
-    """Angle of a foot's sole, as a slope, rad."""
-    return float(q[leg.hip] + leg.offset + q[leg.sole])
-
-
-def sole_rate(leg: Leg, rates: Any) -> float:
-    """Rate of that angle, rad/s."""
-    return float(rates[leg.hip] + rates[leg.sole])
-
-
 def gaps(c: Any, leg: Leg, q: Any) -> tuple[float, float]:
     """Heights of heel and toe over the ground, m."""
     x, z = foot_of(leg, q)
@@ -63,11 +53,6 @@ def gaps(c: Any, leg: Leg, q: Any) -> tuple[float, float]:
     sine, cosine = math.sin(angle), math.cos(angle)
     heel = height_over_ground(c, x - leg.behind * cosine, z + leg.behind * sine)
     return heel, height_over_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine)
-
-
-def begin_flat(u: Any) -> None:
-    """Let a walk begin on ground as it is under the first foot."""
-    u.stood = u.level = u.slope
 
 
 def see_stance_foot(c: Any, u: Any) -> None:
@@ -102,11 +87,6 @@ def intrusion(c: Any, leg: Leg, q: Any) -> float:
     return highest
 
 
-def felt_by(c: Any, u: Any, readings: Any, leg: Leg) -> Borne:
-    """How the ground bears a leg's foot, by its contact sensors."""
-    return borne(readings, leg.contacts, c.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
-
-
 def lands_flat(c: Any, u: Any, x: float) -> bool:
     """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
     if not (u.collides and x > u.foot_x):
@@ -115,38 +95,20 @@ def lands_flat(c: Any, u: Any, x: float) -> bool:
     return -c.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
 
 
-def stands(c: Any, u: Any, readings: Any, pressure: float) -> bool:
+def stands(c: Any, u: Any, foot: Felt) -> bool:
     """Whether the swing foot has come to stand; notes its first contact.
 
     It has where the ground bears the foot on both sides of its ankle. A foot with an edge close to its ankle may never
-    be borne so: it stands once it bears most of the weight (pressure, N) and the other foot has borne none for a while.
+    be borne so: it stands once it bears most of the weight and the other foot has borne none for a while.
     """
-    felt = felt_by(c, u, readings, swing_leg(c, u))
-    if max(felt.behind, felt.ahead) > 0.0:
+    if max(foot.behind, foot.ahead) > 0.0:
         u.down = u.time
         if math.isnan(u.touched):
             u.touched = u.time
     elif u.time - u.down > c.airborne:
         u.touched = math.nan
-    alone = u.without_contact >= c.airborne and pressure > MOST * c.weight
-    return bool(alone or min(felt.behind, felt.ahead) > 0.0)
-
-
-def bear(c: Any, u: Any, readings: Any) -> None:
-    """Note how the ground bears the stance foot in the step just resolved, and a foot that comes to stand in it."""
-    if u.noted:
-        new = felt_by(c, u, readings, swing_leg(c, u))
-        u.support_behind, u.support_ahead = new.behind, new.ahead
-    felt = felt_by(c, u, readings, stance_leg(c, u))
-    u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
-    u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
-
-
-def weigh_shear(u: Any) -> None:
-    """Take the ratio of friction to normal force in a stretch over which forces are averaged."""
-    if u.impulse > 0.0:
-        u.friction = max(u.friction, abs(u.shear_impulse) / u.impulse)
-    u.shear_impulse = 0.0
+    alone = u.without_contact >= c.airborne and foot.pressure > MOST * c.weight
+    return bool(alone or min(foot.behind, foot.ahead) > 0.0)
 
 
 def swing_foot_torque(c: Any, u: Any) -> float:
@@ -157,5 +119,5 @@ def swing_foot_torque(c: Any, u: Any) -> float:
     stance, swing = stance_leg(c, u), swing_leg(c, u)
     # joints tell angles from the foot that stands, which may tip
     error = min(max(sole_angle(swing, u.q) - u.slope, -PLAUSIBLE), PLAUSIBLE)
-    rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
+    rate = (u.rates[swing.hip] + u.rates[swing.sole]) - (u.rates[stance.hip] + u.rates[stance.sole])
     return float(c.foot_stiffness * error + c.foot_damping * rate)

@@ -56,7 +56,7 @@ def note_lag(c: Any, u: Any, length: float) -> None:
     impact = u.noted or u.struck or u.plain
     lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
     falling = STALL_TIME / c.stall_time
-    for index in range(2, c.coordinates):  # the hip's is not shown
+    for index in range(2, c.nq):  # the hip's is not shown
         acceleration = u.qacc[index]
         if u.smooth:
             acceleration = limited(acceleration, u.acceleration[index], falling * falling)
@@ -87,7 +87,7 @@ def show(c: Any, u: Any, qvel: MutableSequence[float]) -> None:
     foot = Foot(u.reach, c.foot_radius, c.rolling_radius, u.old_slope if c.scuffs else u.slope)
     turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
     shown_x, shown_z = held(foot, u.q[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
-    for index in range(2, c.coordinates):
+    for index in range(2, c.nq):
         qvel[index] += u.lag[index]
     qvel[X] += shown_x
     qvel[Z] += shown_z

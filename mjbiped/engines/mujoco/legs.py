@@ -59,8 +59,13 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
     x, z = end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
     if leg.sole < 0:
         return x, z
-    angle = q[leg.hip] + leg.offset + q[leg.sole]
+    angle = sole_angle(leg, q)
     return x - leg.height * math.sin(angle), z - leg.height * math.cos(angle)
+
+
+def sole_angle(leg: Leg, q: Any) -> float:
+    """Angle of a foot's sole, as a slope, rad."""
+    return float(q[leg.hip] + leg.offset + q[leg.sole])
 
 
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:

@@ -30,7 +30,7 @@ def lift(c: Any, u: Any, ahead: float) -> None:
         if lands_flat(c, u, x):
             u.lifted = u.stance
         else:
-            for index in range(c.coordinates):
+            for index in range(c.nq):
                 u.rates_before[index] = u.rates[index]
         return
     clear = height_over_ground(c, x, z)

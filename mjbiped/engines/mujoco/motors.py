@@ -33,11 +33,11 @@ def control(c: Any, u: Any, time: float) -> None:
     if not time > u.asked:
         return
     u.asked = time
-    ctrl, memory = numbers(c.ctrl, c.actuators), borrowed(c.memory, c.memory_size)
+    ctrl, memory = numbers(c.ctrl, c.nu), borrowed(c.memory, c.memory_size)
     before, hold, foot = (u.torque[0], u.torque[1], u.torque[2]), u.hold, u.foot_torque
     if u.pushing or time > u.next_push - NOW:
         push(c, u)
-        numbers(c.applied, c.coordinates)[0] = u.push
+        numbers(c.qfrc_applied, c.nq)[0] = u.push
     due = time > u.next_control - NOW
     if due:
         u.next_control += c.control_period
@@ -134,7 +134,7 @@ def drive(c: Any, u: Any, ctrl: MutableSequence[float]) -> None:
     stance, swing = stance_leg(c, u), swing_leg(c, u)
     if u.locked:
         u.torque[2] = 0.0
-    for index in range(c.actuators):
+    for index in range(c.nu):
         ctrl[index] = 0.0
     ctrl[stance.ankle] = u.torque[0]
     if c.feet:

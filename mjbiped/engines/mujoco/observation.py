@@ -17,11 +17,9 @@ from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco.bearing import weigh
 from mjbiped.engines.mujoco.constants import pushes_at
 from mjbiped.engines.mujoco.feet import (
-    begin_flat,
     gaps,
     intrusion,
     see_stance_foot,
-    sole_angle,
     stand_flat,
 )
 from mjbiped.engines.mujoco.legs import (
@@ -30,6 +28,7 @@ from mjbiped.engines.mujoco.legs import (
     foot_of,
     leg_at,
     rates_of,
+    sole_angle,
     stance_leg,
     swing_index,
     swing_leg,
@@ -80,8 +79,8 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
         slope: Of the ground under the stance foot, rad.
         height: Of that ground, m.
     """
-    qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
-    for index in range(c.coordinates):
+    qpos, qvel = borrowed(c.qpos, c.nq), borrowed(c.qvel, c.nq)
+    for index in range(c.nq):
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.mark, u.time, u.asked, u.lifted = MARK, -1.0, -1.0, NOBODY
     u.planned, u.plain = c.longest, 0.0 if c.lands else 1.0
@@ -89,7 +88,7 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
     u.foot_x, u.foot_z = c.radius * math.sin(slope), height + c.radius * math.cos(slope)
     u.foot_angle = u.q[leg_at(c.legs, 0).hip]
     u.next_push, u.push_impulse = following(pushes_at(c.pushes, 0), 0, 0.0)
-    begin_flat(u)
+    u.stood = u.level = slope
     begin_step(u)
     swing = swing_leg(c, u)
     u.opened = 1.0 if swing.knee >= 0 and u.q[swing.knee] > OPENED else 0.0
@@ -157,14 +156,14 @@ def observe(c: Any, u: Any, time: float) -> None:
 
 def turn_to(c: Any, u: Any, time: float) -> None:
     """Make what was the step to come the step under way, and read the state from MuJoCo."""
-    qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
+    qpos, qvel = borrowed(c.qpos, c.nq), borrowed(c.qvel, c.nq)
     u.turns = 0.0 if u.noted or u.struck or u.time < 0.0 else 1.0
     u.last_step = time - u.time if u.turns else 0.0
     u.time = time
     if u.strikes:
         u.locked = 1.0
     u.old_tilt, u.old_share, u.old_slope = u.tilt, u.share, u.slope
-    for index in range(c.coordinates):
+    for index in range(c.nq):
         u.old_q[index], u.old_rates[index] = u.q[index], u.rates[index]
         u.q[index], u.rates[index] = qpos[index], qvel[index] + u.lag[index]
         u.qvel[index], u.acceleration[index] = qvel[index], u.qacc[index]

@@ -91,7 +91,7 @@ def _write(row: Any, at: int, values: Any, count: int) -> int:
 
 def _write_posture(c: Any, u: Any, row: Any, at: int) -> int:
     """Write the robot's coordinates in the record's order; returns the index behind them."""
-    order = numbers(c.order, c.coordinates)
-    for index in range(c.coordinates):
+    order = numbers(c.order, c.nq)
+    for index in range(c.nq):
         row[at + index] = u.q[int(order[index])]
-    return at + int(c.coordinates)
+    return at + int(c.nq)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
-import ctypes
 import math
 from dataclasses import replace
 from typing import Any
@@ -20,18 +18,14 @@ from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.feet import foot_servo, for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, Scene
-from mjbiped.engines.mujoco.legs import Leg
 from mjbiped.engines.mujoco.motors import SPARE
 from mjbiped.engines.mujoco.options import MOTOR, Options
+from mjbiped.engines.mujoco.places import memory_in, places_in
 from mjbiped.engines.mujoco.servo import servo_of
-from mjbiped.engines.mujoco.state import SIZE, State
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
-from mjbiped.errors import MjbipedError
 from mjbiped.records.columns import index_of, tables_of
-from mjbiped.robots.bodies import Limb
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINED
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.mujoco import mujoco
 
@@ -93,8 +87,8 @@ def constants_of(
     model, period = scene.model, plan.terms.sample_period
     constants = Constants(
         **_walk_in(plan, options, controller),
-        **_places_in(scene, plan.terrain, plan.robot),
-        **_memory_in(model, data, rows.shape[1], controller.memory_size),
+        **places_in(scene, plan.terrain, plan.robot),
+        **memory_in(scene, data, rows.shape[1], controller.memory_size),
         **in_python(controller)._asdict(),
         failed=[0.0],
         start=scene.start,
@@ -122,14 +116,27 @@ def constants_of(
 
 def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, Any]:
     """What a walk's plan says, as fields of `Constants`; the controller is that of the robot's joints."""
-    robot = plan.robot
-    scuffs, shortest, foot = not robot.collides_from_lift_off, _shortest_step(options), robot.bodies.foot
+    robot, terms, length, foot = plan.robot, plan.terms, plan.robot.leg_length, plan.robot.bodies.foot
+    scuffs, shortest = not robot.collides_from_lift_off, _shortest_step(options)
+    pendulum = math.sqrt(length / robot.gravity)
     # a foot with mass bounds no torque: it tips
     behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
     knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
     swing = (0.0, 0.0) if foot is None else foot_servo(foot, robot.leg_length, robot.gravity)
     return {
-        **_limits(plan, options),
+        "leg_length": length,
+        "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
+        "foot_radius": FOOT_RADIUS,
+        "rolling_radius": robot.radius + (0.0 if options.lands or foot is not None else FOOT_RADIUS),
+        "weight": robot.weight,
+        "reach": terms.scuffing.reach * length,
+        "delay": float(terms.scuffing.delay),
+        "stall_time": STALL_TIME * pendulum,
+        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
+        "airborne": bearing.AIRBORNE * pendulum,
+        "sustained": SUSTAINED * pendulum,
+        "steps": math.inf if terms.steps is None else float(terms.steps),
+        "distance": math.inf if terms.distance is None else float(terms.distance),
         "scuffs": scuffs,
         "stepped": bool(np.any(plan.terrain.rises)),
         # twice the path in a timestep after a fall through a leg length
@@ -158,147 +165,9 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
     }
 
 
-def _limits(plan: Plan, options: Options) -> dict[str, Any]:
-    """Limits at which a walk ends, and times over which forces are averaged."""
-    robot, terms = plan.robot, plan.terms
-    length, foot = robot.leg_length, robot.bodies.foot
-    pendulum = math.sqrt(length / robot.gravity)
-    return {
-        "leg_length": length,
-        "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
-        "foot_radius": FOOT_RADIUS,
-        "rolling_radius": robot.radius + (0.0 if options.lands or foot is not None else FOOT_RADIUS),
-        "weight": robot.weight,
-        "reach": terms.scuffing.reach * length,
-        "delay": float(terms.scuffing.delay),
-        "stall_time": STALL_TIME * pendulum,
-        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
-        "airborne": bearing.AIRBORNE * pendulum,
-        "sustained": SUSTAINED * pendulum,
-        "steps": math.inf if terms.steps is None else float(terms.steps),
-        "distance": math.inf if terms.distance is None else float(terms.distance),
-    }
-
-
 def ground_needed(robot: Robot, steps: int | None, distance: float | None) -> float:
     """How far ahead of x = 0 a walk can come, m."""
     length = robot.leg_length
     ways = [steps * LONGEST_STEP * length] if steps is not None else []
     ways += [distance] if distance is not None else []
     return 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
-
-
-def _places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
-    """Where things are in a scene, as fields of `Constants`: ground, joints, geoms, and sensor data."""
-    model, bodies, begin = scene.model, robot.bodies, scene.segments.start
-    shown = slice(begin, scene.segments.stop)
-    x, z, gradient = map(np.array, terrain.profile[:3])
-    pieces = [(model.geom(name).id, piece) for name, piece in scene.pieces.items()]
-    grounds = [next((geom, piece) for geom, piece in pieces if segment in piece) for segment in scene.segments]
-    risers, sills = (
-        [float(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{kind}_{segment}")) for segment in scene.segments]
-        for kind in ("riser", "sill")
-    )
-    return {
-        "legs": [_leg_in(model, limb, robot) for limb in bodies.limbs],
-        "leg_count": len(bodies.limbs),
-        "order": [float(model.joint(name).qposadr[0]) for name in robot.places],
-        "coordinates": model.nq,
-        "angles": len(robot.angles),
-        "hip": mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, "hip"),
-        "slots": int(model.sensor(f"{bodies.limbs[0].name}_contact").dim[0]),
-        "sensed": model.nsensordata,
-        "actuators": model.nu,
-        "geoms": model.ngeom,
-        "joints": model.njnt,
-        "locks": model.neq,
-        "x": x[shown].tolist(),
-        # the centres of round feet meet the ground as points meet one that lies higher by their radius
-        "z": (z[shown] + robot.radius * np.hypot(1.0, gradient[shown])).tolist(),
-        "gradient": gradient[shown].tolist(),
-        "segments": len(scene.segments),
-        "rises": [float(rise) for rise in terrain.rises[shown]],
-        "pieces": [float(geom) for geom, _ in grounds],
-        "firsts": [float(max(piece[0] - begin, 0)) for _, piece in grounds],
-        "lasts": [float(min(piece[-1] - begin, len(scene.segments) - 1)) for _, piece in grounds],
-        "risers": risers,
-        "sills": sills,
-    }
-
-
-def _leg_in(model: mujoco.MjModel, limb: Limb, robot: Robot) -> Leg:
-    """Where a leg's parts are in a model; of two segments the leg has a knee."""
-    name, leg = limb.name, robot.bodies.leg
-    lengths, turns = [segment.length for segment in leg], [segment.turn for segment in leg]
-    lengths[-1] -= robot.radius  # down to the centre of a round foot
-    foot, geoms = robot.bodies.foot, [int(model.geom(part).id) for part in robot.bodies.feet(limb)]
-    straight = sum(length * cmath.exp(1j * turn) for length, turn in zip(lengths, turns, strict=True))
-    sole = {"sole": -1, "toe": -1, "height": 0.0, "behind": 0.0, "ahead": 0.0}
-    if foot is not None:
-        sole = {"sole": int(model.joint(f"{name}_foot").qposadr[0]), "toe": geoms[1] if len(geoms) > 1 else -1}
-        sole |= {"height": foot.height, "behind": foot.behind, "ahead": foot.ahead}
-    knee = {"knee": -1, "stop": -1, "motor": -1, "lock": -1, "lower": 0.0, "bend": 0.0}
-    if len(lengths) > 1:
-        joint = model.joint(f"{name}_knee")
-        knee = {"knee": int(joint.qposadr[0]), "stop": int(joint.id), "motor": int(model.actuator(f"{name}_knee").id)}
-        knee |= {"lock": int(model.equality(f"{name}_lock").id), "lower": lengths[1], "bend": turns[1]}
-    return Leg(
-        hip=int(model.joint(limb.hinge).qposadr[0]),
-        offset=limb.offset,
-        lap=limb.lap,
-        upper=lengths[0],
-        foot=geoms[0],
-        contacts=int(model.sensor(f"{name}_contact").adr[0]),
-        ankle=int(model.actuator(limb.ankle).id),
-        turn=turns[0],
-        reach=abs(straight),
-        **sole,
-        **knee,
-    )
-
-
-def _memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory: int) -> dict[str, Any]:
-    """Arrays that show MuJoCo's memory, as fields of `Constants`.
-
-    Args:
-        model: The scene's.
-        data: Of the model.
-        touched: Floats of a touchdown's row.
-        memory: Floats of the controller's memory.
-    """
-    userdata, row, kinds = data.userdata, SIZE + touched, data.warning.lastinfo
-    names = ("qpos", "qvel", "qacc", "ctrl", "eq_active")
-    flat = ("geom_solref", "jnt_solref", "eq_solref", "eq_data")
-    return {
-        "state": [State.from_buffer(userdata)],
-        "whole": userdata[:row],
-        "row": userdata[SIZE:row],
-        "memory": userdata[row : row + memory],
-        "rates": userdata[row + memory :],
-        "time": _number_before(data, "time", data.energy),
-        "timestep": _number_before(model.opt, "timestep", model.opt.gravity),
-        "warnings": np.lib.stride_tricks.as_strided(kinds, (2 * len(kinds),), (kinds.itemsize,)),  # and their numbers
-        **{name: getattr(data, name) for name in names},
-        "warmstart": data.qacc_warmstart,
-        "applied": data.qfrc_applied,
-        "readings": data.sensordata,
-        "contype": model.geom_contype,
-        "conaffinity": model.geom_conaffinity,
-        **{name: getattr(model, name).reshape(-1) for name in flat},
-    }
-
-
-def _number_before(owner: Any, name: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
-    """An array that shows a number which MuJoCo keeps a few places before an array.
-
-    Raises:
-        MjbipedError: This MuJoCo keeps it elsewhere.
-    """
-    value, mark, most = getattr(owner, name), 0.0123456789, 31
-    shown = np.ctypeslib.as_array((ctypes.c_double * most).from_address(array.ctypes.data - 8 * most))
-    setattr(owner, name, mark)
-    places = np.flatnonzero(shown == mark)
-    setattr(owner, name, value)
-    if len(places) != 1:
-        raise MjbipedError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than expected: expected is 3 or 4")
-    return shown[places[0] :][:1]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
 from mjbiped.engines.compiling import announced_for, compiles
-from mjbiped.engines.mujoco import callback, observation, record, step
+from mjbiped.engines.mujoco import callback, observation, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.ground_window import Scene
@@ -185,7 +185,8 @@ class Simulation:
     @property
     def memory(self) -> list[float]:
         """A copy of the controller's memory."""
-        return [float(value) for value in self.constants.memory]
+        memory: list[float] = self.constants.memory.tolist()
+        return memory
 
     def move_on(self) -> bool:
         """Rebuild the ground around the robot if the robot nears the end of the part of a long terrain that is built.
@@ -276,10 +277,6 @@ class Simulation:
     def over(self) -> bool:
         """Whether the walk has ended."""
         return self.outcome is not Outcome.WALKING
-
-    def sample(self) -> None:
-        """Record the state now."""
-        record.take_sample(self.constants, self.state, self.memory)
 
     def take(self, recorder: Recorder) -> int:
         """Move the contents of the buffers to a recorder; return the number of touchdowns."""

@@ -29,7 +29,7 @@ def soften(c: Any, u: Any) -> None:
         u: State, after the observation.
     """
     u.acted, u.softened = u.softened, u.strikes
-    solref, damping = numbers(c.geom_solref, 2 * c.geoms), -1.0 / effective_step(u.plain, u.last_step, u.planned)
+    solref, damping = numbers(c.geom_solref, 2 * c.ngeom), -1.0 / effective_step(u.plain, u.last_step, u.planned)
     if solref[2 * leg_at(c.legs, 0).foot + 1] != damping:
         for index in range(c.leg_count):
             leg = leg_at(c.legs, index)
@@ -59,7 +59,7 @@ def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
         stands: Whether the leg is the stance leg.
         damping: Of constraints that are plastic within the step, as MuJoCo has it.
     """
-    stop, lock = numbers(c.jnt_solref, 2 * c.joints), numbers(c.eq_solref, 2 * c.locks)
+    stop, lock = numbers(c.jnt_solref, 2 * c.njnt), numbers(c.eq_solref, 2 * c.neq)
     stop[2 * leg.stop], stop[2 * leg.stop + 1] = -LOCK_STIFFNESS, damping
     lock[2 * leg.lock], lock[2 * leg.lock + 1] = -LOCK_STIFFNESS, damping
     lands = u.lifted == u.stance
@@ -71,5 +71,5 @@ def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
         active, flexion = lands, u.q[leg.knee] if lands else 0.0
     else:
         active, flexion = True, u.rest
-    octets(c.eq_active, c.locks)[leg.lock] = 1 if active else 0
-    numbers(c.eq_data, EQ_DATA * c.locks)[EQ_DATA * leg.lock] = flexion
+    octets(c.eq_active, c.neq)[leg.lock] = 1 if active else 0
+    numbers(c.eq_data, EQ_DATA * c.neq)[EQ_DATA * leg.lock] = flexion

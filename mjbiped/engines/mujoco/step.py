@@ -85,11 +85,11 @@ def step(c: Any, u: Any, model: Any, data: Any) -> None:
     mujoco.mj_checkVel(model, data)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_sensorPos(model, data)
-    qvel = numbers(c.qvel, c.coordinates)
+    qvel = numbers(c.qvel, c.nq)
     show(c, u, qvel)
     mujoco.mj_fwdVelocity(model, data)
     mujoco.mj_sensorVel(model, data)
-    for index in range(c.coordinates):
+    for index in range(c.nq):
         qvel[index] = u.qvel[index]
     mujoco.mj_forwardSkip(model, data, VELOCITY, 0)  # calls `mjcb_control`
     resolve(c, u, u.softened, 1.0)
@@ -132,13 +132,13 @@ def recall(c: Any) -> None:
 
     MuJoCo's states have neither; but they have the accelerations as the solver's next guess.
     """
-    qacc, kept = numbers(c.qacc, c.coordinates), numbers(c.warmstart, c.coordinates)
-    readings, another = numbers(c.readings, c.sensed), False
-    for index in range(c.coordinates):
+    qacc, kept = numbers(c.qacc, c.nq), numbers(c.qacc_warmstart, c.nq)
+    readings, another = numbers(c.sensordata, c.nsensordata), False
+    for index in range(c.nq):
         another = another or qacc[index] != kept[index]
         qacc[index] = kept[index]
     if another:
-        for index in range(c.sensed):
+        for index in range(c.nsensordata):
             readings[index] = 0.0
 
 

@@ -71,8 +71,8 @@ def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
         struck: Whether the knee was locked at its stop in the step.
         ahead: In steps of one length, how many of them later a knee can be locked.
     """
-    qacc, readings = numbers(c.qacc, c.coordinates), borrowed(c.readings, c.sensed)
-    for index in range(c.coordinates):
+    qacc, readings = numbers(c.qacc, c.nq), borrowed(c.sensordata, c.nsensordata)
+    for index in range(c.nq):
         u.qacc[index] = qacc[index]
     u.struck, u.strikes = struck, 0.0
     found = step_lengths(c, u, read_contacts(c, u, readings), ahead)
@@ -82,7 +82,7 @@ def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
     u.planned, u.plain = found.following, 1.0 if found.reached else 0.0
     weight = u.effective_step / length
     if weight != 1.0:
-        for index in range(c.coordinates):
+        for index in range(c.nq):
             qacc[index] *= weight
     numbers(c.timestep, 1)[0] = length
 
