@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -70,14 +70,6 @@ class Engine(ABC):
         Raises:
             MjbipedError: The walk cannot be started.
         """
-
-    def session(self) -> AbstractContextManager[None]:
-        """Context held during a walk, or a batch of walks, of this engine; empty by default.
-
-        Raises:
-            MjbipedError: No walk can be made now.
-        """
-        return nullcontext()
 
 
 class Run(ABC):

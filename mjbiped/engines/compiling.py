@@ -12,6 +12,7 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from mjbiped.engines.plan import Plan
 
 VARIABLE = "MJBIPED_COMPILE"
+AHEAD: ContextVar[int] = ContextVar("walks ahead", default=1)
+"""Number of walks of the study that is under way in this process; 1: none is."""
 _ALWAYS, _NEVER, _AUTO = "always", "never", "auto"
 _SHORTEST_GAIT_STEP = 0.3  # leg lengths: the walk of a distance has at most so many steps
 _SOURCES = (

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from mjbiped.engines.mujoco.legs import foot_of, sole_angle
+from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.legs import Leg, foot_of, sole_angle
+from mjbiped.engines.mujoco.state import State
 
 READING = 11
 """Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
@@ -42,7 +44,7 @@ class Felt(NamedTuple):
     shear: float = 0.0
 
 
-def felt(c: Any, u: Any, readings: Any, leg: Any) -> Felt:
+def felt(c: Constants, u: State, readings: Any, leg: Leg) -> Felt:
     """Sum the contacts of a leg's foot over the slots of its contact sensor.
 
     The axes of a contact's frame are its normal, which points from the foot into the ground, the robot's lateral axis,

@@ -11,9 +11,11 @@ import math
 from dataclasses import replace
 from typing import Any
 
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.contacts import Felt
-from mjbiped.engines.mujoco.legs import Leg, foot_of, sole_angle, stance_leg, swing_leg
+from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
 from mjbiped.terrain.profile import height_over_ground, segment_under
@@ -46,16 +48,13 @@ def foot_servo(foot: Foot, leg_length: float, gravity: float) -> tuple[float, fl
     return foot.inertia * frequency**2, 2.0 * foot.inertia * frequency
 
 
-def gaps(c: Any, leg: Leg, q: Any) -> tuple[float, float]:
+def gaps(c: Constants, leg: Leg, q: Any) -> tuple[float, float]:
     """Heights of heel and toe over the ground, m."""
-    x, z = foot_of(leg, q)
-    angle = sole_angle(leg, q)
-    sine, cosine = math.sin(angle), math.cos(angle)
-    heel = height_over_ground(c, x - leg.behind * cosine, z + leg.behind * sine)
-    return heel, height_over_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine)
+    heel_x, heel_z, toe_x, toe_z = heel_and_toe(leg, q)
+    return height_over_ground(c, heel_x, heel_z), height_over_ground(c, toe_x, toe_z)
 
 
-def see_stance_foot(c: Any, u: Any) -> None:
+def see_stance_foot(c: Constants, u: State) -> None:
     """Take the slope from the foot that stands, and note how long it stood on one side alone, and how far it tipped."""
     tip = sole_angle(stance_leg(c, u), u.q) - u.stood
     u.slope = u.level + tip
@@ -64,7 +63,7 @@ def see_stance_foot(c: Any, u: Any) -> None:
         u.one_sided += u.effective_step
 
 
-def stand_flat(u: Any, new: float) -> None:
+def stand_flat(u: State, new: float) -> None:
     """Note the angle of a new foothold, rad, and what the feet take the ground's to be.
 
     An angle far from that of the ground so far is that of a foot on an edge, unless the foothold before was like it.
@@ -74,20 +73,20 @@ def stand_flat(u: Any, new: float) -> None:
     u.stood = new
 
 
-def intrusion(c: Any, leg: Leg, q: Any) -> float:
+def intrusion(c: Constants, leg: Leg, q: Any) -> float:
     """How high edges of the ground stand over the line from a foot's heel to its toe, m; 0: none does."""
     (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
     starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)
-    heel, fall, highest = x - leg.behind * math.cos(angle), math.tan(angle), 0.0
-    segment = segment_under(c, heel) + 1
-    while segment < c.segments and starts[segment] < x + leg.ahead * math.cos(angle):
+    heel, _, toe, _ = heel_and_toe(leg, q)
+    segment, fall, highest = segment_under(c, heel) + 1, math.tan(angle), 0.0
+    while segment < c.segments and starts[segment] < toe:
         edge = max(heights[segment], heights[segment] - rises[segment])
         highest = max(highest, edge - (z - fall * (starts[segment] - x)))
         segment += 1
     return highest
 
 
-def lands_flat(c: Any, u: Any, x: float) -> bool:
+def lands_flat(c: Constants, u: State, x: float) -> bool:
     """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
     if not (u.collides and x > u.foot_x):
         return False
@@ -95,7 +94,7 @@ def lands_flat(c: Any, u: Any, x: float) -> bool:
     return -c.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
 
 
-def stands(c: Any, u: Any, foot: Felt) -> bool:
+def stands(c: Constants, u: State, foot: Felt) -> bool:
     """Whether the swing foot has come to stand; notes its first contact.
 
     It has where the ground bears the foot on both sides of its ankle. A foot with an edge close to its ankle may never
@@ -111,7 +110,7 @@ def stands(c: Any, u: Any, foot: Felt) -> bool:
     return bool(alone or min(foot.behind, foot.ahead) > 0.0)
 
 
-def swing_foot_torque(c: Any, u: Any) -> float:
+def swing_foot_torque(c: Constants, u: State) -> float:
     """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle.
 
     It is that of an error of `PLAUSIBLE` at most: a foot that lands across an edge must be able to turn to lie on it.

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjbiped.engines.mujoco.options import GROUND_KINDS
+from mjbiped.engines.mujoco.options import AUTO, BOXES, FIELD, GROUND_KINDS
 from mjbiped.terrain.profile import EDGE
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
@@ -51,6 +51,7 @@ SILL = 4e-3
 """Of lower ground to either side of a riser's face, m, in half of which a foot meets this box in the piece's place."""
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
+PLANE = "plane"
 Point = tuple[float, float]
 """Place x and height z, m."""
 
@@ -61,12 +62,12 @@ class Piece(NamedTuple):
     Attributes:
         name: Of the geom: the number of the stretch between two steps, and the piece's in there.
         segments: Indices in the terrain.
-        field: Whether it is a heightfield; else a box, of one segment.
+        kind: What is built of them: a plane, a heightfield, or a box, of one segment.
     """
 
     name: str
     segments: range
-    field: bool
+    kind: str
 
 
 class Ground:
@@ -76,9 +77,10 @@ class Ground:
         terrain: The profile.
         starts: Where each segment's ground begins, x in m: the first one reaches back.
         stops: Where it ends; the last one reaches to the end of the ground.
+        pieces: All pieces.
     """
 
-    def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto", cut: int = 0) -> None:
+    def __init__(self, terrain: Terrain, *, reach: float, kind: str = AUTO, cut: int = 0) -> None:
         """Cut a terrain.
 
         A heightfield's columns are equidistant, so neighbouring segments share one only while their widths are equal
@@ -97,71 +99,55 @@ class Ground:
         self.terrain = terrain
         self.starts = [terrain.x[0] - _BACKWARD, *terrain.x[1:]]
         self.stops = [*terrain.x[1:], min(terrain.end, max(reach, terrain.x[-1] + 1.0))]
-        self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)
-        self._pieces: list[Piece] = []
+        self.pieces: list[Piece] = []
         widths = np.subtract(self.stops, self.starts)
         longest = math.inf if len(widths) <= FEW_SEGMENTS else _LONGEST_RUN
         unlike = np.append(True, np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])).tolist()
         for stretch, segments in enumerate(terrain.stretches()):
-            field = any(terrain.angle[index] for index in segments) if kind == "auto" else kind == "heightfield"
+            made = FIELD if kind == FIELD or (kind == AUTO and any(terrain.angle[each] for each in segments)) else BOXES
             begins = [segments.start]
             for index in segments[1:]:
-                if not field or unlike[index] or index == cut or index - begins[-1] == longest:
+                if made == BOXES or unlike[index] or index == cut or index - begins[-1] == longest:
                     begins.append(index)
             for number, (first, stop) in enumerate(pairwise([*begins, segments.stop])):
-                self._pieces.append(Piece(f"ground_{stretch}_{number}", range(first, stop), field))
+                self.pieces.append(Piece(f"ground_{stretch}_{number}", range(first, stop), made))
+        if len(terrain.x) == 1 and kind == AUTO and math.isinf(terrain.end):
+            self.pieces = [Piece("ground_0", range(1), PLANE)]
 
-    @property
-    def segments(self) -> range:
-        """All of them."""
-        return range(len(self.starts))
-
-    def between(self, start: float, stop: float) -> range:
-        """The segments of all pieces that have a part between two places (m); at least one piece."""
-        first, last = (self._pieces[self._piece_at(self.terrain.segment_at(x))].segments for x in (start, stop))
-        return range(first.start, last.stop)
+    def between(self, start: float, stop: float) -> list[Piece]:
+        """The pieces that have a part between two places (m); at least one."""
+        first, last = (self._piece_at(self.terrain.segment_at(x)) for x in (start, stop))
+        return self.pieces[first : last + 1]
 
     def _piece_at(self, segment: int) -> int:
         """Index of the piece of a segment."""
-        return bisect_right(self._pieces, segment, key=lambda piece: piece.segments.start) - 1
+        return bisect_right(self.pieces, segment, key=lambda piece: piece.segments.start) - 1
 
-    def profile(self, segments: range) -> list[Point]:
-        """First and last point of each of these segments."""
-        return [point for index in segments for point in self._corners(index)]
+    def profile(self, pieces: list[Piece]) -> list[Point]:
+        """First and last point of each segment of these pieces."""
+        return [point for piece in pieces for index in piece.segments for point in self._corners(index)]
 
-    def pieces(self, segments: range) -> dict[str, range]:
-        """The segments of each geom of the ground, by its name; the plane is of all."""
-        if self._plane:
-            return {"ground_0": self.segments}
-        return {piece.name: piece.segments for piece in self._pieces_of(segments)}
-
-    def _pieces_of(self, segments: range) -> list[Piece]:
-        """The pieces of these segments."""
-        return self._pieces[self._piece_at(segments[0]) : self._piece_at(segments[-1]) + 1]
-
-    def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
+    def add_to(self, spec: mujoco.MjSpec, pieces: list[Piece]) -> None:
         """Build ground.
 
         Args:
             spec: The scene, with default classes "terrain", "riser" and "edge".
-            segments: Those of whole pieces, as `between` gives them.
+            pieces: Neighbours.
         """
-        if self._plane:
-            _add_plane(spec, self.terrain)
-            return
-        for name, piece, field in self._pieces_of(segments):
-            corners = [self._corners(index) for index in piece]
-            if field:
+        for name, segments, kind in pieces:
+            corners = [self._corners(index) for index in segments]
+            if kind == PLANE:
+                _add_plane(spec, name, self.terrain)
+            elif kind == FIELD:
                 _add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)])
             else:
-                _add_box(spec, name, *corners[0], self.terrain.angle[piece[0]])
-        for index in segments:
-            if index:
-                rise = self.terrain.rises[index]
-                _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
-                if abs(rise) > EDGE:
-                    _add_riser(spec, f"riser_{index}", self.terrain, index)
-                    self._add_sill(spec, index)
+                _add_box(spec, name, *corners[0], self.terrain.angle[segments[0]])
+        for index in range(pieces[0].segments.start or 1, pieces[-1].segments.stop):
+            rise = self.terrain.rises[index]
+            _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
+            if abs(rise) > EDGE:
+                _add_riser(spec, f"riser_{index}", self.terrain, index)
+                self._add_sill(spec, index)
 
     def _add_sill(self, spec: mujoco.MjSpec, index: int) -> None:
         """The lower ground about the face of the step at a segment's start."""
@@ -191,11 +177,11 @@ def _tilt(slope: float) -> list[float]:
     return [math.cos(slope / 2), 0.0, math.sin(slope / 2), 0.0]
 
 
-def _add_plane(spec: mujoco.MjSpec, terrain: Terrain) -> None:
+def _add_plane(spec: mujoco.MjSpec, name: str, terrain: Terrain) -> None:
     slope = terrain.angle[0]
     place = [terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)]
     plane = mujoco.mjtGeom.mjGEOM_PLANE
-    _add(spec, "terrain", "ground_0", type=plane, size=[0.0, HALF_WIDTH, 0.05], pos=place, quat=_tilt(slope))
+    _add(spec, "terrain", name, type=plane, size=[0.0, HALF_WIDTH, 0.05], pos=place, quat=_tilt(slope))
 
 
 def _add_box(spec: mujoco.MjSpec, name: str, start: Point, stop: Point, slope: float) -> None:

@@ -10,11 +10,10 @@ terrain, whatever window it was found in.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mjbiped.engines.mujoco.callback import python_removed
-from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground, Piece
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.robots.robot import Robot
@@ -36,19 +35,17 @@ class Scene:
 
     Attributes:
         model: The MuJoCo model.
-        segments: Of the terrain, those that were built.
+        pieces: Of the ground, those that were built.
         start: Where the ground begins, x in m.
         end: Where it ends, x in m: the terrain's own end, or as far as was built.
         inside: Between which places (m) it has all ground about the hip; infinite where nothing more can be built.
-        pieces: Which segments each geom of the ground is made of, by its name.
     """
 
     model: mujoco.MjModel
-    segments: range
+    pieces: list[Piece]
     start: float
     end: float
     inside: tuple[float, float]
-    pieces: Mapping[str, range]
 
 
 @dataclass(frozen=True)
@@ -72,28 +69,29 @@ class GroundWindows:
     userdata: int = 0
     scenery: bool = False
 
-    def segments_about(self, x: float) -> range:
-        """The segments to be built for a hip at x (m); all where they are few."""
+    def pieces_about(self, x: float) -> list[Piece]:
+        """The pieces to be built for a hip at x (m); all where their segments are few."""
         starts, length = self.ground.terrain.x, self.robot.leg_length
         if len(starts) <= FEW_SEGMENTS:
-            return self.ground.segments
+            return self.ground.pieces
         few = starts[min(self.ground.terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
         ahead = max(self.margin + _LEAST * length, min(self.margin + _AHEAD * length, few - x))
         return self.ground.between(x - self.margin - _TURN * length, x + ahead)
 
     def about(self, x: float) -> Scene:
         """Build the scene about a hip at x (m)."""
-        ground, segments = self.ground, self.segments_about(x)
+        ground, pieces = self.ground, self.pieces_about(x)
         with python_removed():
-            spec = scene_spec(self.robot, ground, segments, timestep=self.timestep)
+            spec = scene_spec(self.robot, ground, pieces, timestep=self.timestep)
             spec.nuserdata = self.userdata
-            begins, ends = segments[0] == 0, segments[-1] == ground.segments[-1]
+            first, last = pieces[0].segments[0], pieces[-1].segments[-1]
+            begins, ends = first == 0, last == len(ground.stops) - 1
             if self.scenery:
-                add_section(spec, ground.profile(segments), self.robot.leg_length, begins=begins)
+                add_section(spec, ground.profile(pieces), self.robot.leg_length, begins=begins)
             else:
                 for texture in spec.textures:
                     texture.width = texture.height = _COARSE
             model = spec.compile()
-        start, end = ground.starts[segments[0]], ground.stops[segments[-1]]
+        start, end = ground.starts[first], ground.stops[last]
         inside = -math.inf if begins else start + self.margin, math.inf if ends else end - self.margin
-        return Scene(model, segments, start, end, inside, ground.pieces(segments))
+        return Scene(model, pieces, start, end, inside)

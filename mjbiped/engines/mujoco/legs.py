@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.mujoco.state import X, Z
+from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.numerics.blocks import Block, reader
 
 
@@ -39,17 +40,17 @@ class Leg(Block):
 leg_at = reader(Leg)
 
 
-def stance_leg(c: Any, u: Any) -> Any:
+def stance_leg(c: Constants, u: State) -> Any:
     """The leg that stands."""
     return leg_at(c.legs, int(u.stance))
 
 
-def swing_index(c: Any, u: Any) -> int:
+def swing_index(c: Constants, u: State) -> int:
     """Number of the leg that stands next."""
     return int((int(u.stance) + 1) % c.leg_count)
 
 
-def swing_leg(c: Any, u: Any) -> Any:
+def swing_leg(c: Constants, u: State) -> Any:
     """The leg that stands next."""
     return leg_at(c.legs, swing_index(c, u))
 
@@ -68,6 +69,13 @@ def sole_angle(leg: Leg, q: Any) -> float:
     return float(q[leg.hip] + leg.offset + q[leg.sole])
 
 
+def heel_and_toe(leg: Leg, q: Any) -> tuple[float, float, float, float]:
+    """Places of the ends of a sole, x and z of the heel and of the toe, m."""
+    (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return x - leg.behind * cosine, z + leg.behind * sine, x + leg.ahead * cosine, z - leg.ahead * sine
+
+
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
     """Place of a leg's end, x and z in m, by the hip's, the hinge's angle and the knee's flexion in rad."""
     angle += leg.offset
@@ -79,7 +87,7 @@ def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tu
     return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
-def angles_of(c: Any, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
+def angles_of(c: Constants, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
 
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
@@ -97,13 +105,13 @@ def angles_of(c: Any, q: Any, count: int, tilt: float, slope: float) -> tuple[fl
     return upper_angle(c, q, count) + tilt - slope, thigh - slope, shank - slope
 
 
-def upper_angle(c: Any, q: Any, count: int) -> float:
+def upper_angle(c: Constants, q: Any, count: int) -> float:
     """Angle from the vertical of the upper segment of the leg that stands after so many touchdowns, rad."""
     leg, laps = leg_at(c.legs, count % c.leg_count), count // c.leg_count
     return float(q[leg.hip] + (leg.offset + laps * leg.lap))
 
 
-def rates_of(c: Any, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
+def rates_of(c: Constants, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
     """Rates of these angles, rad/s; `share` is that of the stance knee's rate."""
     standing, swinging = leg_at(c.legs, stance), leg_at(c.legs, (stance + 1) % c.leg_count)
     thigh = rates[swinging.hip]

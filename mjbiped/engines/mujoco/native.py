@@ -8,13 +8,13 @@ from __future__ import annotations
 import importlib
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.callback import FARTHEST, FOREIGN, PAIRS, PLACES, addressed, place_of, table
 from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.numerics import machine
-from mjbiped.numerics.blocks import call, numbers, reader
+from mjbiped.numerics.blocks import call, numbers
 from mjbiped.utils.mujoco import mujoco
 
 llvm: Any = importlib.import_module("llvmlite.binding")
@@ -33,14 +33,14 @@ def define_stages() -> None:
     for name in _STAGES:
         machine.defined(getattr(mujoco, name), lambda *_: machine.types.void, _calling(name))
     llvm.add_symbol(TABLE, table.ctypes.data)
-    machine.defined(walks, lambda *_: machine.types.int64, _address_of_table)
+    machine.defined(walks, lambda *_: machine.types.Array(machine.types.int64, 1, "C"), _named_table)
 
 
-def _address_of_table(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-    """Generate the address of what is called `TABLE`."""
-    ir = machine.ir
+def _named_table(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+    """Generate an array of what is called `TABLE`."""
+    ir, size = machine.ir, context.get_constant(machine.types.intp, len(table))
     named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
-    return builder.ptrtoint(named, ir.IntType(64))
+    return machine.owning_nothing(context, builder, machine.types.int64, builder.ptrtoint(named, ir.IntType(64)), size)
 
 
 def _calling(name: str) -> Any:
@@ -68,9 +68,9 @@ def advancing() -> Any:
     return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
 
 
-def walks() -> int:
-    """Address of `callback.table`; in machine code that of the name `TABLE`, as what is kept on disk needs."""
-    return int(table.ctypes.data)
+def walks() -> Any:
+    """`callback.table`; in machine code what is called `TABLE`, as what is kept on disk needs."""
+    return table
 
 
 walks.meant = None  # type: ignore[attr-defined]
@@ -78,16 +78,15 @@ walks.meant = None  # type: ignore[attr-defined]
 
 def control_of(model: int, data: int) -> None:
     """`mjcb_control`, by addresses."""
-    at, first = walks(), place_of(data)
-    for far in range(word_at(at, FARTHEST).value + 1):
+    entries, first = walks(), place_of(data)
+    for far in range(entries[FARTHEST] + 1):
         entry = PAIRS + 2 * ((first + far) % PLACES)
-        if word_at(at, entry).value == data:
-            c = constants_at(word_at(at, entry + 1).value, 0)
+        if entries[entry] == data:
+            c = constants_at(entries[entry + 1], 0)
             step.on_control(c, numbers(c.time, 1)[0])
             return
-    foreign = word_at(at, FOREIGN).value
-    if foreign != 0:
-        call(foreign, model, data)
+    if entries[FOREIGN] != 0:
+        call(entries[FOREIGN], model, data)
 
 
 @cache
@@ -95,16 +94,3 @@ def control_callback() -> Any:
     """`mjcb_control` as a C function, and its address, for all walks in machine code."""
     define_stages()
     return addressed(machine.compiled(control_of, "void(int64, int64)", for_c=True).ctypes)
-
-
-class Word(NamedTuple):
-    """A word in C's memory.
-
-    Attributes:
-        value: As an integer.
-    """
-
-    value: int
-
-
-word_at = reader(Word)

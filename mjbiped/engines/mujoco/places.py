@@ -25,15 +25,11 @@ _SIZES = ("nq", "nu", "ngeom", "njnt", "neq", "nsensordata")
 
 def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
     """Where things are in a scene, as fields of `Constants`: ground, joints, geoms, and sensor data."""
-    model, bodies, begin = scene.model, robot.bodies, scene.segments.start
-    shown = slice(begin, scene.segments.stop)
+    model, bodies, begin, stop = scene.model, robot.bodies, scene.pieces[0].segments[0], scene.pieces[-1].segments.stop
+    shown = slice(begin, stop)
     x, z, gradient = map(np.array, terrain.profile[:3])
-    pieces = [(model.geom(name).id, piece) for name, piece in scene.pieces.items()]
-    grounds = [next((geom, piece) for geom, piece in pieces if segment in piece) for segment in scene.segments]
-    risers, sills = (
-        [float(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{kind}_{segment}")) for segment in scene.segments]
-        for kind in ("riser", "sill")
-    )
+    grounds = [(model.geom(piece.name).id, piece.segments) for piece in scene.pieces for _ in piece.segments]
+    geom, numbers = mujoco.mjtObj.mjOBJ_GEOM, range(begin, stop)
     return {
         "legs": [_leg_in(model, limb, robot) for limb in bodies.limbs],
         "leg_count": len(bodies.limbs),
@@ -45,13 +41,13 @@ def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
         # the centres of round feet meet the ground as points meet one that lies higher by their radius
         "z": (z[shown] + robot.radius * np.hypot(1.0, gradient[shown])).tolist(),
         "gradient": gradient[shown].tolist(),
-        "segments": len(scene.segments),
+        "segments": len(grounds),
         "rises": [float(rise) for rise in terrain.rises[shown]],
         "pieces": [float(geom) for geom, _ in grounds],
-        "firsts": [float(max(piece[0] - begin, 0)) for _, piece in grounds],
-        "lasts": [float(min(piece[-1] - begin, len(scene.segments) - 1)) for _, piece in grounds],
-        "risers": risers,
-        "sills": sills,
+        "firsts": [float(piece[0] - begin) for _, piece in grounds],
+        "lasts": [float(piece[-1] - begin) for _, piece in grounds],
+        "risers": [float(mujoco.mj_name2id(model, geom, f"riser_{number}")) for number in numbers],
+        "sills": [float(mujoco.mj_name2id(model, geom, f"sill_{number}")) for number in numbers],
     }
 
 

@@ -13,7 +13,7 @@ from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
-from mjbiped.engines.mujoco.observation import warned
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SLIDING_WORDS, SQUEEZING_WORDS
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.record import take_sample
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
@@ -98,7 +98,10 @@ class MujocoRun(Run):
             fault = _fault(simulation)
             if fault or not words:
                 words[fault or _MISSED] = 1
-        return {**asdict(simulation.options), "warnings": warned(words, simulation.state)}
+        u = simulation.state
+        felt = {SLIDING_WORDS: u.slides, SQUEEZING_WORDS: u.squeezes, INTRUSION_WORDS: u.intrusions}
+        words |= {text: int(count) for text, count in felt.items() if count}
+        return {**asdict(simulation.options), "warnings": words}
 
 
 def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:

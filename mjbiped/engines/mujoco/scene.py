@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground, Piece
 from mjbiped.engines.mujoco.softness import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
@@ -60,13 +60,13 @@ def check_masses(robot: Robot) -> None:
         )
 
 
-def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float) -> mujoco.MjSpec:
+def scene_spec(robot: Robot, ground: Ground, pieces: list[Piece], *, timestep: float) -> mujoco.MjSpec:
     """Build the scene of a robot on a part of a terrain, which MuJoCo can compile or write as a file.
 
     Args:
         robot: The robot's parameters.
         ground: The terrain, cut into pieces.
-        segments: Those to be built; see `Ground.between`.
+        pieces: Those to be built.
         timestep: Of the steps that the contacts are made for, s; see `mjbiped.engines.mujoco.ground_window`.
 
     Raises:
@@ -76,7 +76,7 @@ def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float
     spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
     _set_robot(spec, robot, timestep)
     spec.delete(spec.geom("floor"))
-    ground.add_to(spec, segments)
+    ground.add_to(spec, pieces)
     for key in list(spec.keys):
         spec.delete(key)  # they hold Table I's postures on a 2 degree slope
     return spec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINE
 from mjbiped.utils import domains
 from mjbiped.utils.mujoco import mujoco
 
+Buffers: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 
 
@@ -65,13 +66,7 @@ def windows_of(plan: Plan, options: Options, steps: int, *, userdata: int, scene
 
 
 def constants_of(
-    plan: Plan,
-    options: Options,
-    controller: Controller,
-    scene: Scene,
-    data: mujoco.MjData,
-    samples: NDArray[np.float64],
-    rows: NDArray[np.float64],
+    plan: Plan, options: Options, controller: Controller, scene: Scene, data: mujoco.MjData, buffers: Buffers
 ) -> Constants:
     """The constants of a walk; its scene's model is changed to what the walk asks for.
 
@@ -81,10 +76,9 @@ def constants_of(
         controller: That of the robot's joints.
         scene: The robot on its ground.
         data: Of the scene's model.
-        samples: Room for samples, shape (rows, columns).
-        rows: Room for touchdowns.
+        buffers: Room for samples and for touchdowns, shape (rows, columns) each.
     """
-    model, period = scene.model, plan.terms.sample_period
+    model, period, (samples, rows) = scene.model, plan.terms.sample_period, buffers
     constants = Constants(
         **_walk_in(plan, options, controller),
         **places_in(scene, plan.terrain, plan.robot),
@@ -104,8 +98,7 @@ def constants_of(
         row_width=rows.shape[1],
     )
     # nothing collides but what `collisions` says, or all the ground with feet that meet it as boxes
-    ground = np.array([*constants.pieces, *constants.risers, *constants.sills], dtype=int)
-    model.geom_conaffinity[ground[ground >= 0]] = 0
+    model.geom_conaffinity[:] = 0
     if constants.box:
         model.geom_conaffinity[np.array(constants.pieces, dtype=int)] = ALL
     if plan.disturbances.friction is not None:  # the feet's friction has priority over the ground's

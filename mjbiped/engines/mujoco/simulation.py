@@ -70,10 +70,6 @@ class Simulation:
         compiled: Whether steps and laws are machine code.
     """
 
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    constants: Constants
-    inside: tuple[float, float]
     block: NDArray[Any] | None
     native: Any
 
@@ -95,7 +91,7 @@ class Simulation:
         touched = width(tables.touchdowns)
         userdata = SIZE + touched + controller.memory_size + states
         self._windows = windows_of(plan, self.options, BLOCK, userdata=userdata, scenery=scenery)
-        self._samples, self._rows = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
+        self._buffers = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
         self._compiling = compiles(plan) if compile is None else compile
         self._code: MachineCode | CalledMethods | None = None
         self._forget: Callable[[], Any] = lambda: None
@@ -109,9 +105,7 @@ class Simulation:
         scene.model.opt.timestep = self.options.timestep
         self.model, self.data = scene.model, mujoco.MjData(scene.model)
         self.inside = scene.inside
-        self.constants = constants_of(
-            self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
-        )
+        self.constants = constants_of(self.plan, self.options, self.controller, scene, self.data, self._buffers)
         self.block = self.native = None
         if self._compiling:
             self._compile()
@@ -281,7 +275,7 @@ class Simulation:
     def take(self, recorder: Recorder) -> int:
         """Move the contents of the buffers to a recorder; return the number of touchdowns."""
         u = self.state
-        rows, samples = self._rows[: int(u.rows)], self._samples[: int(u.samples)]
+        samples, rows = self._buffers[0][: int(u.samples)], self._buffers[1][: int(u.rows)]
         recorder.add(rows, samples)
         u.rows = u.samples = 0.0
         return len(rows)

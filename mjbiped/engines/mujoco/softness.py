@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.leapfrog import effective_step
 from mjbiped.engines.mujoco.legs import Leg, leg_at
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers, octets
 from mjbiped.utils.mujoco import mujoco
 
@@ -21,7 +21,7 @@ ground, whose edge it would miss by that depth."""
 EQ_DATA = int(mujoco.mjNEQDATA)  # floats of an equality constraint
 
 
-def soften(c: Any, u: Any) -> None:
+def soften(c: Constants, u: State) -> None:
     """Write how soft contacts, locks and stops are in the step to come: plastic within it. And which knees are locked.
 
     Args:
@@ -46,7 +46,7 @@ def soften(c: Any, u: Any) -> None:
             _hold_knee(c, u, leg, index == int(u.stance), damping)
 
 
-def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
+def _hold_knee(c: Constants, u: State, leg: Leg, stands: bool, damping: float) -> None:
     """Write whether a knee is locked in the step to come, at which flexion, and how soft lock and stop are.
 
     A stance knee with a servo is locked in the step alone in which the swing foot lands, and one that opens in a

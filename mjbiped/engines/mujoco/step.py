@@ -13,13 +13,14 @@ import math
 from typing import Any
 
 from mjbiped.engines.mujoco.collisions import write_contact_bits
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.leapfrog import show
 from mjbiped.engines.mujoco.lifting import lift
 from mjbiped.engines.mujoco.motors import NOW, control
 from mjbiped.engines.mujoco.observation import observe
 from mjbiped.engines.mujoco.record import keep_touchdown
 from mjbiped.engines.mujoco.softness import soften
-from mjbiped.engines.mujoco.state import MARK, SIZE, state_at
+from mjbiped.engines.mujoco.state import MARK, SIZE, State, state_at
 from mjbiped.engines.mujoco.step_size import resolve
 from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
 from mjbiped.utils.mujoco import mujoco
@@ -29,7 +30,7 @@ VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
 MANY = 1 << 60
 
 
-def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
+def advance(c: Constants, model: Any, data: Any, steps: int, until: float) -> int:
     """Make steps until the walk ends, MuJoCo warns, or the record or the time is full.
 
     Args:
@@ -50,7 +51,7 @@ def advance(c: Any, model: Any, data: Any, steps: int, until: float) -> int:
     return steps
 
 
-def advance_ticks(c: Any, model: Any, data: Any, ticks: int) -> None:
+def advance_ticks(c: Constants, model: Any, data: Any, ticks: int) -> None:
     """Make steps from one tick of the controller to a later one, or until the walk ends."""
     u = state_at(c.state, 0)
     for _ in range(ticks):
@@ -58,7 +59,7 @@ def advance_ticks(c: Any, model: Any, data: Any, ticks: int) -> None:
         advance(c, model, data, MANY, u.next_control)
 
 
-def look_ahead(c: Any, ahead: Any) -> None:
+def look_ahead(c: Constants, ahead: Any) -> None:
     """Say on a copy of the state what the controller will be told at its next tick, and whether the walk is over.
 
     Args:
@@ -74,7 +75,7 @@ def look_ahead(c: Any, ahead: Any) -> None:
         observe(ahead, seen, time)
 
 
-def step(c: Any, u: Any, model: Any, data: Any) -> None:
+def step(c: Constants, u: State, model: Any, data: Any) -> None:
     """Make one step."""
     time = numbers(c.time, 1)[0]
     if time > u.time:
@@ -97,7 +98,7 @@ def step(c: Any, u: Any, model: Any, data: Any) -> None:
     mujoco.mj_Euler(model, data)
 
 
-def arrive(c: Any, u: Any, time: float) -> None:
+def arrive(c: Constants, u: State, time: float) -> None:
     """Take in the state at a new time (s): the controller's states, touchdowns, and the walk's end."""
     if u.time >= 0.0:
         memory, rates = borrowed(c.memory, c.memory_size), numbers(c.rates, c.states)
@@ -109,7 +110,7 @@ def arrive(c: Any, u: Any, time: float) -> None:
     observe(c, u, time)
 
 
-def on_control(c: Any, time: float) -> None:
+def on_control(c: Constants, time: float) -> None:
     """`mjcb_control` of a walk at a time (s)."""
     u = state_at(c.state, 0)
     if u.mark != MARK:
@@ -127,7 +128,7 @@ def on_control(c: Any, time: float) -> None:
         control(c, u, time)
 
 
-def recall(c: Any) -> None:
+def recall(c: Constants) -> None:
     """Have the accelerations of the step before where another state has been set, and no contact forces.
 
     MuJoCo's states have neither; but they have the accelerations as the solver's next guess.
@@ -142,7 +143,7 @@ def recall(c: Any) -> None:
             readings[index] = 0.0
 
 
-def warned(c: Any) -> bool:
+def warned(c: Constants) -> bool:
     """Whether MuJoCo has warned of anything in this walk."""
     warnings = whole_numbers(c.warnings, 2 * WARNINGS)
     count = 0

@@ -134,7 +134,7 @@ def test_steps_that_lead_to_a_gap() -> None:
         while True:
             u, steps_of = State(), SimpleNamespace(longest=1e-3, shortest=1e-5)
             u.planned = planned
-            lengths = approach(lambda _, __, t, gap=left: gap - t, steps_of, u)
+            lengths = approach(lambda _, __, t, gap=left: gap - t, 0.0, steps_of, u)
             left -= lengths.length
             steps += 1
             assert left > -1e-12
