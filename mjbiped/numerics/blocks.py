@@ -12,8 +12,7 @@ import ctypes
 import dataclasses
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import SimpleNamespace
-from typing import Any, ClassVar, Self, TypeAlias, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ Floats: TypeAlias = Any
 """A list of floats, which is an address in machine code."""
 
 
-class Block(SimpleNamespace):
+class Block:
     """A block whose fields are named where it is made, and nowhere else; all of one kind are made of like values.
 
     Attributes:
@@ -30,10 +29,14 @@ class Block(SimpleNamespace):
     """
 
     layout: ClassVar[np.dtype[Any]]
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Any field."""
 
     def __init__(self, **fields: Any) -> None:
         """Let floats be floats in machine code, and all else integers and addresses."""
-        super().__init__(**fields)
+        vars(self).update(fields)
         kinds = [(name, np.float64 if isinstance(value, float) else np.int64) for name, value in fields.items()]
         layout = np.dtype(kinds)
         assert getattr(type(self), "layout", layout) == layout, "blocks of one kind are alike"

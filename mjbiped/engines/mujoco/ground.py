@@ -12,7 +12,7 @@ Where the pieces begin and end, and every number in them, depends on the terrain
 built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.engines.mujoco.ground_window`).
 
 Which of these a foot can meet is a matter of where it is: a piece only over its own segments, a riser only beside it
-(`mjbiped.engines.mujoco.contacts.refuses`). So no foot meets a corner, whose normal would be none of the ground's.
+(`mjbiped.engines.mujoco.collisions`). So no foot meets a corner, whose normal would be none of the ground's.
 
 All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end touches the profile exactly when the
 contact's distance is zero.

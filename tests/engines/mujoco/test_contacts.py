@@ -2,6 +2,7 @@
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,8 +23,9 @@ def reading(found: bool, tilt: float, force: tuple[float, float], distance: floa
 
 def felt_in(readings: list[float], before: int = 0, q: tuple[float, float] = (0.0, 0.0), sole: int = -1) -> Felt:
     """What a foot under a straight leg feels whose readings begin behind others."""
-    leg = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
-    c, u = SimpleNamespace(slots=len(readings) - before), SimpleNamespace(q=[*q, 0.0, 0.0])
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    c: Any = SimpleNamespace(slots=len(readings) - before)
+    u: Any = SimpleNamespace(q=[*q, 0.0, 0.0])
     return felt(c, u, readings, leg)
 
 

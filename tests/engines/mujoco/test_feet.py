@@ -37,7 +37,7 @@ def test_a_change_of_slope_lets_the_foot_slap() -> None:
 
 
 def test_a_foot_on_an_edge_tells_no_slope_unless_the_next_one_says_the_same() -> None:
-    u = SimpleNamespace(level=0.0, stood=0.0)
+    u: Any = SimpleNamespace(level=0.0, stood=0.0)
     for angle, level in ((0.05, 0.05), (0.2, 0.05), (0.05, 0.05), (0.2, 0.05), (0.21, 0.21), (0.2, 0.2), (0.1, 0.2)):
         feet.stand_flat(u, angle)
         assert (u.stood, u.level) == (angle, level)
