@@ -83,8 +83,8 @@ ROOMS = {
 EQUIVALENT = {
     (
         _MUJOCO + "step_size.py",
-        "further, _ = foot_after(c, u, t + 2.0 * c.longest)",
-        "further, _ = foot_after(c, u, (t - 2.0 * c.longest))",
+        "further, _ = foot_after(c, u, length + 2.0 * c.longest)",
+        "further, _ = foot_after(c, u, (length - 2.0 * c.longest))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
         "mjbiped/envs/walkers.py",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
@@ -19,9 +20,9 @@ from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
+from mjbiped.engines.mujoco.ground_window import GroundWindows, Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.run import simulate
-from mjbiped.engines.mujoco.scene import Scene, compose_scene
+from mjbiped.engines.mujoco.run import stepped
 from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
 from mjbiped.records.recorder import Recorder
@@ -129,7 +130,8 @@ def find_contacts(simulation: Simulation) -> None:
 def recorded(simulation: Simulation) -> dict[str, Any]:
     """Walk to the end: all that is recorded, and the final state."""
     recorder = Recorder(robot=type(simulation.plan.robot))
-    simulate(simulation, recorder)
+    for _ in stepped(simulation, recorder):
+        pass
     return {**recorder.samples(), **recorder.touchdowns(), "state": np.frombuffer(state_of(simulation))}
 
 
@@ -159,6 +161,6 @@ def build_scene(
     userdata: int = 0,
     scenery: bool = False,
 ) -> Scene:
-    """The scene of a robot on a whole terrain; see `compose_scene`."""
+    """The scene of a robot on a whole terrain."""
     layout = Ground(terrain, reach=reach, kind=ground)
-    return compose_scene(robot, layout, layout.segments, timestep=timestep, userdata=userdata, scenery=scenery)
+    return GroundWindows(robot, layout, timestep, math.inf, userdata, scenery).about(0.0)

@@ -1,7 +1,6 @@
 """A robot that stands on a slope, and the MuJoCo engine's state in which it does."""
 
 import math
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -39,7 +38,7 @@ def constants(state: Posture | None = None, *, lands: bool = True, **changed: An
     """Of a walk of nine steps on ground from -3 to 3 m; the robot's coordinates and rates are those of a posture."""
     if state is not None:
         changed |= {"qpos": np.array(state[0]), "qvel": np.array(state[1])}
-    return replace(_simulation(lands).constants, **{"start": -3.0, "end": 3.0, **changed})
+    return _simulation(lands).constants.but(**{"start": -3.0, "end": 3.0, **changed})
 
 
 def standing_at(

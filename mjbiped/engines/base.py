@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -33,12 +33,10 @@ class Engine(ABC):
     Attributes:
         name: Name in records and messages.
         robots: Kinds of robots that it can simulate.
-        serves_all: Whether one machine code of it serves all robots.
     """
 
     name: ClassVar[str]
     robots: ClassVar[tuple[type[Robot], ...]] = (Compass,)
-    serves_all: ClassVar[bool] = False
 
     def check(self, plan: Plan) -> None:  # noqa: B027 (most engines take every plan)
         """Refuse a walk that this engine cannot make, before anything is computed.
@@ -60,10 +58,6 @@ class Engine(ABC):
         """What compiling and interpreting cost for a robot; None: this engine has no machine code, the default."""
         return None
 
-    def room(self, states: int, robot: Robot) -> int:
-        """Number of integrated controller states in the machine code that serves a controller with `states` of them."""
-        return states
-
     @abstractmethod
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         """Start a walk: set the robot on the ground.
@@ -76,14 +70,6 @@ class Engine(ABC):
         Raises:
             MjbipedError: The walk cannot be started.
         """
-
-    def session(self) -> AbstractContextManager[None]:
-        """Context held during a walk, or a batch of walks, of this engine; empty by default.
-
-        Raises:
-            MjbipedError: No walk can be made now.
-        """
-        return nullcontext()
 
 
 class Run(ABC):
@@ -154,14 +140,6 @@ class Run(ABC):
         that is infinite or none.
         """
         return False
-
-    def sharing(self) -> AbstractContextManager[None]:
-        """Context held while threads make walks like this one; empty by default."""
-        return nullcontext()
-
-    def shares_with(self, other: Run) -> bool:
-        """Whether this walk can be made in a thread while `other.sharing()` is held."""
-        return True
 
     def go(self, *, progress: bool = False) -> None:
         """Walk to the end.

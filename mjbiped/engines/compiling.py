@@ -12,6 +12,7 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,12 +23,13 @@ from mjbiped.errors import InputError, shown
 from mjbiped.numerics import cache as disk
 from mjbiped.numerics.announcement import announced
 from mjbiped.numerics.sources import described, with_callees
-from mjbiped.robots.robot import Robot
 
 if TYPE_CHECKING:
     from mjbiped.engines.plan import Plan
 
 VARIABLE = "MJBIPED_COMPILE"
+AHEAD: ContextVar[int] = ContextVar("walks ahead", default=1)
+"""Number of walks of the study that is under way in this process; 1: none is."""
 _ALWAYS, _NEVER, _AUTO = "always", "never", "auto"
 _SHORTEST_GAIT_STEP = 0.3  # leg lengths: the walk of a distance has at most so many steps
 _SOURCES = (
@@ -127,20 +129,9 @@ def _choice() -> str:
 
 def _keys(plan: Plan) -> tuple[str, str]:
     """Names under which the engine's machine code and that of the laws are noted; empty where there is none."""
-    driver, robot, engine = plan.driver, plan.robot, plan.terms.engine
-    wrappers = (type(driver).__name__, plan.disturbances.in_loop)
-    room = engine.room(len(driver.states), robot)
-    own = innermost(driver)
-    law = compilable_law(own)
+    law, wrappers = compilable_law(innermost(plan.driver)), (type(plan.driver).__name__, plan.disturbances.in_loop)
     wanted = "" if law is None else _law_key(law[1:], wrappers)
-    kind = None if engine.serves_all else type(robot)
-    return _engine_key(engine.name, kind, room), wanted
-
-
-@lru_cache(maxsize=256)
-def _engine_key(engine: str, robot: type[Robot] | None, room: int) -> str:
-    kind = () if robot is None else (robot.__module__, robot.__qualname__)
-    return _digest(_sources(), engine, *kind, room)
+    return _digest(_sources(), plan.terms.engine.name), wanted
 
 
 @lru_cache(maxsize=256)

@@ -21,11 +21,10 @@ from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.sampled import SampledController
-from mjbiped.engines.ahead import AHEAD
 from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule
+from mjbiped.engines.compiling import AHEAD
 from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
@@ -60,7 +59,7 @@ class Terms:
         robot: The robot that walks; None: that of the controller, or of Table I if it names none.
         sample_period: Time between two samples, s; None: no samples.
         scuffing: The scuffing rule.
-        walks: Number of walks with these settings that are to be made; see `mjbiped.engines.ahead`.
+        walks: Number of walks with these settings that are to be made; see `mjbiped.engines.compiling`.
 
     Raises:
         InputError: A value is outside its domain.
@@ -174,28 +173,18 @@ def make_plan(
     check_ground(robot, terrain)
     driver = driver_of(controller, robot)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
+    check_rule(robot, terms.scuffing)
+    if not isinstance(robot, terms.engine.robots):
+        raise InputError(
+            f"the engine {terms.engine.name} does not walk a {type(robot).__name__}; it walks "
+            f"{', '.join(kind.__name__ for kind in terms.engine.robots)}"
+        )
     plan = Plan(terms, controller, driver, terrain, robot, q, dq, described, disturbed)
-    _check_engine(plan)
+    terms.engine.check(plan)
+    terms.engine.check_disturbances(plan.disturbances)
     if description is None:
         try_out(driver, q, dq)
     return plan
-
-
-def _check_engine(plan: Plan) -> None:
-    """Refuse a walk that the engine cannot make.
-
-    Raises:
-        InputError: The engine does not support the robot or the terms.
-    """
-    robot, engine = plan.robot, plan.terms.engine
-    check_rule(robot, plan.terms.scuffing)
-    if not isinstance(robot, engine.robots):
-        raise InputError(
-            f"the engine {engine.name} does not walk a {type(robot).__name__}; it walks "
-            f"{', '.join(kind.__name__ for kind in engine.robots)}"
-        )
-    engine.check(plan)
-    engine.check_disturbances(plan.disturbances)
 
 
 def _numbers_of(robot: Robot) -> str:
@@ -221,7 +210,13 @@ def _first_state(
             valid = f"{', '.join(INITIAL_STATES)}, or {_numbers_of(robot)}"
             raise InputError(f"unknown initial state {shown(initial)}; valid are {valid}")
         if initial == "gait" and gait is None:
-            gait = _passive_gait(controller, robot, slope)
+            try:
+                gait = passive_gait_of(robot, slope)
+            except GaitError as error:
+                raise GaitError(
+                    f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
+                    f'initial="rest" (--initial rest), or {_numbers_of(robot)}'
+                ) from error
         start = [0.0] * 2 * count if initial == "rest" or gait is None else gait.start.tolist()
     else:
         try:
@@ -234,21 +229,6 @@ def _first_state(
     q, dq = tuple(start[:count]), tuple(start[count:])
     _check_start(robot, terrain, q, rule)
     return q, dq
-
-
-def _passive_gait(controller: Controller, robot: Robot, slope: float) -> Gait:
-    """Find the passive gait of a slope, for a controller that imitates none.
-
-    Raises:
-        GaitError: The slope has no passive gait.
-    """
-    try:
-        return passive_gait_of(robot, slope)
-    except GaitError as error:
-        raise GaitError(
-            f"{error}. {type(controller).__name__} imitates no gait that the walk could begin on: give "
-            f'initial="rest" (--initial rest), or {_numbers_of(robot)}'
-        ) from error
 
 
 def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: ScuffingRule) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Plan
@@ -42,14 +43,9 @@ class Camera:
         x = float(simulation.data.qpos[0])
         if self._shown is None or self._shown[0] is not plan.robot or self._shown[1] is not plan.terrain:
             self._shown, self._inside = (plan.robot, plan.terrain), (math.inf, -math.inf)
-            self._windows = GroundWindows(
-                plan.robot,
-                plan.terrain,
-                timestep=1e-4,  # any: nothing is stepped
-                reach=_REACH,
-                scenery=True,
-                margin=max(_SIGHT, MARGIN * plan.robot.leg_length),
-            )
+            margin, any_step = max(_SIGHT, MARGIN * plan.robot.leg_length), 1e-4  # nothing is stepped
+            ground = Ground(plan.terrain, reach=_REACH)
+            self._windows = GroundWindows(plan.robot, ground, any_step, margin, scenery=True)
         if not self._inside[0] < x < self._inside[1]:
             self._build(x)
         self._data.qpos[:] = simulation.data.qpos
@@ -62,7 +58,7 @@ class Camera:
         """Build the scene about a place (m), and a renderer for it."""
         scene = self._windows.about(x)
         self._model, self._data = scene.model, mujoco.MjData(scene.model)
-        self._inside = self._windows.inside(scene)
+        self._inside = scene.inside
         height, width = self._size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = width, height
         platform = ensure_gl()

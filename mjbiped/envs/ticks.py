@@ -29,7 +29,7 @@ class Row(NamedTuple):
     """A robot of many.
 
     Attributes:
-        constants: Its walk's, alone in a list; see `mjbiped.engines.mujoco.state.Constants`.
+        constants: Its walk's, alone in a list; see `mjbiped.engines.mujoco.constants.Constants`.
         ahead: The same for a look ahead; see `mjbiped.engines.mujoco.step.look_ahead`.
         model: Its mjModel.
         data: Its mjData.

@@ -95,7 +95,7 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     reach = plan.terms.scuffing.reach * robot.leg_length
     terrain, cut = _parted(plan.terrain, -reach if robot.collides_from_lift_off else reach)
     ground = Ground(terrain, reach=ground_needed(robot, DEFAULT_STEPS, None), cut=cut)
-    spec = scene_spec(robot, ground, ground.segments, timestep=TIMESTEP)
+    spec = scene_spec(robot, ground, ground.pieces, timestep=TIMESTEP)
     spec.modelname = f"mjbiped {robot.kind}"
     for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
         spec.delete(sensor)  # they make MuJoCo call callbacks that are not there
@@ -137,8 +137,8 @@ def _parted(terrain: Terrain, x: float) -> tuple[Terrain, int]:
 
 def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int) -> None:
     """Let all feet but the stance foot pass through the ground before the segment `cut`."""
-    ahead = {name for name, piece in ground.pieces(ground.segments).items() if piece.start >= cut}
-    ahead |= {f"riser_{index}" for index in ground.segments if index >= cut}
+    ahead = {piece.name for piece in ground.pieces if piece.segments.start >= cut}
+    ahead |= {f"riser_{index}" for index in range(cut, len(ground.starts))}
     if ground.terrain.angle[cut - 1] == ground.terrain.angle[cut] and not ground.terrain.rises[cut]:
         spec.delete(spec.geom(f"edge_{cut}"))  # a stripe where nothing is to be seen
     for name in ahead:  # `spec.geoms` would take a time that grows with the square of their number

@@ -1,9 +1,9 @@
 """Named numbers for one source that runs as plain Python and as machine code.
 
-A *block* is a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works on the
-object itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function of a
-block takes one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both, and
-`legs[i]` is `leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
+A *block* is a `Block`, a dataclass or a `NamedTuple` of numbers, of lists, and of lists of blocks. Plain Python works
+on the object itself. Machine code works on a copy in C's memory (`packed`), where a list is an address: so a function
+of a block takes one argument. What Python writes as `values[i]` is written `numbers(block.values, count)[i]` for both,
+and `legs[i]` is `leg_at(block.legs, i)` with `leg_at = reader(Leg)`. A row of a table is `row(table, index, count)`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import ctypes
 import dataclasses
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, TypeAlias, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,40 @@ Floats: TypeAlias = Any
 """A list of floats, which is an address in machine code."""
 
 
+class Block:
+    """A block whose fields are named where it is made, and nowhere else; all of one kind are made of like values.
+
+    Attributes:
+        layout: Layout in C's memory of this kind.
+    """
+
+    layout: ClassVar[np.dtype[Any]]
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Any field."""
+
+    def __init__(self, **fields: Any) -> None:
+        """Let floats be floats in machine code, and all else integers and addresses."""
+        vars(self).update(fields)
+        kinds = [(name, np.float64 if isinstance(value, float) else np.int64) for name, value in fields.items()]
+        layout = np.dtype(kinds)
+        assert getattr(type(self), "layout", layout) == layout, "blocks of one kind are alike"
+        type(self).layout = layout
+
+    def but(self, **changed: Any) -> Self:
+        """A copy with other values of some fields."""
+        return type(self)(**{**vars(self), **changed})
+
+
 @cache
 def dtype_of(kind: Any) -> np.dtype[Any]:
-    """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats."""
-    if issubclass(kind, ctypes.Structure):
-        layout: np.dtype[Any] = np.dtype(kind)
+    """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats.
+
+    That of a `Block` is known once the first of its kind has been made.
+    """
+    if issubclass(kind, ctypes.Structure) or hasattr(kind, "layout"):
+        layout: np.dtype[Any] = np.dtype(getattr(kind, "layout", kind))
         return layout
     hints = get_type_hints(kind)
     return np.dtype([(name, np.float64 if hints[name] is float else np.int64) for name in _names(kind)])
@@ -73,7 +102,7 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
         return value, []
-    if len(value) and (dataclasses.is_dataclass(value[0]) or hasattr(value[0], "_fields")):
+    if len(value) and not isinstance(value[0], float | int | list):
         parts = [packed(each) for each in value]
         return np.concatenate([part for part, _ in parts]), [each for _, kept in parts for each in kept]
     return np.array(value, dtype=np.float64), []

@@ -57,7 +57,7 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
     imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
 
 
-def _owning_nothing(context: Any, builder: Any, item: Any, address: Any, count: Any) -> Any:
+def owning_nothing(context: Any, builder: Any, item: Any, address: Any, count: Any) -> Any:
     """Make an array of what stands at an address."""
     made, width = context.make_array(types.Array(item, 1, "C"))(context, builder), item.bitwidth // 8
     data, size = builder.inttoptr(address, made.data.type), context.get_constant(types.intp, width)
@@ -75,7 +75,7 @@ def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> Non
             if not cut:
                 return address
             address = builder.ptrtoint(context.make_array(kind)(context, builder, address).data, cgutils.intp_t)
-        return _owning_nothing(context, builder, item, address, count)
+        return owning_nothing(context, builder, item, address, count)
 
     defined(function, lambda values, _: values if isinstance(values, types.Array) else kind, generate)
 
@@ -84,7 +84,7 @@ def _row(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) 
     """Make an array of the floats of one row of the table at an address."""
     first, index, count = arguments
     passed = builder.mul(builder.mul(index, count), context.get_constant(types.intp, 8))
-    return _owning_nothing(context, builder, types.float64, builder.add(first, passed), count)
+    return owning_nothing(context, builder, types.float64, builder.add(first, passed), count)
 
 
 def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:

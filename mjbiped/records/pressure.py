@@ -43,21 +43,12 @@ def bin_of(place: float) -> int:
 
 
 def note_pressure(
-    u: MutableSequence[float],
-    ahead: int,
-    times: int,
-    torque: float,
-    normal: float,
-    light: float,
-    leg_length: float,
-    time: float,
+    noted: MutableSequence[float], torque: float, normal: float, light: float, leg_length: float, time: float
 ) -> None:
     """Add an interval of time to the record of the centre of pressure.
 
     Args:
-        u: The engine's state array.
-        ahead: Index in `u` of the greatest distance ahead of the ankle, m; the distance behind it follows.
-        times: Index in `u` of the first of the `BINS` times, s.
+        noted: Greatest distances ahead of the ankle and behind it, m, then the `BINS` times, s.
         torque: Torque of the ankle, N m.
         normal: Normal force of the ground, N.
         light: Normal force, N, up to which the centre of pressure counts as infinitely far away.
@@ -66,11 +57,11 @@ def note_pressure(
     """
     if normal > light:
         place = -torque / normal
-        u[ahead], u[ahead + 1] = max(u[ahead], place), max(u[ahead + 1], -place)
+        noted[0], noted[1] = max(noted[0], place), max(noted[1], -place)
     else:
         place = -math.copysign(math.inf, torque)
     if torque != 0.0:
-        u[times + bin_of(place / leg_length)] += time
+        noted[2 + bin_of(place / leg_length)] += time
 
 
 def unknown() -> Floats:

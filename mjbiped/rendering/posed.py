@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from mjbiped.engines.mujoco.callback import python_removed
+from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
 from mjbiped.rendering.camera import fit_cameras
@@ -32,15 +33,10 @@ class PosedScene:
     def __init__(self, walk: Walk) -> None:
         """Cut the terrain of a record with samples; `go_to` builds the scene."""
         self._samples, self._length, self._robot = walk.samples, walk.robot.leg_length, walk.robot
-        self._windows = GroundWindows(
-            walk.robot,
-            walk.terrain,
-            timestep=1e-4,  # any: nothing is stepped
-            reach=float(np.max(self._samples["qpos"][:, 0])) + _SIGHT * self._length,
-            ground=walk.settings.get("ground", "auto"),
-            scenery=True,
-            margin=max(_SIGHT, MARGIN) * self._length,
-        )
+        reach = float(np.max(self._samples["qpos"][:, 0])) + _SIGHT * self._length
+        ground = Ground(walk.terrain, reach=reach, kind=walk.settings.get("ground", "auto"))
+        margin, any_step = max(_SIGHT, MARGIN) * self._length, 1e-4  # nothing is stepped
+        self._windows = GroundWindows(walk.robot, ground, any_step, margin, scenery=True)
         self._inside = (math.inf, -math.inf)
 
     def go_to(self, x: float) -> bool:
@@ -49,7 +45,7 @@ class PosedScene:
         if low < x < high or (not math.isfinite(x) and low < high):
             return False
         scene = self._windows.about(x)
-        self.model, self._inside = scene.model, self._windows.inside(scene)
+        self.model, self._inside = scene.model, scene.inside
         fit_cameras(self.model, self._length)
         bodies = self._robot.bodies
         for name in (name for limb in bodies.limbs for name in bodies.feet(limb)):

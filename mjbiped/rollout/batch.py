@@ -11,7 +11,6 @@ from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from mjbiped.engines.base import Run
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.record import Walk
@@ -50,24 +49,16 @@ class _Ended(NamedTuple):
     interrupted: bool = False
 
 
-def _walked(
-    plan: Plan, summarised: bool, cancellation: Cancellation = never_cancelled, first: Run | None = None
-) -> _Ended | None:
+def _walked(plan: Plan, summarised: bool, cancellation: Cancellation = never_cancelled) -> _Ended:
     """Make one walk to its end.
 
     Args:
         plan: Plan of the walk.
         summarised: Whether to keep a summary instead of a record.
         cancellation: See `Engine.start`.
-        first: The walk whose `sharing()` is held, if this one runs in a thread; None: this one runs alone.
-
-    Returns:
-        Result of the walk; None if it cannot run in a thread beside the first walk.
     """
     try:
         run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
-        if first is not None and not run.shares_with(first):
-            return None
     except MjbipedError as error:
         return _Ended(None, str(error), traceback.format_exc())
     keep: Callable[[], Result] = run.summary if summarised else run.record
@@ -84,9 +75,9 @@ def _walked(
     return _Ended(keep())
 
 
-def _as_they_end(futures: Collection[Future[_Ended | None]]) -> Iterator[Future[_Ended | None]]:
+def _as_they_end(futures: Collection[Future[_Ended]]) -> Iterator[Future[_Ended]]:
     """Yield futures as they end, unlike `concurrent.futures.as_completed` always interruptible by Ctrl-C."""
-    ended: SimpleQueue[Future[_Ended | None]] = SimpleQueue()
+    ended: SimpleQueue[Future[_Ended]] = SimpleQueue()
     for future in futures:
         future.add_done_callback(ended.put)
     for _ in futures:
@@ -136,14 +127,8 @@ class Batch:
         """
         groups = self._groups()
         self._bar.set_description("walking")
-        for left in groups:
-            while left:
-                first = self._start(left[0])
-                if first.compile():
-                    with first.sharing():
-                        left = self._in_threads(left, first)
-                else:
-                    self._apart.append(left.pop(0))
+        for group in groups:
+            self._in_threads(group)
         here = self._interpreted if self._in_processes else [*self._interpreted, *self._apart]
         for index in here:
             self._take(index, _walked(self._plans[index], self._summarised))
@@ -174,9 +159,10 @@ class Batch:
             groups.setdefault(kinds[id(plan.controller)], []).append(index)
         compiled = []
         for group in groups.values():
-            if self._start(group[0]).compile():
+            first = self._plans[group[0]]
+            if first.terms.engine.start(first).compile():
                 compiled.append(group)
-            elif self._plans[group[0]].law is not None:  # they take a moment
+            elif first.law is not None:  # they take a moment
                 self._interpreted += group
             else:
                 self._apart += group
@@ -186,45 +172,33 @@ class Batch:
                 _check_pickles(controller)
         return compiled
 
-    def _start(self, index: int) -> Run:
-        plan = self._plans[index]
-        return plan.terms.engine.start(plan)
-
     @property
     def _in_processes(self) -> bool:
         return min(self._workers, len(self._apart)) > 1
 
-    def _in_threads(self, indices: Sequence[int], first: Run) -> list[int]:
-        """Make walks in threads; return the indices of those that cannot run beside the first one."""
-        others: list[int] = []
+    def _in_threads(self, indices: Sequence[int]) -> None:
+        """Make walks in threads."""
         with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
             futures = {
-                pool.submit(_walked, self._plans[index], self._summarised, self._check_cancelled, first): index
+                pool.submit(_walked, self._plans[index], self._summarised, self._check_cancelled): index
                 for index in indices
             }
             try:
                 for future in _as_they_end(futures):
-                    ended, index = future.result(), futures[future]
-                    if ended is None:
-                        others.append(index)
-                    else:
-                        self._take(index, ended)
+                    self._take(futures[future], future.result())
             except BaseException:
                 self._stop.set()  # stops the walks under way
                 pool.shutdown(cancel_futures=True)
                 for future, index in futures.items():
                     if not future.cancelled() and future.exception() is None and self.results[index] is None:
-                        ended = future.result()
-                        self.results[index] = ended.result if ended else None
+                        self.results[index] = future.result().result
                 raise
-        return sorted(others)
 
     def _check_cancelled(self) -> None:
         if self._stop.is_set():
             raise KeyboardInterrupt
 
-    def _take(self, index: int, ended: _Ended | None) -> None:
-        assert ended is not None  # only walks in threads can end in None
+    def _take(self, index: int, ended: _Ended) -> None:
         self.results[index] = ended.result
         if ended.interrupted:
             raise KeyboardInterrupt

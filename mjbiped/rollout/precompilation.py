@@ -58,18 +58,13 @@ def precompile(
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     # an engine's machine code serves many controllers: one of them makes it, then the others come
-    groups: dict[tuple[str, str, int], list[Unit]] = {}
+    groups: dict[str, list[Unit]] = {}
     for robot in _ROBOTS:
         for engine in map(engine_of, chosen):
             for name in names:
                 made = controller_class(name, robot)
                 if made.drives(robot):
-                    shared = (
-                        "" if engine.serves_all else robot.kind,
-                        engine.name,
-                        engine.room(len(made.states), robot),
-                    )
-                    groups.setdefault(shared, []).append((engine.name, name, robot))
+                    groups.setdefault(engine.name, []).append((engine.name, name, robot))
     driven = {name for group in groups.values() for _, name, _ in group}
     for name in names:
         if name not in driven:

@@ -96,18 +96,17 @@ def walk(
     """
     terms = Terms(engine_of(engine), steps, distance, robot, sample_period, chosen(scuffing))
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
-    with terms.engine.session():
-        run = terms.engine.start(plan)
-        run.compile()
-        try:
-            run.go(progress=progress)
-        except BaseException as error:
-            if is_interrupt(error):
-                raise WalkInterrupted(run.record()) from error
-            if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends no more than its walk
-                raise
-            raise WalkStopped(run.message(error), run.record()) from error
-        return run.record()
+    run = terms.engine.start(plan)
+    run.compile()
+    try:
+        run.go(progress=progress)
+    except BaseException as error:
+        if is_interrupt(error):
+            raise WalkInterrupted(run.record()) from error
+        if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends no more than its walk
+            raise
+        raise WalkStopped(run.message(error), run.record()) from error
+    return run.record()
 
 
 def is_interrupt(error: BaseException | None) -> bool:

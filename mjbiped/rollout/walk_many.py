@@ -148,10 +148,7 @@ def walk_many(
     terms = Terms(engine_of(engine), steps, distance, robot, sample_period, chosen(scuffing))
     workers = WORKERS.check("workers", cores() if workers is None else workers)
     plans = _plans(terms, controllers, terrains, initial, disturbances)
-    with (
-        terms.engine.session(),
-        progress_bar(total=len(plans), desc="preparing", unit="walk", progress=progress) as bar,
-    ):
+    with progress_bar(total=len(plans), desc="preparing", unit="walk", progress=progress) as bar:
         batch = Batch(plans, summaries, workers, bar)
         try:
             batch.run()

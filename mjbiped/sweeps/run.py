@@ -18,7 +18,7 @@ import numpy as np
 from mjbiped import errors
 from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import registered
-from mjbiped.engines.ahead import AHEAD
+from mjbiped.engines.compiling import AHEAD
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError

@@ -16,7 +16,6 @@ from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
-from mjbiped.records.recorder import never_cancelled
 from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.marks import Scales
 from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
@@ -63,9 +62,8 @@ class LiveWalk(Source):
         plan, engine = self._plan, self._plan.terms.engine
         assert isinstance(engine, Mujoco)
         self.robot, self.terrain = plan.robot, plan.terrain
-        with engine.session():
-            self.run = MujocoRun(plan, engine, summarised=False, cancellation=never_cancelled, scenery=True)
-            self.run.compile()
+        self.run = MujocoRun(plan, engine, scenery=True)
+        self.run.compile()
         self._steps = stepped(self.run.simulation, self.run.recorder, most=1)
         self._impulse, self._span, self._force, self._stance = np.zeros(2), 0.0, (0.0, 0.0), 0
         self._order = [int(self.run.simulation.model.joint(name).qposadr[0]) for name in self.robot.places]

@@ -25,7 +25,7 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")
 
-    monkeypatch.setattr(mujoco_run, "simulate", simulate)
+    monkeypatch.setattr(mujoco_run, "stepped", simulate)
 
 
 @pytest.fixture

@@ -50,12 +50,12 @@ def test_a_flat_foot_is_in_balance_about_its_ankle() -> None:
     """The leg's torque on the foot is -tau; the ground's force F_n at x makes -x F_n: both are in balance."""
     u = [0.0] * (2 + BINS)
     u[0] = u[1] = -math.inf
-    note_pressure(u, 0, 2, torque=5.0, normal=100.0, light=1.0, leg_length=1.0, time=0.1)
+    note_pressure(u, torque=5.0, normal=100.0, light=1.0, leg_length=1.0, time=0.1)
     place = -u[1]
     assert -5.0 - place * 100.0 == pytest.approx(0.0)
     assert (u[0], u[1]) == (-0.05, 0.05)
     assert u[2 + bin_of(-0.05)] == 0.1
-    note_pressure(u, 0, 2, torque=-1.0, normal=0.5, light=1.0, leg_length=1.0, time=0.2)  # no foot is long enough
+    note_pressure(u, torque=-1.0, normal=0.5, light=1.0, leg_length=1.0, time=0.2)  # no foot is long enough
     assert (u[0], u[1], u[2 + BINS - 1]) == (-0.05, 0.05, 0.2)
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 import mjbiped
 from mjbiped import Compass, KneedBiped
+from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.ground_window import GroundWindows
 from mjbiped.robots.robot import Robot
 
@@ -218,8 +219,7 @@ def mujocos_rates(robot: Robot, legs: Array, rates: Array, slope: float, frictio
     """Rates of departing and landing leg after one step in which both feet touch the ground."""
     h, deep, length = 1e-5, 1e-6, robot.leg_length
     terrain = mjbiped.Terrain.incline(math.degrees(slope))
-    windows = GroundWindows(robot, terrain, timestep=h, reach=5.0, ground="auto", margin=1.0)
-    model = windows.about(0.0).model
+    model = GroundWindows(robot, Ground(terrain, reach=5.0), h, margin=1.0).about(0.0).model
     model.opt.timestep = h
     feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
     model.geom_friction[feet, 0] = friction

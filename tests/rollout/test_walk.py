@@ -63,7 +63,7 @@ def test_bad_arguments_are_refused_before_anything_runs(
     def never(*arguments: object, **parameters: object) -> None:
         raise AssertionError("something was computed")
 
-    monkeypatch.setattr(mujoco_run, "simulate", never)
+    monkeypatch.setattr(mujoco_run, "stepped", never)
     arguments = {"controller": PassiveController(), "terrain": mjbiped.Terrain.incline(2.0), **bad}
     controller, terrain = arguments.pop("controller"), arguments.pop("terrain")
     with pytest.raises(mjbiped.InputError, match=names):

@@ -32,7 +32,6 @@ class Hybrid(Engine):
 
     name: ClassVar[str] = "hybrid"
     robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
-    serves_all: ClassVar[bool] = True
 
     tolerance: Annotated[float, domains.TOLERANCE] = TOLERANCE
 
@@ -56,10 +55,6 @@ class Hybrid(Engine):
     def costs(self, robot: Robot) -> Costs:
         """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
         return Costs(engine=25.0, step=0.045 if len(robot.angles) < 3 else 0.11)
-
-    def room(self, states: int, robot: Robot) -> int:
-        """One machine code serves controllers with any number of states; see `Engine.room`."""
-        return 0
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""

@@ -92,7 +92,7 @@ def note_pressures(c: Any, w: Any, before: float, h: float) -> None:
             normal = normals[stage]
             if torque != asked[stage]:
                 w.bound_time += time
-        note_pressure(pressure, 0, 2, torque, normal, light, c.length, time)
+        note_pressure(pressure, torque, normal, light, c.length, time)
 
 
 def note_impact(c: Any, w: Any) -> None:

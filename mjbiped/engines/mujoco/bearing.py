@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
-from mjbiped.engines.mujoco.feet import bear, stands, weigh_shear
+from mjbiped.engines.mujoco.feet import stands
 from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
+from mjbiped.engines.mujoco.state import State
 from mjbiped.records.pressure import note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 
@@ -18,7 +20,7 @@ sliding foot last half as long."""
 CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
 
 
-def weigh(c: Any, u: Any, moment: float) -> None:
+def weigh(c: Constants, u: State, moment: float) -> None:
     """Take the stance foot's force in the physics step before into its averages, and its friction.
 
     A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
@@ -49,36 +51,40 @@ def weigh(c: Any, u: Any, moment: float) -> None:
         if average < u.normal_force:
             u.normal_force = average
         torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * c.weight
-        note_pressure(u.pressure, 0, 2, torque, average, light, c.leg_length, u.stretch)
-        weigh_shear(u)
-        u.impulse = u.ankle_impulse = u.stretch = 0.0
+        note_pressure(u.pressure, torque, average, light, c.leg_length, u.stretch)
+        if u.impulse > 0.0:
+            u.friction = max(u.friction, abs(u.shear_impulse) / u.impulse)
+        u.impulse = u.ankle_impulse = u.shear_impulse = u.stretch = 0.0
 
 
-def least_normal_force(u: Any) -> float:
+def least_normal_force(u: State) -> float:
     """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
     if u.normal_force < math.inf:
         return float(u.normal_force)
     return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
 
 
-def read_contacts(c: Any, u: Any, readings: Any) -> Felt:
+def read_contacts(c: Constants, u: State, readings: Any) -> Felt:
     """Note what the feet feel in the step just resolved; returns what the swing foot does."""
     leg = swing_leg(c, u)
-    stance = felt(readings, stance_leg(c, u).contacts, c.slots)
-    swing = felt(readings, leg.contacts, c.slots)
-    able = stands(c, u, readings, swing.pressure) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    stance, swing = felt(c, u, readings, stance_leg(c, u)), felt(c, u, readings, leg)
+    able = stands(c, u, swing) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
     u.pressing = stance.pressure + swing.pressure
     note_contacts(c, u, stance, swing, able)
     if c.feet:
-        bear(c, u, readings)
+        if u.noted:
+            u.support_behind, u.support_ahead = swing.behind, swing.ahead
+        u.moment, u.shear = stance.moment, stance.shear
+        u.flat = 1.0 if min(stance.behind, stance.ahead) > 0.0 else 0.0
+        u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh`
     return swing
 
 
-def note_contacts(c: Any, u: Any, stance: Felt, swing: Felt, able: bool) -> None:
+def note_contacts(c: Constants, u: State, stance: Felt, swing: Felt, able: bool) -> None:
     """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
     x, _ = foot_of(swing_leg(c, u), u.q)
     noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
-    u.noted = 1.0 if noted else 0.0
+    u.noted, u.force, u.ratio = 1.0 if noted else 0.0, stance.pressure, 0.0
     if u.clear > CLEAR:
         u.touching = 0.0
     if u.enabled and swing.face:
@@ -88,12 +94,6 @@ def note_contacts(c: Any, u: Any, stance: Felt, swing: Felt, able: bool) -> None
     elif swing.ground and not u.touching:
         u.stubs += 1.0
         u.touching = 1.0
-    feel_stance(c, u, stance, noted)
-
-
-def feel_stance(c: Any, u: Any, stance: Felt, noted: bool) -> None:
-    """Note the stance foot's force, friction and depth in the step just resolved, or in that of the touchdown noted."""
-    u.force, u.ratio = stance.pressure, 0.0
     if stance.ground and not noted:
         u.penetration = max(u.penetration, stance.depth)
         u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * c.weight)

@@ -131,21 +131,19 @@ def walking() -> bool:
 def python_removed() -> Iterator[None]:
     """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold."""
     with _lock:
-        found = [name[4:] for name in dir(mujoco) if name.startswith("get_mjcb_")]
-        standing = {name: getattr(mujoco, f"get_{name}")() for name in found}
         # what MuJoCo's bindings tell of our places is what stood there before
-        theirs = [name for name in found if _ours is None or name not in _PLACES]
-        taken = [_slot(name) for name in theirs if standing[name] and not hasattr(standing[name], "argtypes")]
-        kept, foreign = [slot.value for slot in taken], int(table[FOREIGN])
-        table[FOREIGN] = 0
+        names = [name[4:] for name in dir(mujoco) if name.startswith("get_mjcb_")]
+        free = {name: getattr(mujoco, f"get_{name}")() for name in names if _ours is None or name not in _PLACES}
+        taken = {name: each for name, each in free.items() if each and not hasattr(each, "argtypes")}
+        foreign, table[FOREIGN] = int(table[FOREIGN]), 0
         try:
-            for slot in taken:
-                slot.value = None
+            for name in taken:
+                getattr(mujoco, f"set_{name}")(None)
             yield
         finally:
             table[FOREIGN] = foreign
-            for slot, value in zip(taken, kept, strict=True):
-                slot.value = value
+            for name, each in taken.items():
+                getattr(mujoco, f"set_{name}")(each)
 
 
 def _control(model: int, data: int) -> None:

@@ -13,26 +13,27 @@ leaves obliquely, as the old stance foot does in the step that resolves the othe
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from mjbiped.engines.mujoco.feet import sole_angle
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.ground import SILL
-from mjbiped.engines.mujoco.legs import Leg, foot_of, leg_at, stance_leg, swing_index
+from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, leg_at, stance_leg, swing_index
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers, whole_numbers
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
 STANCE, SWING = 1, 4  # contact bits of the two feet; that of a toe is twice as great
 ALL = 15  # of a piece of ground that all feet collide with
-MARKS = 25  # room for geoms of the ground whose bits are set: at most five for each foot's sphere, and their number
 NEAR = 0.5 * SILL  # m
 
 
-def write_contact_bits(c: Any, u: Any) -> None:
+def write_contact_bits(c: Constants, u: State) -> None:
     """Let the feet collide as they may in the step to come; the state is that of its beginning."""
-    contype = whole_numbers(c.contype, c.geoms)
-    _clear(c, contype)
+    contype = whole_numbers(c.geom_contype, c.ngeom)
+    contype[:] = 0
+    if not c.box:  # which all ground meets
+        whole_numbers(c.geom_conaffinity, c.ngeom)[:] = 0
     stance, swing = stance_leg(c, u), leg_at(c.legs, swing_index(c, u))
     if u.collides and u.lifted != swing_index(c, u):
         _let_collide(c, contype, swing, u.q, SWING, True)
@@ -41,36 +42,20 @@ def write_contact_bits(c: Any, u: Any) -> None:
         _let_collide(c, contype, stance, u.q, STANCE, lands)
 
 
-def _clear(c: Any, contype: Any) -> None:
-    """Let nothing collide."""
-    conaffinity, marked = whole_numbers(c.conaffinity, c.geoms), numbers(c.marked, MARKS)
-    for mark in range(int(marked[0])):
-        conaffinity[int(marked[1 + mark])] = 0
-    marked[0] = 0.0
-    for index in range(c.leg_count):
-        leg = leg_at(c.legs, index)
-        contype[leg.foot] = 0
-        if leg.toe >= 0:
-            contype[leg.toe] = 0
-
-
-def _let_collide(c: Any, contype: Any, leg: Leg, q: Any, bit: int, lands: bool) -> None:
+def _let_collide(c: Constants, contype: Any, leg: Leg, q: Any, bit: int, lands: bool) -> None:
     """Let a leg's foot collide: as one that lands, or as one that stands."""
     contype[leg.foot] = bit
     if c.box:
         return
     x, z = foot_of(leg, q)
-    if leg.toe < 0:
-        _mark_ground(c, x, z, bit, lands)
-        return
-    contype[leg.toe] = 2 * bit
-    angle = sole_angle(leg, q)
-    sine, cosine = math.sin(angle), math.cos(angle)
-    _mark_ground(c, x - leg.behind * cosine, z + leg.behind * sine, bit, lands)
-    _mark_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine, 2 * bit, lands)
+    if leg.toe >= 0:
+        contype[leg.toe] = 2 * bit
+        x, z, toe_x, toe_z = heel_and_toe(leg, q)
+        _mark_ground(c, toe_x, toe_z, 2 * bit, lands)
+    _mark_ground(c, x, z, bit, lands)
 
 
-def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
+def _mark_ground(c: Constants, x: float, z: float, bit: int, lands: bool) -> None:
     """Let the pieces of ground that a sphere at x, z (m) can meet collide with it."""
     if lands:
         segment = segment_met(c, x, z)
@@ -88,7 +73,7 @@ def _mark_ground(c: Any, x: float, z: float, bit: int, lands: bool) -> None:
         _mark(c, numbers(c.pieces, c.segments)[behind], bit)
 
 
-def _ground_of(c: Any, segment: int, x: float) -> float:
+def _ground_of(c: Constants, segment: int, x: float) -> float:
     """Geom of a segment's ground at x (m): its piece, but the sill near a riser's face."""
     starts, rises, sills = numbers(c.x, c.segments), numbers(c.rises, c.segments), numbers(c.sills, c.segments)
     if rises[segment] < 0.0 and abs(x - starts[segment]) < NEAR and sills[segment] >= 0.0:
@@ -99,7 +84,7 @@ def _ground_of(c: Any, segment: int, x: float) -> float:
     return float(numbers(c.pieces, c.segments)[segment])
 
 
-def _mark_risers(c: Any, segment: int, bit: int) -> None:
+def _mark_risers(c: Constants, segment: int, bit: int) -> None:
     """Let the risers ahead of a segment and behind it collide, where they rise from it."""
     risers, rises = numbers(c.risers, c.segments), numbers(c.rises, c.segments)
     if rises[segment] < 0.0:
@@ -108,10 +93,7 @@ def _mark_risers(c: Any, segment: int, bit: int) -> None:
         _mark(c, risers[segment + 1], bit)
 
 
-def _mark(c: Any, geom: float, bit: int) -> None:
+def _mark(c: Constants, geom: float, bit: int) -> None:
     """Set a contact bit of a geom of the ground; -1: there is none."""
     if geom >= 0.0:
-        marked, number = numbers(c.marked, MARKS), int(geom)
-        whole_numbers(c.conaffinity, c.geoms)[number] |= bit
-        marked[0] += 1.0
-        marked[int(marked[0])] = geom
+        whole_numbers(c.geom_conaffinity, c.ngeom)[int(geom)] |= bit

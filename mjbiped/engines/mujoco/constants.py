@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
-
 from mjbiped.disturbances.pushes import Pushes
-from mjbiped.engines.mujoco.legs import Leg
-from mjbiped.numerics.blocks import Floats, reader
+from mjbiped.numerics.blocks import Block, reader
 
 
-@dataclass(slots=True)
-class Constants:
+class Constants(Block):
     """What does not change in a walk while its scene is the same, and where things are.
 
     Attributes:
@@ -27,12 +21,12 @@ class Constants:
         qpos: See MuJoCo for this and all that follow.
         qvel: See there.
         qacc: See there.
-        warmstart: See `qacc_warmstart` there.
+        qacc_warmstart: See there.
         ctrl: See there.
-        applied: Forces at the degrees of freedom; that at hip x is a push's, N.
-        readings: Data of all sensors.
-        contype: Contact bits of geoms.
-        conaffinity: The same.
+        qfrc_applied: Forces at the degrees of freedom; that at hip x is a push's, N.
+        sensordata: Data of all sensors.
+        geom_contype: Contact bits of geoms.
+        geom_conaffinity: The same.
         geom_solref: Softness of contacts, two numbers a geom.
         jnt_solref: Softness of the joints' limits, two numbers a joint.
         eq_solref: Softness of equality constraints, two numbers each.
@@ -42,15 +36,15 @@ class Constants:
         legs: The robot's legs, in the order in which they stand.
         leg_count: Their number.
         order: For each of the robot's `places` its index in qpos.
-        coordinates: Number of these.
+        nq: Number of these.
         angles: Number of the robot's angles, and of its joints with motors.
         hip: Actuator between the legs; -1: there is none.
         slots: Floats of one foot's contacts in the sensor data.
-        sensed: Floats of all sensor data.
-        actuators: Number of actuators.
-        geoms: Number of geoms.
-        joints: Number of joints.
-        locks: Number of equality constraints.
+        nsensordata: Floats of all sensor data.
+        nu: Number of actuators.
+        ngeom: Number of geoms.
+        njnt: Number of joints.
+        neq: Number of equality constraints.
         x: Starts of the ground's segments, m; with the three that follow it is a `terrain.profile.Profile`.
         z: Heights there, m.
         gradient: dz/dx.
@@ -61,7 +55,6 @@ class Constants:
         lasts: The last one.
         risers: For each segment the geom that is the riser at its start; -1: there is none.
         sills: For each segment the geom of the lower ground behind that riser; -1: there is none.
-        marked: Number of geoms of the ground whose contact bits are set, then these geoms.
 
         leg_length: Of a leg, m.
         lowest_hip: Height of the hip over the ground below which the robot has fallen, m.
@@ -100,7 +93,7 @@ class Constants:
         torque: See there.
         touchdown: See there.
         slope_estimate: See there.
-        next_discontinuity: Not called here.
+        next_discontinuity: See there; not called here.
         tick: See there.
         knee_strike: See there.
         failed: A float that is not zero once a law has raised an exception.
@@ -121,107 +114,6 @@ class Constants:
         row_width: Floats of a touchdown.
         estimate_at: Index in a touchdown of the slope estimate before its update; that after it follows.
     """
-
-    state: Any
-    whole: Floats
-    row: Floats
-    memory: Floats
-    rates: Floats
-    time: Floats
-    timestep: Floats
-    warnings: Any
-    qpos: Floats
-    qvel: Floats
-    qacc: Floats
-    warmstart: Floats
-    ctrl: Floats
-    applied: Floats
-    readings: Floats
-    contype: Any
-    conaffinity: Any
-    geom_solref: Floats
-    jnt_solref: Floats
-    eq_solref: Floats
-    eq_data: Floats
-    eq_active: Any
-    legs: Sequence[Leg]
-    leg_count: int
-    order: Floats
-    coordinates: int
-    angles: int
-    hip: int
-    slots: int
-    sensed: int
-    actuators: int
-    geoms: int
-    joints: int
-    locks: int
-    x: Floats
-    z: Floats
-    gradient: Floats
-    segments: int
-    rises: Floats
-    pieces: Floats
-    firsts: Floats
-    lasts: Floats
-    risers: Floats
-    sills: Floats
-    marked: Floats
-    leg_length: float
-    lowest_hip: float
-    foot_radius: float
-    rolling_radius: float
-    weight: float
-    reach: float
-    delay: float
-    stall_time: float
-    averaged: float
-    airborne: float
-    sustained: float
-    start: float
-    end: float
-    steps: float
-    distance: float
-    scuffs: bool
-    stepped: bool
-    deepest: float
-    longest: float
-    shortest: float
-    sliding: float
-    lands: bool
-    radius: float
-    feet: bool
-    box: bool
-    behind: float
-    ahead: float
-    knee_opens: bool
-    knee_stiffness: float
-    knee_damping: float
-    foot_stiffness: float
-    foot_damping: float
-    parameters: Any
-    torque: Any
-    touchdown: Any
-    slope_estimate: Any
-    next_discontinuity: Any
-    tick: Any
-    knee_strike: Any
-    failed: Floats
-    room: Floats
-    control_period: float
-    memory_size: int
-    states: int
-    sampled: bool
-    support: int
-    pushes: Sequence[Pushes]
-    sample_period: float
-    samples: Floats
-    rows: Floats
-    sample_room: int
-    row_room: int
-    sample_width: int
-    row_width: int
-    estimate_at: int
 
 
 constants_at = reader(Constants)

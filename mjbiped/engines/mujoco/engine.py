@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -13,10 +11,10 @@ from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.compiling import Costs
 from mjbiped.engines.mujoco.callback import walking
 from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.options import MOTOR, ROOM, Options
+from mjbiped.engines.mujoco.options import MOTOR, Options
 from mjbiped.engines.mujoco.run import MujocoRun
 from mjbiped.engines.mujoco.scene import check_masses
-from mjbiped.engines.mujoco.servo import LONGEST, frequency_of
+from mjbiped.engines.mujoco.servo import LONGEST, servo_of
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
@@ -81,7 +79,7 @@ class Mujoco(Options, Engine):
                     f'stance_knee = "motor": the stop of a {type(plan.robot).__name__} bears its stance knee without a '
                     "motor; leave it out, or take a KneedBiped"
                 )
-            longest = LONGEST / frequency_of(plan.robot)
+            longest = LONGEST / servo_of(plan.robot)[2]
             if self.timestep > longest:
                 raise InputError(
                     f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "
@@ -109,10 +107,6 @@ class Mujoco(Options, Engine):
         knees = len(robot.angles) > 2
         step = (_WITH_KNEES if knees else _PHYSICS_STEP) * (steps + _LANDING)
         return Costs(engine=31.0 if knees else 24.0, step=step)
-
-    def room(self, states: int, robot: Robot) -> int:
-        """One machine code serves all controllers with up to eight states; see `Engine.room`."""
-        return max(states, ROOM)
 
     def simulation(
         self,
@@ -148,16 +142,11 @@ class Mujoco(Options, Engine):
         return Simulation(plan, engine, compile=compile)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
-        """Build the scene; see `Engine.start`."""
-        return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
-
-    @contextmanager
-    def session(self) -> Iterator[None]:
-        """Refuse a walk that is begun inside another one's controller.
+        """Build the scene; see `Engine.start`.
 
         Raises:
-            MjbipedError: It is.
+            MjbipedError: The walk is begun inside another one's controller.
         """
         if walking():
             raise MjbipedError("a walk cannot be started from inside another's controller")
-        yield
+        return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)

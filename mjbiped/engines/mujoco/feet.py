@@ -11,9 +11,11 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from mjbiped.engines.mujoco.contacts import Borne, borne
-from mjbiped.engines.mujoco.legs import Leg, foot_of, stance_leg, swing_leg
+from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.contacts import Felt
+from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers
 from mjbiped.robots.bodies import Foot
 from mjbiped.rules.foot_servo import GREATEST_ERROR, servo_torque
@@ -38,31 +40,13 @@ def for_feet(options: Options, foot: Foot) -> Options:
     return replace(options, timestep=min(options.timestep, LONGEST), lands=False, ground=ground)
 
 
-def sole_angle(leg: Leg, q: Any) -> float:
-    """Angle of a foot's sole, as a slope, rad."""
-    return float(q[leg.hip] + leg.offset + q[leg.sole])
-
-
-def sole_rate(leg: Leg, rates: Any) -> float:
-    """Rate of that angle, rad/s."""
-    return float(rates[leg.hip] + rates[leg.sole])
-
-
-def gaps(c: Any, leg: Leg, q: Any) -> tuple[float, float]:
+def gaps(c: Constants, leg: Leg, q: Any) -> tuple[float, float]:
     """Heights of heel and toe over the ground, m."""
-    x, z = foot_of(leg, q)
-    angle = sole_angle(leg, q)
-    sine, cosine = math.sin(angle), math.cos(angle)
-    heel = height_over_ground(c, x - leg.behind * cosine, z + leg.behind * sine)
-    return heel, height_over_ground(c, x + leg.ahead * cosine, z - leg.ahead * sine)
+    heel_x, heel_z, toe_x, toe_z = heel_and_toe(leg, q)
+    return height_over_ground(c, heel_x, heel_z), height_over_ground(c, toe_x, toe_z)
 
 
-def begin_flat(u: Any) -> None:
-    """Let a walk begin on ground as it is under the first foot."""
-    u.stood = u.level = u.slope
-
-
-def see_stance_foot(c: Any, u: Any) -> None:
+def see_stance_foot(c: Constants, u: State) -> None:
     """Take the slope from the foot that stands, and note how long it stood on one side alone, and how far it tipped."""
     tip = sole_angle(stance_leg(c, u), u.q) - u.stood
     u.slope = u.level + tip
@@ -71,7 +55,7 @@ def see_stance_foot(c: Any, u: Any) -> None:
         u.one_sided += u.effective_step
 
 
-def stand_flat(u: Any, new: float) -> None:
+def stand_flat(u: State, new: float) -> None:
     """Note the angle of a new foothold, rad, and what the feet take the ground's to be.
 
     An angle far from that of the ground so far is that of a foot on an edge, unless the foothold before was like it.
@@ -81,25 +65,20 @@ def stand_flat(u: Any, new: float) -> None:
     u.stood = new
 
 
-def intrusion(c: Any, leg: Leg, q: Any) -> float:
+def intrusion(c: Constants, leg: Leg, q: Any) -> float:
     """How high edges of the ground stand over the line from a foot's heel to its toe, m; 0: none does."""
     (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
     starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)
-    heel, fall, highest = x - leg.behind * math.cos(angle), math.tan(angle), 0.0
-    segment = segment_under(c, heel) + 1
-    while segment < c.segments and starts[segment] < x + leg.ahead * math.cos(angle):
+    heel, _, toe, _ = heel_and_toe(leg, q)
+    segment, fall, highest = segment_under(c, heel) + 1, math.tan(angle), 0.0
+    while segment < c.segments and starts[segment] < toe:
         edge = max(heights[segment], heights[segment] - rises[segment])
         highest = max(highest, edge - (z - fall * (starts[segment] - x)))
         segment += 1
     return highest
 
 
-def felt_by(c: Any, u: Any, readings: Any, leg: Leg) -> Borne:
-    """How the ground bears a leg's foot, by its contact sensors."""
-    return borne(readings, leg.contacts, c.slots, foot_of(leg, u.q), sole_angle(leg, u.q))
-
-
-def lands_flat(c: Any, u: Any, x: float) -> bool:
+def lands_flat(c: Constants, u: State, x: float) -> bool:
     """Whether the swing foot, below whose ankle the sole is at x (m), comes to stand in this step."""
     if not (u.collides and x > u.foot_x):
         return False
@@ -107,43 +86,25 @@ def lands_flat(c: Any, u: Any, x: float) -> bool:
     return -c.deepest < min(heel, toe) < 0.0 and max(heel, toe) < NEAR
 
 
-def stands(c: Any, u: Any, readings: Any, pressure: float) -> bool:
+def stands(c: Constants, u: State, foot: Felt) -> bool:
     """Whether the swing foot has come to stand; notes its first contact.
 
     It has where the ground bears the foot on both sides of its ankle. A foot with an edge close to its ankle may never
-    be borne so: it stands once it bears most of the weight (pressure, N) and the other foot has borne none for a while.
+    be borne so: it stands once it bears most of the weight and the other foot has borne none for a while.
     """
-    felt = felt_by(c, u, readings, swing_leg(c, u))
-    if max(felt.behind, felt.ahead) > 0.0:
+    if max(foot.behind, foot.ahead) > 0.0:
         u.down = u.time
         if math.isnan(u.touched):
             u.touched = u.time
     elif u.time - u.down > c.airborne:
         u.touched = math.nan
-    alone = u.without_contact >= c.airborne and pressure > MOST * c.weight
-    return bool(alone or min(felt.behind, felt.ahead) > 0.0)
+    alone = u.without_contact >= c.airborne and foot.pressure > MOST * c.weight
+    return bool(alone or min(foot.behind, foot.ahead) > 0.0)
 
 
-def bear(c: Any, u: Any, readings: Any) -> None:
-    """Note how the ground bears the stance foot in the step just resolved, and a foot that comes to stand in it."""
-    if u.noted:
-        new = felt_by(c, u, readings, swing_leg(c, u))
-        u.support_behind, u.support_ahead = new.behind, new.ahead
-    felt = felt_by(c, u, readings, stance_leg(c, u))
-    u.moment, u.shear, u.flat = felt.moment, felt.shear, 1.0 if min(felt.behind, felt.ahead) > 0.0 else 0.0
-    u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh_shear`
-
-
-def weigh_shear(u: Any) -> None:
-    """Take the ratio of friction to normal force in a stretch over which forces are averaged."""
-    if u.impulse > 0.0:
-        u.friction = max(u.friction, abs(u.shear_impulse) / u.impulse)
-    u.shear_impulse = 0.0
-
-
-def swing_foot_torque(c: Any, u: Any) -> float:
+def swing_foot_torque(c: Constants, u: State) -> float:
     """Torque of the ankle's motor that holds the swing foot, N m, on the leg as that of the stance ankle."""
     stance, swing = stance_leg(c, u), swing_leg(c, u)
-    rate = sole_rate(swing, u.rates) - sole_rate(stance, u.rates)
+    rate = (u.rates[swing.hip] + u.rates[swing.sole]) - (u.rates[stance.hip] + u.rates[stance.sole])
     # joints tell angles from the foot that stands, which may tip
     return servo_torque(c.foot_stiffness, c.foot_damping, sole_angle(swing, u.q) - u.slope, rate)

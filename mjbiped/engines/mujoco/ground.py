@@ -12,7 +12,7 @@ Where the pieces begin and end, and every number in them, depends on the terrain
 built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.engines.mujoco.ground_window`).
 
 Which of these a foot can meet is a matter of where it is: a piece only over its own segments, a riser only beside it
-(`mjbiped.engines.mujoco.contacts.refuses`). So no foot meets a corner, whose normal would be none of the ground's.
+(`mjbiped.engines.mujoco.collisions`). So no foot meets a corner, whose normal would be none of the ground's.
 
 All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end touches the profile exactly when the
 contact's distance is zero.
@@ -21,12 +21,13 @@ contact's distance is zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from bisect import bisect_right
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mjbiped.engines.mujoco.options import GROUND_KINDS
+from mjbiped.engines.mujoco.options import AUTO, BOXES, FIELD, GROUND_KINDS
 from mjbiped.terrain.profile import EDGE
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
@@ -50,8 +51,23 @@ SILL = 4e-3
 """Of lower ground to either side of a riser's face, m, in half of which a foot meets this box in the piece's place."""
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
+PLANE = "plane"
 Point = tuple[float, float]
 """Place x and height z, m."""
+
+
+class Piece(NamedTuple):
+    """Segments that are built as one geom.
+
+    Attributes:
+        name: Of the geom: the number of the stretch between two steps, and the piece's in there.
+        segments: Indices in the terrain.
+        kind: What is built of them: a plane, a heightfield, or a box, of one segment.
+    """
+
+    name: str
+    segments: range
+    kind: str
 
 
 class Ground:
@@ -59,10 +75,12 @@ class Ground:
 
     Attributes:
         terrain: The profile.
-        end: Where the last segment ends, x in m.
+        starts: Where each segment's ground begins, x in m: the first one reaches back.
+        stops: Where it ends; the last one reaches to the end of the ground.
+        pieces: All pieces.
     """
 
-    def __init__(self, terrain: Terrain, *, reach: float, kind: str = "auto", cut: int = 0) -> None:
+    def __init__(self, terrain: Terrain, *, reach: float, kind: str = AUTO, cut: int = 0) -> None:
         """Cut a terrain.
 
         A heightfield's columns are equidistant, so neighbouring segments share one only while their widths are equal
@@ -79,75 +97,57 @@ class Ground:
         """
         known_name("ground", kind, GROUND_KINDS)
         self.terrain = terrain
-        self.end = min(terrain.end, max(reach, terrain.x[-1] + 1.0))
-        self._plane = len(terrain.x) == 1 and kind == "auto" and math.isinf(terrain.end)
-        self._starts = np.array(terrain.x)
-        self._starts[0] -= _BACKWARD
-        self._stops = np.append(terrain.x[1:], self.end)
-        widths = self._stops - self._starts
-        stepped = np.array(terrain.rises) != 0.0
-        self._stretch = np.cumsum(stepped)  # between two steps
-        uneven = np.bincount(self._stretch, np.array(terrain.angle) != 0.0) > 0.0
-        self._field = uneven[self._stretch] if kind == "auto" else np.full(len(widths), kind == "heightfield")
-        unlike = np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])
-        begins = np.append(True, unlike | stepped[1:] | ~self._field[1:])
-        begins[cut] = True
-        if len(widths) > FEW_SEGMENTS:
-            index = np.arange(len(widths))
-            begins |= (index - np.maximum.accumulate(np.where(begins, index, 0))) % _LONGEST_RUN == 0
-        self._pieces = np.append(np.flatnonzero(begins), len(widths))
+        self.starts = [terrain.x[0] - _BACKWARD, *terrain.x[1:]]
+        self.stops = [*terrain.x[1:], min(terrain.end, max(reach, terrain.x[-1] + 1.0))]
+        self.pieces: list[Piece] = []
+        widths = np.subtract(self.stops, self.starts)
+        longest = math.inf if len(widths) <= FEW_SEGMENTS else _LONGEST_RUN
+        unlike = np.append(True, np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])).tolist()
+        for stretch, segments in enumerate(terrain.stretches()):
+            made = FIELD if kind == FIELD or (kind == AUTO and any(terrain.angle[each] for each in segments)) else BOXES
+            begins = [segments.start]
+            for index in segments[1:]:
+                if made == BOXES or unlike[index] or index == cut or index - begins[-1] == longest:
+                    begins.append(index)
+            for number, (first, stop) in enumerate(pairwise([*begins, segments.stop])):
+                self.pieces.append(Piece(f"ground_{stretch}_{number}", range(first, stop), made))
+        if len(terrain.x) == 1 and kind == AUTO and math.isinf(terrain.end):
+            self.pieces = [Piece("ground_0", range(1), PLANE)]
 
-    @property
-    def segments(self) -> range:
-        """All of them."""
-        return range(len(self.terrain.x))
+    def between(self, start: float, stop: float) -> list[Piece]:
+        """The pieces that have a part between two places (m); at least one."""
+        first, last = (self._piece_at(self.terrain.segment_at(x)) for x in (start, stop))
+        return self.pieces[first : last + 1]
 
-    def between(self, start: float, stop: float) -> range:
-        """The segments of all pieces that have a part between two places (m); at least one piece."""
-        first, last = np.searchsorted(self._starts, (start, stop), side="right") - 1
-        low = int(np.searchsorted(self._pieces, max(first, 0), side="right")) - 1
-        high = int(np.searchsorted(self._pieces, max(last, 0), side="right"))
-        return range(int(self._pieces[low]), int(self._pieces[high]))
+    def _piece_at(self, segment: int) -> int:
+        """Index of the piece of a segment."""
+        return bisect_right(self.pieces, segment, key=lambda piece: piece.segments.start) - 1
 
-    def start_of(self, segment: int) -> float:
-        """Where a segment's ground begins, x in m."""
-        return float(self._starts[segment])
+    def profile(self, pieces: list[Piece]) -> list[Point]:
+        """First and last point of each segment of these pieces."""
+        return [point for piece in pieces for index in piece.segments for point in self._corners(index)]
 
-    def stop_of(self, segment: int) -> float:
-        """Where it ends, x in m."""
-        return float(self._stops[segment])
-
-    def profile(self, segments: range) -> list[Point]:
-        """First and last point of each of these segments."""
-        return [point for index in segments for point in self._corners(index)]
-
-    def pieces(self, segments: range) -> dict[str, range]:
-        """The segments of each geom of the ground, by its name; the plane is of all."""
-        return {"ground_0": self.segments} if self._plane else dict(self._named_pieces(segments))
-
-    def add_to(self, spec: mujoco.MjSpec, segments: range) -> None:
+    def add_to(self, spec: mujoco.MjSpec, pieces: list[Piece]) -> None:
         """Build ground.
 
         Args:
             spec: The scene, with default classes "terrain", "riser" and "edge".
-            segments: Those of whole pieces, as `between` gives them.
+            pieces: Neighbours.
         """
-        if self._plane:
-            _add_plane(spec, self.terrain)
-            return
-        for name, piece in self._named_pieces(segments):
-            corners = [self._corners(index) for index in piece]
-            if self._field[piece[0]]:
+        for name, segments, kind in pieces:
+            corners = [self._corners(index) for index in segments]
+            if kind == PLANE:
+                _add_plane(spec, name, self.terrain)
+            elif kind == FIELD:
                 _add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)])
             else:
-                _add_box(spec, name, *corners[0], self.terrain.angle[piece[0]])
-        for index in segments:
-            if index:
-                rise = self.terrain.rises[index]
-                _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
-                if abs(rise) > EDGE:
-                    _add_riser(spec, f"riser_{index}", self.terrain, index)
-                    self._add_sill(spec, index)
+                _add_box(spec, name, *corners[0], self.terrain.angle[segments[0]])
+        for index in range(pieces[0].segments.start or 1, pieces[-1].segments.stop):
+            rise = self.terrain.rises[index]
+            _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
+            if abs(rise) > EDGE:
+                _add_riser(spec, f"riser_{index}", self.terrain, index)
+                self._add_sill(spec, index)
 
     def _add_sill(self, spec: mujoco.MjSpec, index: int) -> None:
         """The lower ground about the face of the step at a segment's start."""
@@ -163,17 +163,13 @@ class Ground:
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""
         x, z, fall = self.terrain.x[index], self.terrain.z[index], math.tan(self.terrain.angle[index])
-        start, stop = self.start_of(index), self.stop_of(index)
+        start, stop = self.starts[index], self.stops[index]
         return (start, z - fall * (start - x)), (stop, z - fall * (stop - x))
 
-    def _named_pieces(self, segments: range) -> Iterator[tuple[str, range]]:
-        """The pieces of these segments; each is called by its stretch, and by its number in there."""
-        low, high = (int(place) for place in np.searchsorted(self._pieces, (segments.start, segments.stop)))
-        for number in range(low, high):
-            first, stop = int(self._pieces[number]), int(self._pieces[number + 1])
-            stretch = int(self._stretch[first])
-            before = int(np.searchsorted(self._pieces, np.searchsorted(self._stretch, stretch)))
-            yield f"ground_{stretch}_{number - before}", range(first, stop)
+
+def _add(spec: mujoco.MjSpec, of: str, name: str, **given: Any) -> None:
+    """Add a geom of a default class, a box unless told otherwise."""
+    spec.worldbody.add_geom(spec.find_default(of), name=name, **{"type": mujoco.mjtGeom.mjGEOM_BOX, **given})
 
 
 def _tilt(slope: float) -> list[float]:
@@ -181,33 +177,18 @@ def _tilt(slope: float) -> list[float]:
     return [math.cos(slope / 2), 0.0, math.sin(slope / 2), 0.0]
 
 
-def _add_plane(spec: mujoco.MjSpec, terrain: Terrain) -> None:
+def _add_plane(spec: mujoco.MjSpec, name: str, terrain: Terrain) -> None:
     slope = terrain.angle[0]
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name="ground_0",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, HALF_WIDTH, 0.05],
-        pos=[terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)],
-        quat=_tilt(slope),
-    )
+    place = [terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)]
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    _add(spec, "terrain", name, type=plane, size=[0.0, HALF_WIDTH, 0.05], pos=place, quat=_tilt(slope))
 
 
 def _add_box(spec: mujoco.MjSpec, name: str, start: Point, stop: Point, slope: float) -> None:
     """One segment as a box whose upper face, raised by the foot's radius, is the profile."""
-    depth = FOOT_RADIUS + _THICKNESS / 2
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2],
-        pos=[
-            (start[0] + stop[0]) / 2 - depth * math.sin(slope),
-            0.0,
-            (start[1] + stop[1]) / 2 - depth * math.cos(slope),
-        ],
-        quat=_tilt(slope),
-    )
+    depth, size = FOOT_RADIUS + _THICKNESS / 2, [math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2]
+    x, z = (start[0] + stop[0]) / 2 - depth * math.sin(slope), (start[1] + stop[1]) / 2 - depth * math.cos(slope)
+    _add(spec, "terrain", name, size=size, pos=[x, 0.0, z], quat=_tilt(slope))
 
 
 def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None:
@@ -220,21 +201,10 @@ def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None
     lowest = float(heights.min())
     rise = float(heights.max()) - lowest
     elevation = rise if rise > 0.0 else 1e-3  # MuJoCo stretches the data to 0..1, and refuses a zero scale
-    relative = (heights - lowest) / elevation
-    spec.add_hfield(
-        name=name,
-        size=[(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS],
-        nrow=2,
-        ncol=len(nodes),
-        userdata=np.concatenate([relative, relative]),
-    )
-    spec.worldbody.add_geom(
-        spec.find_default("terrain"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_HFIELD,
-        hfieldname=name,
-        pos=[(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest],
-    )
+    size = [(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS]
+    spec.add_hfield(name=name, size=size, nrow=2, ncol=len(nodes), userdata=np.tile((heights - lowest) / elevation, 2))
+    place = [(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest]
+    _add(spec, "terrain", name, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=place)
 
 
 def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
@@ -242,21 +212,11 @@ def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> 
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
     upper, lower = max(top, top - rise), min(top, top - rise) - _THICKNESS / 2
     inward = 1.0 if rise > 0.0 else -1.0
-    spec.worldbody.add_geom(
-        spec.find_default("riser"),
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2],
-        pos=[x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2],
-    )
+    place = [x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2]
+    _add(spec, "riser", name, size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2], pos=place)
 
 
 def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:
     """A stripe across the ground where the slope changes (dark) or a step stands (red); for the eye only."""
-    spec.worldbody.add_geom(
-        spec.find_default("edge"),
-        name=name,
-        size=[0.006, HALF_WIDTH + 0.002, 0.0015],
-        pos=[x, 0.0, max(z, z - rise)],
-        material="step_edge" if rise != 0.0 else "slope_edge",
-    )
+    seen = {"size": [0.006, HALF_WIDTH + 0.002, 0.0015], "material": "step_edge" if rise != 0.0 else "slope_edge"}
+    _add(spec, "edge", name, pos=[x, 0.0, max(z, z - rise)], **seen)

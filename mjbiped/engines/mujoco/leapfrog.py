@@ -33,10 +33,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import Any, NamedTuple
 
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.legs import stance_leg, turning_of
-from mjbiped.engines.mujoco.state import X, Z
+from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.rules.termination import STALL_TIME
 
 
@@ -45,7 +45,7 @@ def effective_step(plain: float, before: float, length: float) -> float:
     return length if plain else 0.5 * (before + length)
 
 
-def note_lag(c: Any, u: Any, length: float) -> None:
+def note_lag(c: Constants, u: State, length: float) -> None:
     """Note what the rates will lack after this step.
 
     Args:
@@ -55,26 +55,22 @@ def note_lag(c: Any, u: Any, length: float) -> None:
     """
     impact = u.noted or u.struck or u.plain
     lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
-    falling = STALL_TIME / c.stall_time
-    for index in range(2, c.coordinates):  # the hip's is not shown
+    falling = (STALL_TIME / c.stall_time) * (STALL_TIME / c.stall_time)
+    for index in range(2, c.nq):  # the hip's is not shown
         acceleration = u.qacc[index]
         if u.smooth:
-            acceleration = limited(acceleration, u.acceleration[index], falling * falling)
-        u.lag_next[index] = lag * acceleration
-    u.smooth_next = 0.0 if impact else 1.0
+            before = u.acceleration[index]
+            room = abs(before) + falling
+            acceleration = min(max(acceleration, before - room), before + room)
+        u.lag[index] = lag * acceleration
+    u.smooth = 0.0 if impact else 1.0
     if c.knee_stiffness > 0.0:
         # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
-        u.lag_next[stance_leg(c, u).knee] = 0.0
+        u.lag[stance_leg(c, u).knee] = 0.0
 
 
-def limited(acceleration: float, before: float, least: float) -> float:
-    """An acceleration that differs from the one before by no more than that one's size and `least`, in rad/s²."""
-    room = abs(before) + least
-    return min(max(acceleration, before - room), before + room)
-
-
-def show(c: Any, u: Any, qvel: MutableSequence[float]) -> None:
-    """Let rates be what MuJoCo's velocity stage is to see.
+def show(c: Constants, u: State, qvel: MutableSequence[float]) -> None:
+    """Let rates be what MuJoCo's velocity stage is to see, so that the stance foot ends the step where it was.
 
     Args:
         c: The walk's constants.
@@ -83,53 +79,18 @@ def show(c: Any, u: Any, qvel: MutableSequence[float]) -> None:
     """
     if u.plain:
         return
-    stance = stance_leg(c, u)
-    foot = Foot(u.reach, c.foot_radius, c.rolling_radius, u.old_slope if c.scuffs else u.slope)
+    stance, slope, length = stance_leg(c, u), u.old_slope if c.scuffs else u.slope, u.planned
     turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
-    shown_x, shown_z = held(foot, u.q[stance.hip] + stance.offset + u.tilt, turning, lag, u.planned, u.last_step)
-    for index in range(2, c.coordinates):
-        qvel[index] += u.lag[index]
-    qvel[X] += shown_x
-    qvel[Z] += shown_z
-
-
-class Foot(NamedTuple):
-    """What stands on the ground.
-
-    Attributes:
-        reach: Distance of the hip from it, m.
-        radius: Of the sphere that makes its contact, m, by which it is larger than the foot.
-        rolling: Of the foot, m: of a round one the centre moves as it rolls, a point stays.
-        slope: Of its ground, rad.
-    """
-
-    reach: float
-    radius: float
-    rolling: float
-    slope: float
-
-
-def held(foot: Foot, leg: float, rate: float, lag: float, length: float, before: float) -> tuple[float, float]:
-    """What is added to the hip's velocity, so that the stance foot ends the step where it was: along x and z, m/s.
-
-    Args:
-        foot: What stands.
-        leg: Angle of the line from it to the hip, rad.
-        rate: Its rate in `qvel`, rad/s.
-        lag: What that lacks to be the rate of now, rad/s.
-        length: Of the step, s.
-        before: Length of the step that led to it, s; 0 where the motion begins anew.
-    """
-    turning = rate
-    if before > 0.0:
-        turning += lag * (1.0 + length / before)  # in the middle of this step, by the acceleration before it
+    leg = u.q[stance.hip] + stance.offset + u.tilt
+    if u.last_step > 0.0:
+        turning += lag * (1.0 + length / u.last_step)  # in the middle of this step, by the acceleration before it
     sine, cosine = math.sin(leg), math.cos(leg)
     turned = leg + length * turning
     # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
     mean_x, mean_z = (sine - math.sin(turned)) / length, (cosine - math.cos(turned)) / length
     # of the sphere beyond the foot, and of the foot by what it is shown more than it turns
-    rolling = foot.radius * turning + foot.rolling * lag
-    return (
-        foot.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(foot.slope),
-        foot.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(foot.slope),
-    )
+    rolling = c.foot_radius * turning + c.rolling_radius * lag
+    for index in range(2, c.nq):
+        qvel[index] += u.lag[index]
+    qvel[X] += u.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(slope)
+    qvel[Z] += u.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(slope)

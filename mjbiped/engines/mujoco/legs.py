@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
-from mjbiped.engines.mujoco.state import X, Z
-from mjbiped.numerics.blocks import reader
+from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.state import State, X, Z
+from mjbiped.numerics.blocks import Block, reader
 
 
-@dataclass(slots=True)
-class Leg:
+class Leg(Block):
     """A leg: a chain of one segment or two that hangs at the hip, with a foot at its end.
 
     Attributes:
@@ -37,42 +36,21 @@ class Leg:
         reach: From its foot to the hip, while its knee is at its stop, m.
     """
 
-    hip: int
-    offset: float
-    lap: float
-    upper: float
-    foot: int
-    contacts: int
-    ankle: int
-    knee: int = -1
-    lower: float = 0.0
-    motor: int = -1
-    stop: int = -1
-    lock: int = -1
-    sole: int = -1
-    toe: int = -1
-    height: float = 0.0
-    behind: float = 0.0
-    ahead: float = 0.0
-    turn: float = 0.0
-    bend: float = 0.0
-    reach: float = 0.0
-
 
 leg_at = reader(Leg)
 
 
-def stance_leg(c: Any, u: Any) -> Any:
+def stance_leg(c: Constants, u: State) -> Any:
     """The leg that stands."""
     return leg_at(c.legs, int(u.stance))
 
 
-def swing_index(c: Any, u: Any) -> int:
+def swing_index(c: Constants, u: State) -> int:
     """Number of the leg that stands next."""
     return int((int(u.stance) + 1) % c.leg_count)
 
 
-def swing_leg(c: Any, u: Any) -> Any:
+def swing_leg(c: Constants, u: State) -> Any:
     """The leg that stands next."""
     return leg_at(c.legs, swing_index(c, u))
 
@@ -82,8 +60,20 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
     x, z = end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
     if leg.sole < 0:
         return x, z
-    angle = q[leg.hip] + leg.offset + q[leg.sole]
+    angle = sole_angle(leg, q)
     return x - leg.height * math.sin(angle), z - leg.height * math.cos(angle)
+
+
+def sole_angle(leg: Leg, q: Any) -> float:
+    """Angle of a foot's sole, as a slope, rad."""
+    return float(q[leg.hip] + leg.offset + q[leg.sole])
+
+
+def heel_and_toe(leg: Leg, q: Any) -> tuple[float, float, float, float]:
+    """Places of the ends of a sole, x and z of the heel and of the toe, m."""
+    (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return x - leg.behind * cosine, z + leg.behind * sine, x + leg.ahead * cosine, z - leg.ahead * sine
 
 
 def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tuple[float, float]:
@@ -97,7 +87,7 @@ def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tu
     return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
-def angles_of(c: Any, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
+def angles_of(c: Constants, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
 
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
@@ -115,13 +105,13 @@ def angles_of(c: Any, q: Any, count: int, tilt: float, slope: float) -> tuple[fl
     return upper_angle(c, q, count) + tilt - slope, thigh - slope, shank - slope
 
 
-def upper_angle(c: Any, q: Any, count: int) -> float:
+def upper_angle(c: Constants, q: Any, count: int) -> float:
     """Angle from the vertical of the upper segment of the leg that stands after so many touchdowns, rad."""
     leg, laps = leg_at(c.legs, count % c.leg_count), count // c.leg_count
     return float(q[leg.hip] + (leg.offset + laps * leg.lap))
 
 
-def rates_of(c: Any, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
+def rates_of(c: Constants, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
     """Rates of these angles, rad/s; `share` is that of the stance knee's rate."""
     standing, swinging = leg_at(c.legs, stance), leg_at(c.legs, (stance + 1) % c.leg_count)
     thigh = rates[swinging.hip]

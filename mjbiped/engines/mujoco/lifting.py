@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.feet import lands_flat
-from mjbiped.engines.mujoco.legs import end_of_leg, foot_of, swing_index, swing_leg
-from mjbiped.engines.mujoco.state import X, Z
+from mjbiped.engines.mujoco.legs import Leg, end_of_leg, foot_of, swing_index, swing_leg
+from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.terrain.profile import height_over_ground
 
 NOBODY = -1.0  # in `State.lifted`: no foot leaves the ground in this step
 SHORTEST = 1e-9  # no step is shorter, s
 
 
-def lift(c: Any, u: Any, ahead: float) -> None:
+def lift(c: Constants, u: State, ahead: float) -> None:
     """Say which foot leaves the ground in the step to come, and passes through it; see `collisions`.
 
     That of the stance leg does where the other one lands. A swing knee that is free is then locked as it is: with the
@@ -30,7 +29,7 @@ def lift(c: Any, u: Any, ahead: float) -> None:
         if lands_flat(c, u, x):
             u.lifted = u.stance
         else:
-            for index in range(c.coordinates):
+            for index in range(c.nq):
                 u.rates_before[index] = u.rates[index]
         return
     clear = height_over_ground(c, x, z)
@@ -47,7 +46,7 @@ def lift(c: Any, u: Any, ahead: float) -> None:
             u.bent, u.bend = 1.0, u.q[leg.knee]
 
 
-def foot_after(u: Any, leg: Any, t: float) -> tuple[float, float]:
+def foot_after(u: State, leg: Leg, t: float) -> tuple[float, float]:
     """Place of a leg's foot a short time from now on (s), by the present rates: x and z in m."""
     if t == 0.0:
         return foot_of(leg, u.q)

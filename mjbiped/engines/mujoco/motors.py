@@ -8,10 +8,11 @@ from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco import leapfrog, servo
-from mjbiped.engines.mujoco.constants import pushes_at
+from mjbiped.engines.mujoco.constants import Constants, pushes_at
 from mjbiped.engines.mujoco.feet import swing_foot_torque
 from mjbiped.engines.mujoco.legs import angles_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import borrowed, call, call_for_float, first, give_back, numbers
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import Outcome
@@ -22,7 +23,7 @@ INTERRUPTED = float(Outcome.INTERRUPTED)
 SPARE = 64  # floats behind torques and rates into which a law may write intermediate results
 
 
-def control(c: Any, u: Any, time: float) -> None:
+def control(c: Constants, u: State, time: float) -> None:
     """One tick of motors and controller at each new time; a second call at the same time changes nothing.
 
     Args:
@@ -33,11 +34,11 @@ def control(c: Any, u: Any, time: float) -> None:
     if not time > u.asked:
         return
     u.asked = time
-    ctrl, memory = numbers(c.ctrl, c.actuators), borrowed(c.memory, c.memory_size)
+    ctrl, memory = numbers(c.ctrl, c.nu), borrowed(c.memory, c.memory_size)
     before, hold, foot = (u.torque[0], u.torque[1], u.torque[2]), u.hold, u.foot_torque
     if u.pushing or time > u.next_push - NOW:
         push(c, u)
-        numbers(c.applied, c.coordinates)[0] = u.push
+        numbers(c.qfrc_applied, c.nq)[0] = u.push
     due = time > u.next_control - NOW
     if due:
         u.next_control += c.control_period
@@ -57,16 +58,14 @@ def control(c: Any, u: Any, time: float) -> None:
                 u.peak[joint] = abs(u.torque[joint])
     drive(c, u, ctrl)
     if u.turns:
-        count_work(c, u, before, hold)
-        if c.feet:
-            count_foot_work(c, u, foot)
+        count_work(c, u, before, hold, foot)
     if not u.over and (time > u.next_sample - NOW or u.outcome):
         u.next_sample = (math.floor(time / c.sample_period + NOW) + 1.0) * c.sample_period
         take_sample(c, u, memory)
     u.over = 1.0 if u.outcome else 0.0
 
 
-def push(c: Any, u: Any) -> None:
+def push(c: Constants, u: State) -> None:
     """The force of a push in the step from now on: constant, until its impulse has been given to the last bit.
 
     A force of a time acts from the middle of the step before to the middle of the step after (`leapfrog`): so the first
@@ -93,7 +92,7 @@ def push(c: Any, u: Any) -> None:
         u.push = u.push_left / step if enough else force
 
 
-def _tick(c: Any, u: Any, memory: Any) -> None:
+def _tick(c: Constants, u: State, memory: Any) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     n, row, rates = c.angles, numbers(c.row, c.row_width), numbers(c.rates, c.states)
     told, since = u.transferred != 0.0, u.time - u.ticked
@@ -129,12 +128,12 @@ def _tick(c: Any, u: Any, memory: Any) -> None:
     u.ankle = u.torque[0]
 
 
-def drive(c: Any, u: Any, ctrl: MutableSequence[float]) -> None:
+def drive(c: Constants, u: State, ctrl: MutableSequence[float]) -> None:
     """Set the motors: of the stance leg's ankle, of the hip, and of the swing knee, which does nothing while locked."""
     stance, swing = stance_leg(c, u), swing_leg(c, u)
     if u.locked:
         u.torque[2] = 0.0
-    for index in range(c.actuators):
+    for index in range(c.nu):
         ctrl[index] = 0.0
     ctrl[stance.ankle] = u.torque[0]
     if c.feet:
@@ -151,7 +150,7 @@ def drive(c: Any, u: Any, ctrl: MutableSequence[float]) -> None:
         u.peak_hold = max(u.peak_hold, abs(u.hold))
 
 
-def count_work(c: Any, u: Any, before: tuple[float, float, float], hold: float) -> None:
+def count_work(c: Constants, u: State, before: tuple[float, float, float], hold: float, foot: float) -> None:
     """Work of the motors in the step that has led here: the mean of the torques at its ends times what was turned.
 
     In a leapfrog step's motion that is the work done: the torque of a time acts from the middle of the step before
@@ -165,6 +164,7 @@ def count_work(c: Any, u: Any, before: tuple[float, float, float], hold: float) 
         u: State, after the controller's tick.
         before: Torques that were held before it, N m.
         hold: Of the servo before it, N m.
+        foot: Of the swing foot's servo before it, N m.
     """
     count = int(u.count)
     old1, old2, old3 = angles_of(c, u.old_q, count, u.old_tilt, 0.0)
@@ -185,21 +185,12 @@ def count_work(c: Any, u: Any, before: tuple[float, float, float], hold: float) 
         ankle, hip_torque = 0.5 * (ankle + u.torque[0]), 0.5 * (hip_torque + u.torque[1])
         knee_torque = 0.5 * (knee_torque + u.torque[2])
     _add_work(u, ankle * leg, hip_torque * (swing - thigh), knee_torque * (shank - swing))
+    if c.feet:
+        sole = swing_leg(c, u).sole
+        _add_work(u, -0.5 * (foot + u.foot_torque) * (u.q[sole] - u.old_q[sole]), 0.0, 0.0)
 
 
-def count_foot_work(c: Any, u: Any, before: float) -> None:
-    """Work of the swing foot's servo in the step that has led here; see `count_work`.
-
-    Args:
-        c: The walk's constants.
-        u: State, after the controller's tick.
-        before: Torque that it held, N m.
-    """
-    ankle = swing_leg(c, u).sole
-    _add_work(u, -0.5 * (before + u.foot_torque) * (u.q[ankle] - u.old_q[ankle]), 0.0, 0.0)
-
-
-def _add_work(u: Any, ankle: float, hip: float, knee: float) -> None:
+def _add_work(u: State, ankle: float, hip: float, knee: float) -> None:
     u.work_absolute += abs(ankle) + abs(hip) + abs(knee)
     u.work_net += ankle + hip + knee
     u.work_positive += max(ankle, 0.0) + max(hip, 0.0) + max(knee, 0.0)

@@ -8,26 +8,21 @@ from __future__ import annotations
 import importlib
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.callback import FARTHEST, FOREIGN, PAIRS, PLACES, addressed, place_of, table
 from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.numerics import machine
-from mjbiped.numerics.blocks import call, numbers, reader
+from mjbiped.numerics.blocks import call, numbers
 from mjbiped.utils.mujoco import mujoco
 
 llvm: Any = importlib.import_module("llvmlite.binding")
 TABLE = "mjbiped_walks"
-VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
-
-_STAGES = {
-    step.check: (("mj_checkPos",), ("mj_checkVel",)),
-    step.position: (("mj_fwdPosition",), ("mj_sensorPos",)),
-    step.velocity: (("mj_fwdVelocity",), ("mj_sensorVel",)),
-    step.forward_from_velocity: (("mj_forwardSkip", VELOCITY, 0),),
-    step.integrate: (("mj_checkAcc",), ("mj_Euler",)),
-}
+_STAGES = (
+    *("mj_checkPos", "mj_checkVel", "mj_fwdPosition", "mj_sensorPos", "mj_fwdVelocity", "mj_sensorVel"),
+    *("mj_forwardSkip", "mj_checkAcc", "mj_Euler"),
+)
 
 
 @cache
@@ -35,29 +30,27 @@ def define_stages() -> None:
     """Let machine code call MuJoCo's stages by their names, in the library that Python's bindings have loaded."""
     (library,) = Path(mujoco.__file__).parent.glob("libmujoco*")
     llvm.load_library_permanently(str(library))
-    for stage, calls in _STAGES.items():
-        machine.defined(stage, lambda *_: machine.types.void, _calling(calls))
+    for name in _STAGES:
+        machine.defined(getattr(mujoco, name), lambda *_: machine.types.void, _calling(name))
     llvm.add_symbol(TABLE, table.ctypes.data)
-    machine.defined(walks, lambda *_: machine.types.int64, _address_of_table)
+    machine.defined(walks, lambda *_: machine.types.Array(machine.types.int64, 1, "C"), _named_table)
 
 
-def _address_of_table(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-    """Generate the address of what is called `TABLE`."""
-    ir = machine.ir
+def _named_table(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+    """Generate an array of what is called `TABLE`."""
+    ir, size = machine.ir, context.get_constant(machine.types.intp, len(table))
     named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
-    return builder.ptrtoint(named, ir.IntType(64))
+    return machine.owning_nothing(context, builder, machine.types.int64, builder.ptrtoint(named, ir.IntType(64)), size)
 
 
-def _calling(calls: Any) -> Any:
-    """Generate calls of MuJoCo's functions with model, data, and integers."""
+def _calling(name: str) -> Any:
+    """Generate calls of one of MuJoCo's functions with the addresses of model and data, and integers."""
 
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         ir = machine.ir
-        whole = ir.IntType(32)
-        for name, *more in calls:
-            kind = ir.FunctionType(ir.VoidType(), [*(each.type for each in arguments), *[whole] * len(more)])
-            function = machine.cgutils.get_or_insert_function(builder.module, kind, name)
-            builder.call(function, [*arguments, *(whole(each) for each in more)])
+        passed = [*arguments[:2], *(builder.trunc(each, ir.IntType(32)) for each in arguments[2:])]
+        kind = ir.FunctionType(ir.VoidType(), [each.type for each in passed])
+        builder.call(machine.cgutils.get_or_insert_function(builder.module, kind, name), passed)
         return context.get_dummy_value()
 
     return generate
@@ -75,9 +68,9 @@ def advancing() -> Any:
     return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
 
 
-def walks() -> int:
-    """Address of `callback.table`; in machine code that of the name `TABLE`, as what is kept on disk needs."""
-    return int(table.ctypes.data)
+def walks() -> Any:
+    """`callback.table`; in machine code what is called `TABLE`, as what is kept on disk needs."""
+    return table
 
 
 walks.meant = None  # type: ignore[attr-defined]
@@ -85,16 +78,15 @@ walks.meant = None  # type: ignore[attr-defined]
 
 def control_of(model: int, data: int) -> None:
     """`mjcb_control`, by addresses."""
-    at, first = walks(), place_of(data)
-    for far in range(word_at(at, FARTHEST).value + 1):
+    entries, first = walks(), place_of(data)
+    for far in range(entries[FARTHEST] + 1):
         entry = PAIRS + 2 * ((first + far) % PLACES)
-        if word_at(at, entry).value == data:
-            c = constants_at(word_at(at, entry + 1).value, 0)
+        if entries[entry] == data:
+            c = constants_at(entries[entry + 1], 0)
             step.on_control(c, numbers(c.time, 1)[0])
             return
-    foreign = word_at(at, FOREIGN).value
-    if foreign != 0:
-        call(foreign, model, data)
+    if entries[FOREIGN] != 0:
+        call(entries[FOREIGN], model, data)
 
 
 @cache
@@ -102,16 +94,3 @@ def control_callback() -> Any:
     """`mjcb_control` as a C function, and its address, for all walks in machine code."""
     define_stages()
     return addressed(machine.compiled(control_of, "void(int64, int64)", for_c=True).ctypes)
-
-
-class Word(NamedTuple):
-    """A word in C's memory.
-
-    Attributes:
-        value: As an integer.
-    """
-
-    value: int
-
-
-word_at = reader(Word)

@@ -11,25 +11,22 @@ impact.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco.bearing import weigh
-from mjbiped.engines.mujoco.constants import pushes_at
+from mjbiped.engines.mujoco.constants import Constants, pushes_at
 from mjbiped.engines.mujoco.feet import (
-    begin_flat,
     gaps,
     intrusion,
     see_stance_foot,
-    sole_angle,
     stand_flat,
 )
 from mjbiped.engines.mujoco.legs import (
-    Leg,
     angles_of,
     foot_of,
     leg_at,
     rates_of,
+    sole_angle,
     stance_leg,
     swing_index,
     swing_leg,
@@ -37,7 +34,7 @@ from mjbiped.engines.mujoco.legs import (
 from mjbiped.engines.mujoco.lifting import NOBODY, lift
 from mjbiped.engines.mujoco.record import write_touchdown
 from mjbiped.engines.mujoco.servo import lean_on
-from mjbiped.engines.mujoco.state import MARK, X, Z, put
+from mjbiped.engines.mujoco.state import MARK, State, X, Z, put
 from mjbiped.numerics.blocks import borrowed, numbers
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
@@ -71,7 +68,7 @@ _STALLED, _SLIPPED = float(Outcome.STALLED), float(Outcome.SLIPPED)
 _LEFT_TERRAIN, _DIVERGED = float(Outcome.LEFT_TERRAIN), float(Outcome.DIVERGED)
 
 
-def begin(c: Any, u: Any, slope: float, height: float) -> None:
+def begin(c: Constants, u: State, slope: float, height: float) -> None:
     """Fill a zeroed state for a walk that starts on the first leg, which is straight, with its foot at x = 0.
 
     Args:
@@ -80,24 +77,23 @@ def begin(c: Any, u: Any, slope: float, height: float) -> None:
         slope: Of the ground under the stance foot, rad.
         height: Of that ground, m.
     """
-    qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
-    for index in range(c.coordinates):
+    qpos, qvel = borrowed(c.qpos, c.nq), borrowed(c.qvel, c.nq)
+    for index in range(c.nq):
         u.q[index], u.rates[index] = qpos[index], qvel[index]
     u.mark, u.time, u.asked, u.lifted = MARK, -1.0, -1.0, NOBODY
-    u.planned = u.planned_next = c.longest
-    u.plain = u.plain_next = 0.0 if c.lands else 1.0
+    u.planned, u.plain = c.longest, 0.0 if c.lands else 1.0
     u.slope, u.reach = slope, leg_at(c.legs, 0).reach
     u.foot_x, u.foot_z = c.radius * math.sin(slope), height + c.radius * math.cos(slope)
     u.foot_angle = u.q[leg_at(c.legs, 0).hip]
     u.next_push, u.push_impulse = following(pushes_at(c.pushes, 0), 0, 0.0)
-    begin_flat(u)
+    u.stood = u.level = slope
     begin_step(u)
     swing = swing_leg(c, u)
     u.opened = 1.0 if swing.knee >= 0 and u.q[swing.knee] > OPENED else 0.0
     see_posture(c, u)
 
 
-def begin_step(u: Any) -> None:
+def begin_step(u: State) -> None:
     """Begin anew what is told of one gait step alone; the new swing foot leaves the ground."""
     u.slip = u.penetration = u.friction = u.face_impacts = u.contact_force = 0.0
     u.impulse = u.ankle_impulse = u.shear_impulse = u.stretch = u.without_contact = u.ratio_time = 0.0
@@ -112,7 +108,7 @@ def begin_step(u: Any) -> None:
         put(three, (math.nan, math.nan, math.nan))
 
 
-def observe(c: Any, u: Any, time: float) -> None:
+def observe(c: Constants, u: State, time: float) -> None:
     """Take in the state at a new time; see the module.
 
     On a copy of the state it says what the controller will be told when it ticks, and whether the walk is over.
@@ -127,8 +123,13 @@ def observe(c: Any, u: Any, time: float) -> None:
         see_stance_foot(c, u)
     if c.knee_stiffness > 0.0:
         lean_on(stance_leg(c, u), u)
-    if u.struck:
-        note_strike(c, u)
+    if u.struck:  # the controller is told of it at its next tick
+        stance, count = int(u.stance), int(u.count)
+        u.strike_time, u.strike_untold = u.time - u.transfer_time, 1.0
+        put(u.strike_q, angles_of(c, u.old_q, count, u.old_tilt, u.slope))
+        put(u.strike_rates, rates_of(c, u.old_rates, stance, u.old_share))
+        put(u.struck_q, angles_of(c, u.q, count, u.tilt, u.slope))
+        put(u.struck_rates, rates_of(c, u.rates, stance, u.share))
     if u.struck or not u.noted:
         weigh(c, u, u.moment if c.feet else u.torque[0])
     swing = swing_leg(c, u)
@@ -156,29 +157,28 @@ def observe(c: Any, u: Any, time: float) -> None:
     lift(c, u, 0.0)
 
 
-def turn_to(c: Any, u: Any, time: float) -> None:
+def turn_to(c: Constants, u: State, time: float) -> None:
     """Make what was the step to come the step under way, and read the state from MuJoCo."""
-    qpos, qvel = borrowed(c.qpos, c.coordinates), borrowed(c.qvel, c.coordinates)
+    qpos, qvel = borrowed(c.qpos, c.nq), borrowed(c.qvel, c.nq)
     u.turns = 0.0 if u.noted or u.struck or u.time < 0.0 else 1.0
     u.last_step = time - u.time if u.turns else 0.0
-    u.time, u.planned, u.plain, u.smooth = time, u.planned_next, u.plain_next, u.smooth_next
-    u.strikes = u.strikes_next
+    u.time = time
     if u.strikes:
         u.locked = 1.0
     u.old_tilt, u.old_share, u.old_slope = u.tilt, u.share, u.slope
-    for index in range(c.coordinates):
-        u.old_q[index], u.old_rates[index], u.lag[index] = u.q[index], u.rates[index], u.lag_next[index]
+    for index in range(c.nq):
+        u.old_q[index], u.old_rates[index] = u.q[index], u.rates[index]
         u.q[index], u.rates[index] = qpos[index], qvel[index] + u.lag[index]
         u.qvel[index], u.acceleration[index] = qvel[index], u.qacc[index]
 
 
-def see_posture(c: Any, u: Any) -> None:
+def see_posture(c: Constants, u: State) -> None:
     """Note the angles by role, and their rates."""
     put(u.angles, angles_of(c, u.q, int(u.count), u.tilt, u.slope))
     put(u.turning, rates_of(c, u.rates, int(u.stance), u.share))
 
 
-def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:
+def judge(c: Constants, u: State, foot_x: float, foot_z: float) -> None:
     """Note how far the stance foot has slid, and whether the walk is over.
 
     Args:
@@ -209,23 +209,7 @@ def judge(c: Any, u: Any, foot_x: float, foot_z: float) -> None:
             u.outcome = _LEFT_TERRAIN
 
 
-def warned(warnings: dict[str, int], u: Any) -> dict[str, int]:
-    """Warnings of a walk, with those of what its feet went through, if there were any."""
-    found = {SLIDING_WORDS: int(u.slides), SQUEEZING_WORDS: int(u.squeezes), INTRUSION_WORDS: int(u.intrusions)}
-    return {**warnings, **{words: count for words, count in found.items() if count}}
-
-
-def note_strike(c: Any, u: Any) -> None:
-    """The knee has struck its stop in the step before; the controller is told at its next tick."""
-    stance, count = int(u.stance), int(u.count)
-    u.strike_time, u.strike_untold = u.time - u.transfer_time, 1.0
-    put(u.strike_q, angles_of(c, u.old_q, count, u.old_tilt, u.slope))
-    put(u.strike_rates, rates_of(c, u.old_rates, stance, u.old_share))
-    put(u.struck_q, angles_of(c, u.q, count, u.tilt, u.slope))
-    put(u.struck_rates, rates_of(c, u.rates, stance, u.share))
-
-
-def transfer(c: Any, u: Any) -> None:
+def transfer(c: Constants, u: State) -> None:
     """Exchange the legs' roles and write the touchdown's row; the estimates are not known before the controller's tick.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
@@ -244,7 +228,14 @@ def transfer(c: Any, u: Any) -> None:
         return
     put(u.turning, rates_of(c, u.rates_before if c.feet else u.old_rates, old, u.old_share))
     put(u.told_before, angles_of(c, u.q, count, u.tilt, u.slope))
-    stand_on(c, u, leg)
+    u.rest = u.bend if u.bent else 0.0
+    if c.knee_stiffness > 0.0:
+        lean_on(leg, u)
+    elif u.bent:
+        u.reach, lean = bent_leg(leg.upper, leg.lower, u.bend)
+        u.tilt = u.bend - lean
+    else:
+        u.reach, u.tilt = leg.reach, 0.0
     slope = -math.atan(numbers(c.gradient, c.segments)[segment])
     if c.feet:
         stand_flat(u, sole_angle(leg, u.q))
@@ -267,15 +258,3 @@ def transfer(c: Any, u: Any) -> None:
             u.outcome = _FINISHED
         elif u.foot_x >= c.end:
             u.outcome = _LEFT_TERRAIN
-
-
-def stand_on(c: Any, u: Any, leg: Leg) -> None:
-    """Note how the line from foot to hip stands of a leg that becomes the stance leg, bent or straight."""
-    u.rest = u.bend if u.bent else 0.0
-    if c.knee_stiffness > 0.0:
-        lean_on(leg, u)
-    elif u.bent:
-        u.reach, lean = bent_leg(leg.upper, leg.lower, u.bend)
-        u.tilt = u.bend - lean
-    else:
-        u.reach, u.tilt = leg.reach, 0.0

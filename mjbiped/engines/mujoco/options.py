@@ -13,8 +13,7 @@ from mjbiped.utils.domains import known_name
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
-AUTO, _, BOXES = GROUND_KINDS = ("auto", "heightfield", "boxes")
-ROOM = 8  # integrated states of a controller that one machine code has room for
+AUTO, FIELD, BOXES = GROUND_KINDS = ("auto", "heightfield", "boxes")
 LOCKED, MOTOR = STANCE_KNEES = ("locked", "motor")
 """What holds the stance knee of a robot with knees."""
 LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms by 0.7 %, s

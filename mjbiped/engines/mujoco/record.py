@@ -6,10 +6,12 @@ import math
 from typing import Any
 
 from mjbiped.engines.mujoco.bearing import least_normal_force
+from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import call_for_float, numbers
 
 
-def write_touchdown(c: Any, u: Any) -> None:
+def write_touchdown(c: Constants, u: State) -> None:
     """Write the touchdown that has just exchanged the legs; its slope estimates are not known yet."""
     row, n = numbers(c.row, c.row_width), c.angles
     row[0] = u.time
@@ -41,7 +43,7 @@ def write_touchdown(c: Any, u: Any) -> None:
         row[at + 3], row[at + 4], row[at + 5] = u.support_behind, u.support_ahead, u.intrusion
 
 
-def keep_touchdown(c: Any, u: Any) -> None:
+def keep_touchdown(c: Constants, u: State) -> None:
     """Write down the last touchdown's row, whose estimates are known by now, if there is room."""
     index = int(u.rows)
     if 0 <= index < c.row_room:
@@ -51,7 +53,7 @@ def keep_touchdown(c: Any, u: Any) -> None:
         u.rows += 1.0
 
 
-def take_sample(c: Any, u: Any, memory: Any) -> None:
+def take_sample(c: Constants, u: State, memory: Any) -> None:
     """Write down the state now, with the torque that is held from now on, if there is room and no law fails of it.
 
     Args:
@@ -89,9 +91,9 @@ def _write(row: Any, at: int, values: Any, count: int) -> int:
     return at + count
 
 
-def _write_posture(c: Any, u: Any, row: Any, at: int) -> int:
+def _write_posture(c: Constants, u: State, row: Any, at: int) -> int:
     """Write the robot's coordinates in the record's order; returns the index behind them."""
-    order = numbers(c.order, c.coordinates)
-    for index in range(c.coordinates):
+    order = numbers(c.order, c.nq)
+    for index in range(c.nq):
         row[at + index] = u.q[int(order[index])]
-    return at + int(c.coordinates)
+    return at + int(c.nq)

@@ -13,8 +13,9 @@ from mjbiped.control.validation import fault_in
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
-from mjbiped.engines.mujoco.observation import warned
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SLIDING_WORDS, SQUEEZING_WORDS
 from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.record import take_sample
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
@@ -63,7 +64,9 @@ class MujocoRun(Run):
 
     def walk(self, show: Show) -> Outcome:
         """Step to the end."""
-        return simulate(self.simulation, self.recorder, show)
+        for steps in stepped(self.simulation, self.recorder):
+            show(steps, float(self.simulation.state.foot_x))
+        return self.simulation.outcome
 
     def compile(self) -> bool:
         """Compile the callbacks now, unless the walk is interpreted; whether they and the laws are machine code."""
@@ -76,10 +79,6 @@ class MujocoRun(Run):
         self.recorder = self._new_recorder()
         self.simulation = Simulation(self.plan, self._options, compile=True)
         return self.compile()
-
-    def shares_with(self, other: Run) -> bool:
-        """Whether this walk is machine code, too."""
-        return self.simulation.compiled
 
     def peak_torque(self) -> NDArray[np.float64]:
         """Greatest magnitude of each joint's torque so far, N m."""
@@ -99,35 +98,18 @@ class MujocoRun(Run):
             fault = _fault(simulation)
             if fault or not words:
                 words[fault or _MISSED] = 1
-        return {**asdict(simulation.options), "warnings": warned(words, simulation.state)}
+        u = simulation.state
+        felt = {SLIDING_WORDS: u.slides, SQUEEZING_WORDS: u.squeezes, INTRUSION_WORDS: u.intrusions}
+        words |= {text: int(count) for text, count in felt.items() if count}
+        return {**asdict(simulation.options), "warnings": words}
 
 
-def simulate(simulation: Simulation, recorder: Recorder, show: Show | None = None) -> Outcome:
-    """Step a simulation until its walk ends, recording as it goes.
+def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:
+    """Step a simulation until its walk ends, recording as it goes, and give back the control after each block of steps.
 
     Args:
         simulation: As built; it may have been resumed in the middle.
         recorder: Takes samples and touchdowns; what it holds is complete at any moment, also when this raises.
-        show: Called after each block of steps, for a progress bar.
-
-    Returns:
-        The outcome.
-
-    Raises:
-        MjbipedError: A compiled law raised an exception.
-    """
-    for steps in stepped(simulation, recorder):
-        if show is not None:
-            show(steps, float(simulation.state.foot_x))
-    return simulation.outcome
-
-
-def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:
-    """Step a simulation until its walk ends, as `simulate` does, giving back the control after each block of steps.
-
-    Args:
-        simulation: See `simulate`.
-        recorder: See `simulate`.
         most: Steps in a block, at most; the walk is the same whatever they are.
 
     Yields:
@@ -144,7 +126,7 @@ def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) ->
             yield simulation.take(recorder)
     finally:
         if simulation.state.outcome == Outcome.INTERRUPTED:
-            simulation.sample()
+            take_sample(simulation.constants, simulation.state, simulation.memory)
         simulation.finish(recorder)
     if simulation.state.outcome == Outcome.INTERRUPTED:
         raise MjbipedError("a compiled law raised an exception; let law() return None to see where")

@@ -9,16 +9,14 @@ round ones about their arcs' centres, larger than these by as much.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
-from mjbiped.engines.mujoco.scenery import add_section
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground, Piece
 from mjbiped.engines.mujoco.softness import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
@@ -39,57 +37,6 @@ START_DEPTH = 1e-6
 
 CORNERS = 16
 """Contacts of a box sole that its sensor has room for; those that are more are the least deep."""
-
-COARSE = 64
-"""Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A compiled scene.
-
-    Attributes:
-        model: The MuJoCo model; its `userdata` has the size asked for.
-        segments: Of the terrain, those that were built.
-        start: Where the ground begins, x in m.
-        end: Where the ground ends, x in m: the terrain's own end, or as far as was built.
-        pieces: Which segments each geom of the ground is made of, by its name.
-    """
-
-    model: mujoco.MjModel
-    segments: range
-    start: float
-    end: float
-    pieces: Mapping[str, range]
-
-
-def compose_scene(
-    robot: Robot, ground: Ground, segments: range, *, timestep: float, userdata: int, scenery: bool
-) -> Scene:
-    """Build the MuJoCo model of a robot on a part of a terrain.
-
-    Args:
-        robot: The robot's parameters.
-        ground: The terrain, cut into pieces.
-        segments: Those to be built; see `Ground.between`.
-        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
-            plastic within one step.
-        userdata: Number of floats in `mjData.userdata`.
-        scenery: For pictures: the ground cut open, and fine textures, which take 5 MB and 12 ms.
-
-    Returns:
-        The scene.
-    """
-    spec = scene_spec(robot, ground, segments, timestep=timestep)
-    spec.nuserdata = userdata
-    if scenery:
-        begins = segments[0] == 0
-        add_section(spec, ground.profile(segments), robot.leg_length, begins=begins)
-    else:
-        for texture in spec.textures:
-            texture.width = texture.height = COARSE
-    start, end = ground.start_of(segments[0]), ground.stop_of(segments[-1])
-    return Scene(spec.compile(), segments, start, end, ground.pieces(segments))
 
 
 def check_masses(robot: Robot) -> None:
@@ -113,8 +60,14 @@ def check_masses(robot: Robot) -> None:
         )
 
 
-def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float) -> mujoco.MjSpec:
-    """Build the scene as a specification, which MuJoCo can compile or write as a file; see `compose_scene`.
+def scene_spec(robot: Robot, ground: Ground, pieces: list[Piece], *, timestep: float) -> mujoco.MjSpec:
+    """Build the scene of a robot on a part of a terrain, which MuJoCo can compile or write as a file.
+
+    Args:
+        robot: The robot's parameters.
+        ground: The terrain, cut into pieces.
+        pieces: Those to be built.
+        timestep: Of the steps that the contacts are made for, s; see `mjbiped.engines.mujoco.ground_window`.
 
     Raises:
         InputError: The robot is too light; see `check_masses`.
@@ -123,7 +76,7 @@ def scene_spec(robot: Robot, ground: Ground, segments: range, *, timestep: float
     spec = mujoco.MjSpec.from_file(str(models_folder() / robot.bodies.scene))
     _set_robot(spec, robot, timestep)
     spec.delete(spec.geom("floor"))
-    ground.add_to(spec, segments)
+    ground.add_to(spec, pieces)
     for key in list(spec.keys):
         spec.delete(key)  # they hold Table I's postures on a 2 degree slope
     return spec

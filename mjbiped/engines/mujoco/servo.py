@@ -6,11 +6,12 @@ It is the motor's own loop, which acts at every physics step whatever the contro
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.legs import Leg
+from mjbiped.engines.mujoco.state import State
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.robot import Robot
 
@@ -21,21 +22,14 @@ LONGEST = 0.75
 """Greatest product of timestep and natural frequency: critically damped, an explicit step is stable to 0.83."""
 
 
-def frequency_of(robot: Robot) -> float:
-    """Natural frequency of the servo while the foot is off the ground, which is its highest, rad/s."""
-    return math.sqrt(_stiffness(robot) / free_inertia(robot))
+def servo_of(robot: Robot) -> tuple[float, float, float]:
+    """Stiffness (N m/rad), damping (N m s/rad) and natural frequency (rad/s) of the servo while the foot is in the air.
 
-
-def servo_of(robot: Robot) -> tuple[float, float]:
-    """Stiffness (N m/rad) and damping (N m s/rad) of the servo, critically damped while the foot is off the ground.
-
-    A foot that slides or hops leaves the servo little more than the shank to move: more damping would then be unstable.
+    That frequency is its highest, and there it is critically damped. A foot that slides or hops leaves the servo little
+    more than the shank to move: more damping would then be unstable.
     """
-    return (_stiffness(robot), 2.0 * math.sqrt(_stiffness(robot) * free_inertia(robot)))
-
-
-def _stiffness(robot: Robot) -> float:
-    return STIFFNESS * robot.weight * robot.leg_length
+    stiffness, inertia = STIFFNESS * robot.weight * robot.leg_length, free_inertia(robot)
+    return stiffness, 2.0 * math.sqrt(stiffness * inertia), math.sqrt(stiffness / inertia)
 
 
 def free_inertia(robot: Robot) -> float:
@@ -55,7 +49,7 @@ def free_inertia(robot: Robot) -> float:
     return 1.0 / float(between @ np.linalg.solve(weights, between))
 
 
-def lean_on(leg: Leg, u: Any) -> None:
+def lean_on(leg: Leg, u: State) -> None:
     """Note how the line from foot to hip stands of a stance leg whose knee gives."""
     flexion = u.q[leg.knee]
     reach, lean = bent_leg(leg.upper, leg.lower, flexion)
@@ -63,6 +57,6 @@ def lean_on(leg: Leg, u: Any) -> None:
     u.share = leg.lower * (leg.lower + leg.upper * math.cos(flexion)) / (reach * reach)
 
 
-def torque(c: Any, leg: Leg, u: Any) -> float:
+def torque(c: Constants, leg: Leg, u: State) -> float:
     """Torque of the servo at a leg's knee now, N m, against its flexion."""
     return float(c.knee_stiffness * (u.q[leg.knee] - u.rest) + c.knee_damping * u.rates[leg.knee])

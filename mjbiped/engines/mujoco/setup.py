@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +13,16 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.functions import in_python
 from mjbiped.disturbances.sampled import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
-from mjbiped.engines.mujoco.collisions import ALL, MARKS
+from mjbiped.engines.mujoco.collisions import ALL
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, places_in
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
+from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, Scene
 from mjbiped.engines.mujoco.motors import SPARE
 from mjbiped.engines.mujoco.options import MOTOR, Options
-from mjbiped.engines.mujoco.scene import Scene
+from mjbiped.engines.mujoco.places import memory_in, places_in
 from mjbiped.engines.mujoco.servo import servo_of
-from mjbiped.engines.mujoco.state import SIZE, State
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
-from mjbiped.errors import MjbipedError
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Robot
 from mjbiped.rules import foot_servo
@@ -33,6 +30,7 @@ from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINE
 from mjbiped.utils import domains
 from mjbiped.utils.mujoco import mujoco
 
+Buffers: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 LONGEST_STEP = 1.0  # no step of a walk is longer, in leg lengths; decides how far the ground is built
 
 
@@ -63,26 +61,13 @@ def windows_of(plan: Plan, options: Options, steps: int, *, userdata: int, scene
     """
     robot, terms = plan.robot, plan.terms
     way = steps * options.timestep * math.sqrt(robot.gravity * robot.leg_length)  # of the hip; a faster one would fly
-    return GroundWindows(
-        robot,
-        plan.terrain,
-        timestep=_shortest_step(options),
-        reach=ground_needed(robot, terms.steps, terms.distance),
-        ground=options.ground,
-        userdata=userdata,
-        scenery=scenery,
-        margin=MARGIN * robot.leg_length + way,
-    )
+    reach, margin = ground_needed(robot, terms.steps, terms.distance), MARGIN * robot.leg_length + way
+    ground = Ground(plan.terrain, reach=reach, kind=options.ground)
+    return GroundWindows(robot, ground, _shortest_step(options), margin, userdata, scenery)
 
 
 def constants_of(
-    plan: Plan,
-    options: Options,
-    controller: Controller,
-    scene: Scene,
-    data: mujoco.MjData,
-    samples: NDArray[np.float64],
-    rows: NDArray[np.float64],
+    plan: Plan, options: Options, controller: Controller, scene: Scene, data: mujoco.MjData, buffers: Buffers
 ) -> Constants:
     """The constants of a walk; its scene's model is changed to what the walk asks for.
 
@@ -92,14 +77,13 @@ def constants_of(
         controller: That of the robot's joints.
         scene: The robot on its ground.
         data: Of the scene's model.
-        samples: Room for samples, shape (rows, columns).
-        rows: Room for touchdowns.
+        buffers: Room for samples and for touchdowns, shape (rows, columns) each.
     """
-    model, period = scene.model, plan.terms.sample_period
+    model, period, (samples, rows) = scene.model, plan.terms.sample_period, buffers
     constants = Constants(
         **_walk_in(plan, options, controller),
         **places_in(scene, plan.terrain, plan.robot),
-        **_memory_in(model, data, rows.shape[1], controller.memory_size),
+        **memory_in(scene, data, rows.shape[1], controller.memory_size),
         **in_python(controller)._asdict(),
         failed=[0.0],
         start=scene.start,
@@ -115,8 +99,7 @@ def constants_of(
         row_width=rows.shape[1],
     )
     # nothing collides but what `collisions` says, or all the ground with feet that meet it as boxes
-    ground = np.array([*constants.pieces, *constants.risers, *constants.sills], dtype=int)
-    model.geom_conaffinity[ground[ground >= 0]] = 0
+    model.geom_conaffinity[:] = 0
     if constants.box:
         model.geom_conaffinity[np.array(constants.pieces, dtype=int)] = ALL
     if plan.disturbances.friction is not None:  # the feet's friction has priority over the ground's
@@ -127,14 +110,27 @@ def constants_of(
 
 def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, Any]:
     """What a walk's plan says, as fields of `Constants`; the controller is that of the robot's joints."""
-    robot = plan.robot
-    scuffs, shortest, foot = not robot.collides_from_lift_off, _shortest_step(options), robot.bodies.foot
+    robot, terms, length, foot = plan.robot, plan.terms, plan.robot.leg_length, plan.robot.bodies.foot
+    scuffs, shortest = not robot.collides_from_lift_off, _shortest_step(options)
+    pendulum = math.sqrt(length / robot.gravity)
     # a foot with mass bounds no torque: it tips
     behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
     knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
     swing = (0.0, 0.0) if foot is None else foot_servo.gains(foot.inertia, robot.leg_length, robot.gravity)
     return {
-        **_limits(plan, options),
+        "leg_length": length,
+        "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
+        "foot_radius": FOOT_RADIUS,
+        "rolling_radius": robot.radius + (0.0 if options.lands or foot is not None else FOOT_RADIUS),
+        "weight": robot.weight,
+        "reach": terms.scuffing.reach * length,
+        "delay": float(terms.scuffing.delay),
+        "stall_time": STALL_TIME * pendulum,
+        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
+        "airborne": bearing.AIRBORNE * pendulum,
+        "sustained": SUSTAINED * pendulum,
+        "steps": math.inf if terms.steps is None else float(terms.steps),
+        "distance": math.inf if terms.distance is None else float(terms.distance),
         "scuffs": scuffs,
         "stepped": bool(np.any(plan.terrain.rises)),
         # twice the path in a timestep after a fall through a leg length
@@ -163,86 +159,9 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
     }
 
 
-def _limits(plan: Plan, options: Options) -> dict[str, Any]:
-    """Limits at which a walk ends, and times over which forces are averaged."""
-    robot, terms = plan.robot, plan.terms
-    length, foot = robot.leg_length, robot.bodies.foot
-    pendulum = math.sqrt(length / robot.gravity)
-    return {
-        "leg_length": length,
-        "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius
-        "foot_radius": FOOT_RADIUS,
-        "rolling_radius": robot.radius + (0.0 if options.lands or foot is not None else FOOT_RADIUS),
-        "weight": robot.weight,
-        "reach": terms.scuffing.reach * length,
-        "delay": float(terms.scuffing.delay),
-        "stall_time": STALL_TIME * pendulum,
-        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
-        "airborne": bearing.AIRBORNE * pendulum,
-        "sustained": SUSTAINED * pendulum,
-        "steps": math.inf if terms.steps is None else float(terms.steps),
-        "distance": math.inf if terms.distance is None else float(terms.distance),
-    }
-
-
 def ground_needed(robot: Robot, steps: int | None, distance: float | None) -> float:
     """How far ahead of x = 0 a walk can come, m."""
     length = robot.leg_length
     ways = [steps * LONGEST_STEP * length] if steps is not None else []
     ways += [distance] if distance is not None else []
     return 2.0 * length + min(ways, default=domains.PLACE.high)  # no geom can be infinite
-
-
-def _memory_in(model: mujoco.MjModel, data: mujoco.MjData, touched: int, memory: int) -> dict[str, Any]:
-    """Arrays that show MuJoCo's memory, as fields of `Constants`.
-
-    Args:
-        model: The scene's.
-        data: Of the model.
-        touched: Floats of a touchdown's row.
-        memory: Floats of the controller's memory.
-    """
-    userdata, row = data.userdata, SIZE + touched
-    names = ("qpos", "qvel", "qacc", "ctrl", "eq_active")
-    flat = ("geom_solref", "jnt_solref", "eq_solref", "eq_data")
-    return {
-        "state": [State.from_buffer(userdata)],
-        "whole": userdata[:row],
-        "row": userdata[SIZE:row],
-        "memory": userdata[row : row + memory],
-        "rates": userdata[row + memory :],
-        "time": _number_before(data, "time", data.energy, range(1, 2)),
-        "timestep": _number_before(model.opt, "timestep", model.opt.gravity, range(1, 32)),
-        "warnings": _pairs(data.warning.lastinfo),
-        **{name: getattr(data, name) for name in names},
-        "warmstart": data.qacc_warmstart,
-        "applied": data.qfrc_applied,
-        "readings": data.sensordata,
-        "contype": model.geom_contype,
-        "conaffinity": model.geom_conaffinity,
-        **{name: getattr(model, name).reshape(-1) for name in flat},
-        "marked": np.zeros(MARKS),
-    }
-
-
-def _pairs(first: NDArray[Any]) -> NDArray[Any]:
-    """Both numbers of each of MuJoCo's warnings; `first` shows the first of each."""
-    return np.lib.stride_tricks.as_strided(first, shape=(2 * len(first),), strides=(first.itemsize,))
-
-
-def _number_before(owner: Any, name: str, array: NDArray[np.float64], places: range) -> NDArray[np.float64]:
-    """An array that shows a number which MuJoCo keeps so many places before an array.
-
-    Raises:
-        MjbipedError: This MuJoCo keeps it elsewhere.
-    """
-    value, mark = getattr(owner, name), 0.0123456789
-    setattr(owner, name, mark)
-    try:
-        for place in places:
-            shown = np.ctypeslib.as_array((ctypes.c_double * 1).from_address(array.ctypes.data - 8 * place))
-            if shown[0] == mark:
-                return shown
-    finally:
-        setattr(owner, name, value)
-    raise MjbipedError(f"MuJoCo {mujoco.__version__} keeps {name} elsewhere than expected; expected is version 3 or 4")

@@ -11,7 +11,6 @@ import math
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,12 @@ from numpy.typing import NDArray
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
 from mjbiped.engines.compiling import announced_for, compiles
-from mjbiped.engines.mujoco import callback, observation, record, step
+from mjbiped.engines.mujoco import callback, observation, step
 from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.ground_window import Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import Scene, first_state
+from mjbiped.engines.mujoco.scene import first_state
 from mjbiped.engines.mujoco.setup import constants_of, settled, windows_of
 from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, State
@@ -70,10 +70,6 @@ class Simulation:
         compiled: Whether steps and laws are machine code.
     """
 
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    constants: Constants
-    inside: tuple[float, float]
     block: NDArray[Any] | None
     native: Any
 
@@ -95,7 +91,7 @@ class Simulation:
         touched = width(tables.touchdowns)
         userdata = SIZE + touched + controller.memory_size + states
         self._windows = windows_of(plan, self.options, BLOCK, userdata=userdata, scenery=scenery)
-        self._samples, self._rows = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
+        self._buffers = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
         self._compiling = compiles(plan) if compile is None else compile
         self._code: MachineCode | CalledMethods | None = None
         self._forget: Callable[[], Any] = lambda: None
@@ -108,10 +104,8 @@ class Simulation:
         self._forget()
         scene.model.opt.timestep = self.options.timestep
         self.model, self.data = scene.model, mujoco.MjData(scene.model)
-        self.inside = self._windows.inside(scene)
-        self.constants = constants_of(
-            self.plan, self.options, self.controller, scene, self.data, self._samples, self._rows
-        )
+        self.inside = scene.inside
+        self.constants = constants_of(self.plan, self.options, self.controller, scene, self.data, self._buffers)
         self.block = self.native = None
         if self._compiling:
             self._compile()
@@ -133,12 +127,12 @@ class Simulation:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
         assert self._code is not None
         called = self._code.law._asdict()
-        return packed(replace(constants, state=constants.whole, failed=called["parameters"], **called))
+        return packed(constants.but(state=constants.whole, failed=called["parameters"], **called))
 
     def ahead(self) -> Constants:
         """The walk's constants with a state and a row of their own, for `step.look_ahead`."""
         whole: Any = np.zeros(SIZE + self.constants.row_width)
-        return replace(self.constants, whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
+        return self.constants.but(whole=whole, state=[State.from_buffer(whole)], row=whole[SIZE:])
 
     @property
     def compiled(self) -> bool:
@@ -185,7 +179,8 @@ class Simulation:
     @property
     def memory(self) -> list[float]:
         """A copy of the controller's memory."""
-        return [float(value) for value in self.constants.memory]
+        memory: list[float] = self.constants.memory.tolist()
+        return memory
 
     def move_on(self) -> bool:
         """Rebuild the ground around the robot if the robot nears the end of the part of a long terrain that is built.
@@ -277,14 +272,10 @@ class Simulation:
         """Whether the walk has ended."""
         return self.outcome is not Outcome.WALKING
 
-    def sample(self) -> None:
-        """Record the state now."""
-        record.take_sample(self.constants, self.state, self.memory)
-
     def take(self, recorder: Recorder) -> int:
         """Move the contents of the buffers to a recorder; return the number of touchdowns."""
         u = self.state
-        rows, samples = self._rows[: int(u.rows)], self._samples[: int(u.samples)]
+        samples, rows = self._buffers[0][: int(u.samples)], self._buffers[1][: int(u.rows)]
         recorder.add(rows, samples)
         u.rows = u.samples = 0.0
         return len(rows)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.leapfrog import effective_step
 from mjbiped.engines.mujoco.legs import Leg, leg_at
+from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers, octets
 from mjbiped.utils.mujoco import mujoco
 
@@ -21,7 +21,7 @@ ground, whose edge it would miss by that depth."""
 EQ_DATA = int(mujoco.mjNEQDATA)  # floats of an equality constraint
 
 
-def soften(c: Any, u: Any) -> None:
+def soften(c: Constants, u: State) -> None:
     """Write how soft contacts, locks and stops are in the step to come: plastic within it. And which knees are locked.
 
     Args:
@@ -29,7 +29,7 @@ def soften(c: Any, u: Any) -> None:
         u: State, after the observation.
     """
     u.acted, u.softened = u.softened, u.strikes
-    solref, damping = numbers(c.geom_solref, 2 * c.geoms), -1.0 / effective_step(u.plain, u.last_step, u.planned)
+    solref, damping = numbers(c.geom_solref, 2 * c.ngeom), -1.0 / effective_step(u.plain, u.last_step, u.planned)
     if solref[2 * leg_at(c.legs, 0).foot + 1] != damping:
         for index in range(c.leg_count):
             leg = leg_at(c.legs, index)
@@ -46,7 +46,7 @@ def soften(c: Any, u: Any) -> None:
             _hold_knee(c, u, leg, index == int(u.stance), damping)
 
 
-def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
+def _hold_knee(c: Constants, u: State, leg: Leg, stands: bool, damping: float) -> None:
     """Write whether a knee is locked in the step to come, at which flexion, and how soft lock and stop are.
 
     A stance knee with a servo is locked in the step alone in which the swing foot lands, and one that opens in a
@@ -59,7 +59,7 @@ def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
         stands: Whether the leg is the stance leg.
         damping: Of constraints that are plastic within the step, as MuJoCo has it.
     """
-    stop, lock = numbers(c.jnt_solref, 2 * c.joints), numbers(c.eq_solref, 2 * c.locks)
+    stop, lock = numbers(c.jnt_solref, 2 * c.njnt), numbers(c.eq_solref, 2 * c.neq)
     stop[2 * leg.stop], stop[2 * leg.stop + 1] = -LOCK_STIFFNESS, damping
     lock[2 * leg.lock], lock[2 * leg.lock + 1] = -LOCK_STIFFNESS, damping
     lands = u.lifted == u.stance
@@ -71,5 +71,5 @@ def _hold_knee(c: Any, u: Any, leg: Leg, stands: bool, damping: float) -> None:
         active, flexion = lands, u.q[leg.knee] if lands else 0.0
     else:
         active, flexion = True, u.rest
-    octets(c.eq_active, c.locks)[leg.lock] = 1 if active else 0
-    numbers(c.eq_data, EQ_DATA * c.locks)[EQ_DATA * leg.lock] = flexion
+    octets(c.eq_active, c.neq)[leg.lock] = 1 if active else 0
+    numbers(c.eq_data, EQ_DATA * c.neq)[EQ_DATA * leg.lock] = flexion

@@ -36,14 +36,11 @@ class State(ctypes.Structure):
     mark: float  # `MARK`; 0 in zeroed userdata, where nothing acts
     time: float  # of the last observation, s
     asked: float  # time of the last control callback, s
-    planned: float  # length of the physics step from the observation on that its contacts are made for, s
-    planned_next: float  # length of the step after it, s
+    planned: float  # length for which the contacts of a physics step are made, s: from its end on that of the next
     plain: float  # 1: the effective step is as long as the step itself
-    plain_next: float  # whether that of the step after it is
     effective_step: float  # time for which the accelerations act in the step, s
     last_step: float  # length of the step before, s; 0 just after an impact
     smooth: float  # 1: the accelerations of the step before are those of a motion without an impact
-    smooth_next: float  # whether those of this step are
     stance: float  # number of the leg that stands: the remainder of `count` by the number of legs
     transfer_time: float  # of the last support transfer, s
     next_control: float  # when the controller ticks next, s
@@ -97,10 +94,9 @@ class State(ctypes.Structure):
     # what a knee needs
     locked: float  # 1: the swing knee is, against its stop
     opened: float  # 1: it has been bent in this gait step
-    strikes: float  # 1: it strikes its stop in the step under way
+    strikes: float  # 1: it strikes its stop in the step under way; from that step's end on, in the next one
     softened: float  # 1: it is locked for that by what `softness.soften` has written last
     acted: float  # 1: by what that has written before
-    strikes_next: float  # 1: it does in the step after it
     struck: float  # 1: it did in the step last resolved
     strike_untold: float  # 1: the controller does not know of the strike yet
     strike_time: float  # of the knee strike, from the support transfer on, s; NaN: there was none
@@ -146,7 +142,6 @@ class State(ctypes.Structure):
     qacc: Coordinates  # accelerations in the step last resolved
     acceleration: Coordinates  # those of the step before it, where `smooth` says so
     lag: Coordinates  # what `qvel` lacks to be the rates of the observation's time; see `leapfrog`
-    lag_next: Coordinates  # what it will lack after this step
     angles: Angles  # from the normal of the ground under the stance foot, rad
     turning: Angles  # their rates, rad/s
     torque: Angles  # held, N m

@@ -24,14 +24,15 @@ impact in it, damped for a short one, would throw the foot back fifty times as f
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mjbiped.engines.mujoco.bearing import read_contacts
+from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
 from mjbiped.engines.mujoco.legs import end_of_leg, swing_leg
 from mjbiped.engines.mujoco.lifting import SHORTEST
-from mjbiped.engines.mujoco.state import X, Z
+from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.numerics.blocks import borrowed, numbers
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
@@ -60,7 +61,7 @@ class Lengths(NamedTuple):
     reached: bool
 
 
-def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
+def resolve(c: Constants, u: State, struck: float, ahead: float) -> None:
     """Take in what the step under way has shown: its contacts' forces. Say how long it is, and plan the next one.
 
     Accelerations are scaled to the time for which they act.
@@ -71,23 +72,23 @@ def resolve(c: Any, u: Any, struck: float, ahead: float) -> None:
         struck: Whether the knee was locked at its stop in the step.
         ahead: In steps of one length, how many of them later a knee can be locked.
     """
-    qacc, readings = numbers(c.qacc, c.coordinates), borrowed(c.readings, c.sensed)
-    for index in range(c.coordinates):
+    qacc, readings = numbers(c.qacc, c.nq), borrowed(c.sensordata, c.nsensordata)
+    for index in range(c.nq):
         u.qacc[index] = qacc[index]
-    u.struck, u.strikes_next = struck, 0.0
+    u.struck, u.strikes = struck, 0.0
     found = step_lengths(c, u, read_contacts(c, u, readings), ahead)
     length = found.length
-    u.planned_next, u.plain_next = found.following, 1.0 if found.reached else 0.0
     u.effective_step = effective_step(u.plain, u.last_step, length)
     note_lag(c, u, length)
+    u.planned, u.plain = found.following, 1.0 if found.reached else 0.0
     weight = u.effective_step / length
     if weight != 1.0:
-        for index in range(c.coordinates):
+        for index in range(c.nq):
             qacc[index] *= weight
     numbers(c.timestep, 1)[0] = length
 
 
-def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
+def step_lengths(c: Constants, u: State, toe: Felt, ahead: float) -> Lengths:
     """How long this step and the next one are.
 
     Args:
@@ -99,33 +100,33 @@ def step_lengths(c: Any, u: Any, toe: Felt, ahead: float) -> Lengths:
     planned, usual, shortest = u.planned, c.longest, c.shortest
     free = u.opened != 0.0 and not u.locked and not u.noted
     if not c.lands:
-        u.strikes_next = 1.0 if free and knee_after(c, u, ahead * usual) <= 0.0 else 0.0
+        u.strikes = 1.0 if free and knee_after(c, u, ahead * usual) <= 0.0 else 0.0
         return Lengths(usual, usual, True)
     found = _to_the_ground(c, u, toe)
     if u.struck:
         return found
     if free:
         opened = knee_after(c, u, 0.0) > 0.0
-        stop = approach(stop_gap, c, u) if opened else Lengths(planned, shortest, True)
+        stop = approach(knee_after, STOPPED, c, u) if opened else Lengths(planned, shortest, True)
         found = sooner(found, stop, planned)
-        u.strikes_next = 1.0 if stop.reached and stop.length == found.length else 0.0
+        u.strikes = 1.0 if stop.reached and stop.length == found.length else 0.0
     # an impact is not cut in two; the tick waits for its end
     if c.control_period > 0.0 and not u.noted:
         due = u.next_control - u.time
         if due < found.length - SHORTEST:
-            u.strikes_next = 0.0
+            u.strikes = 0.0
             found = Lengths(due, planned, False)
     return _at_a_face(c, u, toe, found)
 
 
-def _to_the_ground(c: Any, u: Any, toe: Felt) -> Lengths:
+def _to_the_ground(c: Constants, u: State, toe: Felt) -> Lengths:
     """What the gap between the swing foot and the ground asks for."""
     planned, usual, shortest = u.planned, c.longest, c.shortest
     if u.noted or u.struck or not u.enabled:
         return Lengths(planned, usual, False)
     height = swing_height(c, u, 0.0)
     if height > 0.0:
-        return approach(swing_gap, c, u)
+        return approach(swing_height, DEPTH, c, u)
     if toe.ground:
         return Lengths(planned, max(usual / TOUCHING, shortest), False)
     if swing_height(c, u, planned) > height:  # it has left the ground
@@ -133,27 +134,34 @@ def _to_the_ground(c: Any, u: Any, toe: Felt) -> Lengths:
     return Lengths(planned, shortest, True)  # it lies lower than where its contact should have been felt
 
 
-def _at_a_face(c: Any, u: Any, toe: Felt, found: Lengths) -> Lengths:
+def _at_a_face(c: Constants, u: State, toe: Felt, found: Lengths) -> Lengths:
     """What a riser near the swing foot makes of the lengths that were found."""
     shortest = c.shortest
     if not (c.stepped and u.enabled):
         return found
     length, following, reached = found
-    if not u.noted and length > c.sliding and _reaches_face(c, u, length):
-        length = shortest
-    if not reached and _near_face(c, u, length):
-        # the first of them still has half a long step's accelerations to come
-        following = c.sliding if toe.face else shortest
-        reached = length <= shortest and following <= shortest
+    if not u.noted and length > c.sliding:
+        here, _ = foot_after(c, u, 0.0)
+        x, z = foot_after(c, u, length)
+        if face_between(c, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN):
+            length = shortest
+    if not reached:
+        x, z = foot_after(c, u, length)
+        further, _ = foot_after(c, u, length + 2.0 * c.longest)
+        margin = MARGIN + abs(further - x)  # within which it could touch a riser in the step after this one
+        if face_between(c, x, z, x - margin, x + margin, margin):
+            # the first of them still has half a long step's accelerations to come
+            following = c.sliding if toe.face else shortest
+            reached = length <= shortest and following <= shortest
     return Lengths(length, following, reached)
 
 
-def approach(gap: Callable[..., float], c: Any, u: Any) -> Lengths:
+def approach(gap: Callable[..., float], beyond: float, c: Constants, u: State) -> Lengths:
     """The steps that a gap asks for.
 
     Args:
-        gap: (c, u, t): what it is after a step of a length t in s, if it is made now; positive while it is
-            open, as it is at 0.
+        gap: (c, u, t): what it is after a step of a length t in s, if it is made now.
+        beyond: Negative gap to which a step leads; less than that the gap is open, as it is at 0.
         c: The walk's constants.
         u: State. The step under way may become shorter than planned, or half as long again.
     """
@@ -164,13 +172,13 @@ def approach(gap: Callable[..., float], c: Any, u: Any) -> Lengths:
         part = max(part / SHORTER, shortest)
         rest += part
     above, below = 0.0, planned
-    if gap(c, u, below) > 0.0:
+    if gap(c, u, below) + beyond > 0.0:
         below = LOOK_AHEAD * (planned + rest)  # which may be behind an edge already
-        if gap(c, u, below) > 0.0:
+        if gap(c, u, below) + beyond > 0.0:
             return Lengths(planned, usual, False)
     for _ in range(HALVINGS):
         middle = 0.5 * (above + below)
-        if gap(c, u, middle) > 0.0:
+        if gap(c, u, middle) + beyond > 0.0:
             above = middle
         else:
             below = middle
@@ -199,56 +207,31 @@ def sooner(first: Lengths, second: Lengths, planned: float) -> Lengths:
     return Lengths(first.length, min(first.following, second.following), reached)
 
 
-def after(u: Any, index: int, t: float) -> float:
+def after(u: State, index: int, t: float) -> float:
     """A coordinate after a step of length t in s, if it is made now."""
     k = effective_step(u.plain, u.last_step, t)
     return float(u.q[index] + t * (u.qvel[index] + k * u.qacc[index]))
 
 
-def foot_after(c: Any, u: Any, t: float) -> tuple[float, float]:
+def foot_after(c: Constants, u: State, t: float) -> tuple[float, float]:
     """Place of the swing foot after such a step, x and z in m."""
     leg = swing_leg(c, u)
     flexion = after(u, leg.knee, t) if leg.knee >= 0 else 0.0
     return end_of_leg(leg, after(u, X, t), after(u, Z, t), after(u, leg.hip, t), flexion)
 
 
-def swing_height(c: Any, u: Any, t: float) -> float:
+def swing_height(c: Constants, u: State, t: float) -> float:
     """Height of the swing foot over the ground after such a step, m."""
     x, z = foot_after(c, u, t)
     return height_over_ground(c, x, z)
 
 
-def swing_gap(c: Any, u: Any, t: float) -> float:
-    """What closes where a step may end for the foot's contact, m."""
-    return swing_height(c, u, t) + DEPTH
-
-
-def knee_after(c: Any, u: Any, t: float) -> float:
+def knee_after(c: Constants, u: State, t: float) -> float:
     """Flexion of the swing knee after such a step, rad."""
     return after(u, swing_leg(c, u).knee, t)
 
 
-def stop_gap(c: Any, u: Any, t: float) -> float:
-    """What closes where a step may end for the knee's stop, rad."""
-    return knee_after(c, u, t) + STOPPED
-
-
-def _near_face(c: Any, u: Any, t: float) -> bool:
-    """Whether the swing foot could touch a riser in the step after this one, which is of length t."""
-    x, z = foot_after(c, u, t)
-    further, _ = foot_after(c, u, t + 2.0 * c.longest)
-    margin = MARGIN + abs(further - x)
-    return face_between(c, x, z, x - margin, x + margin, margin)
-
-
-def _reaches_face(c: Any, u: Any, t: float) -> bool:
-    """Whether the swing foot comes to a riser within this step of length t."""
-    here, _ = foot_after(c, u, 0.0)
-    x, z = foot_after(c, u, t)
-    return face_between(c, x, z, min(here, x) - MARGIN, max(here, x) + MARGIN, MARGIN)
-
-
-def face_between(c: Any, x: float, z: float, low: float, high: float, margin: float) -> bool:
+def face_between(c: Constants, x: float, z: float, low: float, high: float, margin: float) -> bool:
     """Whether the face behind or ahead of a foot at x, z lies between two places, and the foot no higher than that."""
     starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)
     segment = segment_under(c, x)

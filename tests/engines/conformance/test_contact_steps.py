@@ -107,7 +107,7 @@ def impact_error(case: Landing, timestep: float, torque: float) -> float:
     )
     simulation.advance(40)
     assert simulation.state.count == 1.0
-    row = split(TOUCHDOWNS, [simulation._rows[0].tolist()])
+    row = split(TOUCHDOWNS, [simulation._buffers[1][0].tolist()])
     _, mapped = case.robot.impact(row["q_before"][0], row["dq_before"][0])
     return float(np.abs(row["dq"][0] - mapped).max() / np.abs(row["dq_before"]).max())
 

@@ -69,7 +69,7 @@ def test_plain_steps_drive_every_robot(name: str) -> None:
             steps(simulation, 100)
     walk = mjbiped.walk(controller, ground, engine=mjbiped.Mujoco(**PLAIN), robot=robot, steps=6)
     assert (simulation.outcome, walk.outcome, walk.steps) == (Outcome.FINISHED, "finished", 6)
-    rows = simulation._rows[:6]
+    rows = simulation._buffers[1][:6]
     first = index_of(tables_of(type(robot)).touchdowns, "dq")
     rates = rows[:, first : first + len(robot.angles)]
     np.testing.assert_allclose(rows[:, 0], walk.touchdowns["time"], rtol=0, atol=5e-4)

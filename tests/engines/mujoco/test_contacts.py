@@ -1,13 +1,14 @@
 """What a foot feels, from readings of contact sensors: forces as vectors, and the friction that they ask for."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.engines.mujoco import contacts
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
@@ -20,6 +21,14 @@ def reading(found: bool, tilt: float, force: tuple[float, float], distance: floa
     return [float(found), force[0], 17.0, force[1], distance, 0.0, 0.0, 0.0, *normal]
 
 
+def felt_in(readings: list[float], before: int = 0, q: tuple[float, float] = (0.0, 0.0), sole: int = -1) -> Felt:
+    """What a foot under a straight leg feels whose readings begin behind others."""
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    c: Any = SimpleNamespace(slots=len(readings) - before)
+    u: Any = SimpleNamespace(q=[*q, 0.0, 0.0])
+    return felt(c, u, readings, leg)
+
+
 @given(slots, st.integers(0, 3))
 @settings(deadline=None, derandomize=True)
 def test_forces_of_all_contacts_are_added_as_vectors(
@@ -27,7 +36,7 @@ def test_forces_of_all_contacts_are_added_as_vectors(
 ) -> None:
     """The third axis of a contact's frame is the cross product of the other two: the normal and the lateral axis."""
     readings = [9.0] * before + [number for contact in contacts for number in reading(*contact)]
-    found = felt(readings, before, len(readings) - before)
+    found = felt_in(readings, before)
     touching = [contact for contact in contacts if contact[0]]
     total = np.zeros(3)
     for _, tilt, (pressed, rubbed), _ in touching:
@@ -43,10 +52,8 @@ def test_a_face_presses_and_is_no_ground() -> None:
     """Its forces are none of the ground's, and its depth neither."""
     face = reading(True, math.radians(91.0), (50.0, 20.0), -1e-3)
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
-    assert felt(face + tread, 0, 2 * contacts.READING) == pytest.approx(
-        Felt(150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12
-    )
-    assert felt(face, 0, contacts.READING) == Felt(50.0, 0.0, 0.0, 0.0, False, True)
+    assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
+    assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(1.0, 500.0), st.floats(-300.0, 300.0))
@@ -58,3 +65,15 @@ def test_friction_is_the_tangential_force_over_the_normal_force(slope: float, no
     foot = Felt(normal, forward, -up, 0.0, True, False)
     assert friction_ratio(foot, slope, 0.99 * normal) == pytest.approx(abs(rubbed) / normal, abs=1e-10)  # up to 300
     assert friction_ratio(foot, slope, 1.01 * normal) == 0.0
+
+
+def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
+    """Of contacts on level ground, by place ahead of the ankle, normal force, and friction; an empty slot is old."""
+    data: list[float] = []
+    for found, x, force, friction in ((1.0, -0.1, 30.0, 5.0), (1.0, 0.12, 70.0, -9.0), (0.0, 0.5, 11.0, 13.0)):
+        data += [found, force, 0.0, friction, -1e-6, 0.3 + x, 0.0, 0.1, 0.0, 0.0, -1.0]
+    borne = felt_in(data, q=(0.3, 0.1), sole=3)
+    assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
+    assert borne.behind == pytest.approx(0.1)
+    assert borne.ahead == pytest.approx(0.12)
+    assert borne.shear == pytest.approx(-4.0)

@@ -10,7 +10,8 @@ from simulations import started
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
-from mjbiped.engines.mujoco import contacts, feet
+from mjbiped.engines.mujoco import feet
+from mjbiped.engines.mujoco.legs import sole_angle
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
@@ -36,28 +37,10 @@ def test_a_change_of_slope_lets_the_foot_slap() -> None:
 
 
 def test_a_foot_on_an_edge_tells_no_slope_unless_the_next_one_says_the_same() -> None:
-    u = SimpleNamespace(level=0.0, stood=0.0)
+    u: Any = SimpleNamespace(level=0.0, stood=0.0)
     for angle, level in ((0.05, 0.05), (0.2, 0.05), (0.05, 0.05), (0.2, 0.05), (0.21, 0.21), (0.2, 0.2), (0.1, 0.2)):
         feet.stand_flat(u, angle)
         assert (u.stood, u.level) == (angle, level)
-
-
-def readings(*rows: tuple[float, float, float]) -> list[float]:
-    """Sensor data of contacts on level ground: place x ahead of the ankle, normal force, friction."""
-    data: list[float] = []
-    for x, force, friction in rows:
-        data += [1.0, force, 0.0, friction, -1e-6, 0.3 + x, 0.0, 0.1, 0.0, 0.0, -1.0]
-    return data + [0.0] * contacts.READING
-
-
-def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
-    data = readings((-0.1, 30.0, 5.0), (0.12, 70.0, -9.0), (0.5, 11.0, 13.0))
-    data[2 * contacts.READING] = 0.0  # what was found before
-    borne = contacts.borne(data, 0, len(data), (0.3, 0.1), 0.0)
-    assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
-    assert borne.behind == pytest.approx(0.1)
-    assert borne.ahead == pytest.approx(0.12)
-    assert borne.shear == pytest.approx(-4.0)
 
 
 def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
@@ -74,7 +57,7 @@ def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error
     constants, u = simulation.constants, simulation.state
     leg, torques = constants.legs[1], []
     for error in (0.0, 0.5, 1.0, 3.0, -3.0):
-        u.q[leg.sole] += error * feet.PLAUSIBLE - feet.sole_angle(leg, u.q)
+        u.q[leg.sole] += error * feet.PLAUSIBLE - sole_angle(leg, u.q)
         torques.append(feet.swing_foot_torque(constants, u))
     half, full, far, other = (torque - torques[0] for torque in torques[1:])
     assert full == far == pytest.approx(2.0 * half, rel=1e-12)

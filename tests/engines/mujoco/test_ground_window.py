@@ -134,16 +134,16 @@ def test_window_holds_what_the_robot_can_reach(
     rows = [(width, 1.0 + (index % 3), -0.01 * (index % 4 == 3)) for index, width in enumerate(widths)]
     terrain = Terrain.from_segments(rows)
     robot = mjbiped.Compass(lower_length=length / 2, upper_length=length / 2)
-    windows = GroundWindows(robot, terrain, timestep=1e-4, reach=20.0, ground=ground)
-    x = data.draw(st.floats(windows.start - 1.0, windows.end + 1.0))
-    segments = windows.segments_about(x)
-    layout = Ground(terrain, reach=20.0, kind=ground)
-    start, end = layout.start_of(segments[0]), layout.stop_of(segments[-1])
-    margin = MARGIN * length
-    assert start <= max(x - margin, windows.start)
-    assert end >= min(x + margin, windows.end)
+    layout, margin = Ground(terrain, reach=20.0, kind=ground), MARGIN * length
+    first, last = layout.starts[0], layout.stops[-1]
+    x = data.draw(st.floats(first - 1.0, last + 1.0))
+    pieces = GroundWindows(robot, layout, 1e-4, margin).pieces_about(x)
+    segments = range(pieces[0].segments[0], pieces[-1].segments.stop)
+    start, end = layout.starts[segments[0]], layout.stops[segments[-1]]
+    assert start <= max(x - margin, first)
+    assert end >= min(x + margin, last)
     if len(terrain.x) <= FEW_SEGMENTS:
-        assert segments == layout.segments
+        assert pieces == layout.pieces
     needed = np.searchsorted(terrain.x, [x - margin - length, x + 2 * margin])
     # whole heightfields of 16 at both sides
     assert len(segments) <= max(needed[1] - needed[0], FEW_SEGMENTS + (needed[1] - needed[0])) + 2 * 16 + 1
@@ -177,7 +177,7 @@ def test_python_callbacks_come_back() -> None:
 
     mujoco.set_mjcb_passive(standing_there)
     try:
-        scene = GroundWindows(mjbiped.Compass(), LONG["stairs"], timestep=1e-4, reach=1.0).about(0.0)
+        scene = GroundWindows(mjbiped.Compass(), Ground(LONG["stairs"], reach=1.0), 1e-4, MARGIN).about(0.0)
         data = mujoco.MjData(scene.model)
         with pytest.raises(ZeroDivisionError), python_removed():  # noqa: PT012
             mujoco.mj_step(scene.model, data)  # asks nobody

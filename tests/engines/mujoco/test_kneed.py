@@ -132,9 +132,10 @@ def test_steps_that_lead_to_a_gap() -> None:
     for start in (0.01, 0.0123, 0.5e-3, 3e-6):
         left, planned, steps = start, 1e-3, 0
         while True:
-            u, steps_of = State(), SimpleNamespace(longest=1e-3, shortest=1e-5)
+            u = State()
+            steps_of: Any = SimpleNamespace(longest=1e-3, shortest=1e-5)
             u.planned = planned
-            lengths = approach(lambda _, __, t, gap=left: gap - t, steps_of, u)
+            lengths = approach(lambda _, __, t, gap=left: gap - t, 0.0, steps_of, u)
             left -= lengths.length
             steps += 1
             assert left > -1e-12

@@ -52,7 +52,7 @@ def test_the_torque_of_the_lock_is_mujocos_constraint_force() -> None:
     """
     simulation, found = simulated(ONTO_BENT_KNEES, 3, timestep=2e-4), []
     for u in stepped(simulation, 37):
-        if u.last_step == 0.0 or u.plain != 0.0 or u.force == 0.0:
+        if u.last_step == 0.0 or u.smooth == 0.0 or u.force == 0.0:
             continue  # an impact, or a single step without contact
         stance = int(u.stance)
         ankle, bent = u.torque[0], u.q[simulation.constants.legs[stance].knee]

@@ -115,7 +115,7 @@ def test_resumes_bitwise_from_any_moment(name: str, controller: AdaptiveControll
     whole, saved, length, before = build(), {}, 0, ()
     while whole.state.count < steps or whole.state.time < whole.state.transfer_time + 0.1:
         u = whole.state
-        now: Any = (u.noted, u.struck, u.strikes, u.strikes_next, u.count, u.locked)
+        now: Any = (u.noted, u.struck, u.strikes, u.count, u.locked)
         if now != before or length in (1, 300):
             saved[length] = state_of(whole)
         before, length = now, length + whole.advance(1)

@@ -7,6 +7,8 @@ import pytest
 from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.scene import models_folder
 
+STAGES = [name for name in step.step.__code__.co_names if name.startswith("mj_")]
+
 
 @pytest.mark.parametrize("name", ["scene.xml", "kneed_scene.xml", "footed_scene.xml"])
 def test_stages_are_bitwise_a_step_and_ask_for_control_once(name: str) -> None:
@@ -28,8 +30,8 @@ def test_stages_are_bitwise_a_step_and_ask_for_control_once(name: str) -> None:
         touched = 0
         for _ in range(3000):
             mujoco.mj_step(model, whole)
-            for stage in (step.check, step.position, step.velocity, step.forward_from_velocity, step.integrate):
-                stage(model, staged)
+            for stage in STAGES:
+                getattr(mujoco, stage)(model, staged, *((step.VELOCITY, 0) if stage == "mj_forwardSkip" else ()))
             touched += staged.ncon > 0
     finally:
         mujoco.set_mjcb_control(None)

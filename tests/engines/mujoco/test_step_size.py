@@ -34,11 +34,12 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
     while not u.outcome:
         swing = data.qpos[3 if u.stance == 0 else 2]
         x, z = data.qpos[0] - length * math.sin(swing), data.qpos[1] - length * math.cos(swing)
+        plain = u.plain
         simulation.advance(1)
         lengths.append(simulation.model.opt.timestep)
         if u.noted:
             heights.append(z - terrain.height_at(x))
-            assert (lengths[-1], u.effective_step, u.plain) == (1e-5, 1e-5, 1.0)
+            assert (lengths[-1], u.effective_step, plain) == (1e-5, 1e-5, 1.0)
     assert len(heights) == 4
     # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
     assert heights == pytest.approx([-step_size.DEPTH] * 4, abs=3e-9)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import mjbiped
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import compose_scene
+from mjbiped.engines.mujoco.ground_window import GroundWindows
 from mjbiped.errors import InputError
 from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kinds import robot_from
@@ -22,7 +22,7 @@ ANGLES = st.floats(-0.6, 0.6)
 
 def model_of(robot: FootedCompass) -> mujoco.MjModel:
     ground = Ground(mjbiped.Terrain.level(), reach=1.0)
-    return compose_scene(robot, ground, ground.segments, timestep=1e-4, userdata=0, scenery=False).model
+    return GroundWindows(robot, ground, timestep=1e-4, margin=1.0).about(0.0).model
 
 
 def test_a_description_is_read_back() -> None:
