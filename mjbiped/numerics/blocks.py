@@ -120,7 +120,7 @@ def reader(kind: type) -> Callable[[Any, int], Any]:
     def entry(blocks: Any, index: int) -> Any:
         return blocks[index]
 
-    entry.meant = kind  # type: ignore[attr-defined]  # see `machine.compiled`
+    entry.kind = kind  # type: ignore[attr-defined]  # for `machine`
     return entry
 
 
@@ -133,8 +133,3 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     """The float that such a function returns."""
     result: float = function(*arguments)
     return result
-
-
-_MEANT: tuple[Any, ...] = (numbers, row, whole_numbers, octets, borrowed, give_back, first, call, call_for_float)
-for _each in _MEANT:
-    _each.meant = None  # what they mean in machine code stands in `machine`

@@ -80,9 +80,6 @@ def walks() -> int:
     return int(table.ctypes.data)
 
 
-walks.meant = None  # type: ignore[attr-defined]
-
-
 def control_of(model: int, data: int) -> None:
     """`mjcb_control`, by addresses."""
     at, first = walks(), place_of(data)

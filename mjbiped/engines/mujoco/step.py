@@ -174,7 +174,3 @@ def integrate(model: Any, data: Any) -> None:
     """Look for accelerations that are no numbers, and move the robot."""
     mujoco.mj_checkAcc(model, data)
     mujoco.mj_Euler(model, data)
-
-
-for _stage in (check, position, velocity, forward_from_velocity, integrate):
-    _stage.meant = None  # type: ignore[attr-defined]  # what they mean in machine code stands in `native`
