@@ -197,7 +197,7 @@ _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
 def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float | None) -> Callable[..., Any]:
-    def call(head: Head, memory: int, *given: Any) -> Any:
+    def call(head: Head, memory: int, *given: object) -> Any:
         found = nothing
         arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
         try:

@@ -193,7 +193,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         return kind(**values)
     except MjbipedError:
         raise
-    except Exception as error:
+    except Exception as error:  # by what a class of the user's does with them
         raise InputError(
             f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
         ) from error
@@ -265,7 +265,7 @@ def controller_from(
 
 
 def _described_class(
-    wanted: Any, robot: Robot | None, source: Mapping[str, str] | None, named: str | None
+    wanted: object, robot: Robot | None, source: Mapping[str, str] | None, named: str | None
 ) -> type[Controller]:
     """The class of a record's controller; see `controller_from`."""
     if source is not None:

@@ -75,7 +75,7 @@ def value_of(kind: type, name: str, text: str) -> Any:
     return checked(kind, name, next((each for each in meanings if _fits(each, wanted)), text))
 
 
-def checked(kind: type, name: str, value: Any) -> Any:
+def checked(kind: type, name: str, value: object) -> Any:
     """Check a value against a field's type; a whole number also passes where a float is asked for.
 
     The class itself checks what the type does not say, such as a gain's domain.
@@ -107,10 +107,10 @@ def _kinds(kind: type, name: str) -> tuple[Any, ...]:
     return () if Any in kinds else kinds
 
 
-def _fits(value: Any, wanted: tuple[Any, ...]) -> bool:
+def _fits(value: object, wanted: tuple[Any, ...]) -> bool:
     """Whether a value is of one of some types, or of any type where none is known."""
 
-    def fits(kind: Any) -> bool:
+    def fits(kind: object) -> bool:
         if get_origin(kind) is Literal:
             return value in get_args(kind)
         if kind is float:

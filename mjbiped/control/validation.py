@@ -108,7 +108,7 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
             raise InputError(f"{place} leaves out[{index}], the {name}, unwritten")
 
 
-def _given(controller: Controller, method: str, *arguments: Any) -> Any:
+def _given(controller: Controller, method: str, *arguments: object) -> Any:
     """Call a method whose failure no walk could report, because none has begun.
 
     Raises:
@@ -170,7 +170,7 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
         there = tuple(angle + later * rate for angle, rate in zip(q, dq, strict=True))
         try:
             values = values_of(controller, controller.torque(list(memory), t + later, there, dq))
-        except Exception:
+        except Exception:  # whatever the user's method raises: there is nothing to describe then
             return ""
         if found := fault_in(controller, values, t + later, there, dq):
             return found

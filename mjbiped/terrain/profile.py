@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from mjbiped.numerics.blocks import Floats, numbers
+from mjbiped.numerics.blocks import numbers
 
 EDGE = 5e-5
 """Depth under the upper edge of a step up to which a foot stands on it, m."""
@@ -26,9 +27,9 @@ class Profile(NamedTuple):
         segments: Number of segments.
     """
 
-    x: Floats
-    z: Floats
-    gradient: Floats
+    x: Sequence[float]
+    z: Sequence[float]
+    gradient: Sequence[float]
     segments: int
 
 
@@ -61,7 +62,7 @@ def segment_near(profile: Any, x: float, index: int) -> int:
     return index
 
 
-def height_over(profile: Profile, x: float) -> float:
+def height_over(profile: Any, x: float) -> float:
     """Height of the ground at x, m, like `Terrain.height_at`; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)
 
@@ -99,11 +100,11 @@ def segment_stood_on(
     return here
 
 
-def segment_met(profile: Profile, x: float, z: float) -> int:
+def segment_met(profile: Any, x: float, z: float) -> int:
     """Index of the segment that a foot at x, z would land on, or that it slides down to along a vertical face."""
     return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
 
 
-def height_over_ground(profile: Profile, x: float, z: float) -> float:
+def height_over_ground(profile: Any, x: float, z: float) -> float:
     """Height of a foot at x, z over the segment that it would land on, m; NaN gives NaN."""
     return z - height_of(profile, segment_met(profile, x, z), x)
