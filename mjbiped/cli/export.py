@@ -31,7 +31,7 @@ _OF_SCENES = "Scene"
 @options.robot_options
 @results(options.QUIET)
 @click.pass_context
-def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Results, **values: Any) -> None:
+def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Results, **values: object) -> None:
     """Write a scene, a robot or a record to FILE, for other programs.
 
     The suffix of FILE says what is written. SOURCE is a record, an .npz file, or a TERRAIN as for `mjbiped walk`.

@@ -23,7 +23,7 @@ from mjbiped.utils import domains
 @options.robot_options
 @results(*options.PLOT, *options.PRINTED)
 @click.pass_context
-def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: Any) -> None:
+def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: object) -> None:
     """Find the passive gait on a slope, its limit cycle and its stability.
 
     With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears

@@ -40,7 +40,7 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest 
         self.name = self.metavar = metavar
         self.read, self.expected = read, expected
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Read a value."""
         try:
             return self.read(value)
@@ -61,7 +61,7 @@ class Folder(click.Path):
 class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest click alone
     """Type of the option that sets the width of all figures until the command ends."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Read a width's name."""
         name = super().convert(value, param, ctx)
         if ctx is not None:
@@ -99,14 +99,14 @@ def _record(*suffixes: str) -> Kind:
     """Return the type of a file of a walk's record, for this program or with one of these suffixes for others."""
     file = output(".npz", *suffixes)
 
-    def read(value: Any) -> Path:
+    def read(value: object) -> Path:
         path: Path = file.read(value)
         return check_format(path) if path.suffix in suffixes else path
 
     return Kind("FILE", read)
 
 
-def number(text: Any, domain: Domain | Count) -> Any:
+def number(text: object, domain: Domain | Count) -> Any:
     """Read a number from a text, and check it against its domain."""
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
@@ -123,7 +123,7 @@ def quantity(domain: Domain | Count | Ends | Words) -> Kind:
 def span(domain: Domain) -> Kind:
     """Return the type of two numbers in a domain, the first below the second, such as "0.8..1.6"."""
 
-    def read(value: Any) -> tuple[float, float]:
+    def read(value: object) -> tuple[float, float]:
         first, _, second = str(value).partition("..")
         low, high = number(first, domain), number(second, domain)
         if not low < high:
@@ -141,7 +141,7 @@ def pair(value: str, separator: str = "=") -> tuple[str, str]:
     return first.strip(), second
 
 
-def _delay(value: Any) -> float | None:
+def _delay(value: object) -> float | None:
     if isinstance(value, str) and value.strip().lower() == "none":
         return None
     delay: float = number(value, domains.REPLANNING_DELAY)
@@ -184,7 +184,7 @@ def _reference(value: Any) -> str:
     return str(value)
 
 
-def _robot(value: Any) -> str:
+def _robot(value: object) -> str:
     text = str(value)
     if text not in NAMED and not text.endswith((".toml", MODEL)):
         raise InputError("unknown robot")

@@ -35,7 +35,7 @@ _MULTIPLIERS_EVERY = math.radians(0.02)
 @options.robot_options
 @results(options.DATA, *options.PLOT, *options.PRINTED)
 @click.pass_context
-def return_map(ctx: click.Context, /, results: Results, **values: Any) -> None:
+def return_map(ctx: click.Context, /, results: Results, **values: object) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
     Angle and rates of the legs after a step, over the same before it; the gait, where the map meets the diagonal; its
@@ -77,7 +77,7 @@ def return_map(ctx: click.Context, /, results: Results, **values: Any) -> None:
     *options.PRINTED,
 )
 @click.pass_context
-def bifurcation(ctx: click.Context, /, results: Results, **values: Any) -> None:
+def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
     The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is

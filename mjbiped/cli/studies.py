@@ -255,7 +255,7 @@ def _resumable(folder: Path) -> Iterator[None]:
         end(INTERRUPTED, f"interrupted; what had ended is in {folder}: the same command goes on from there")
 
 
-def _check_walkers(workers: int | None, scheduler: str | None, **_: Any) -> None:
+def _check_walkers(workers: int | None, scheduler: str | None, **_: object) -> None:
     """Refuse a number of local processes together with a scheduler, which has workers of its own.
 
     Raises:

@@ -304,7 +304,7 @@ def as_json(values: Mapping[str, Any]) -> str:
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Convert a value to one that JSON can hold."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}

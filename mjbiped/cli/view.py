@@ -53,7 +53,7 @@ class _KeysInHelp(sections.SectionCommand):
 )
 @options.walker_options
 @click.pass_context
-def view(ctx: click.Context, /, what: str, **values: Any) -> None:
+def view(ctx: click.Context, /, what: str, **values: object) -> None:
     """Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.
 
     The window is MuJoCo's viewer. As long as nobody pushes, the walk is that of `mjbiped walk` in MuJoCo, with the same

@@ -118,7 +118,7 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
 @click.argument("video", required=False, type=kinds.VIDEO)
 @results(*options.PLOT, ("--no-video", bool, "Write the figure only."), options.QUIET)
 @options.video_options
-def render(record: Path, results: Results, **pictures: Any) -> None:
+def render(record: Path, results: Results, **pictures: object) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
     The video goes to VIDEO, an .mp4 or .gif file; if left out, to an .mp4 file beside the record, with its name.

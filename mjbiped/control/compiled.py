@@ -23,7 +23,7 @@ import ctypes
 import math
 import re
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from importlib import import_module
 from numbers import Real
 from pathlib import Path
@@ -196,59 +196,47 @@ _TAKEN |= {"tick": "taa", "knee_strike": "taa"}
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
-def _torque(law: Callable[..., None], read: Callable[..., Any]) -> Callable[..., None]:
+def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float | None) -> Callable[..., Any]:
+    def call(head: Head, memory: int, *given: object) -> Any:
+        found = nothing
+        arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
+        try:
+            found = law(*arguments)
+        except Exception:  # such as an index out of bounds; it could not pass through C
+            head.failed = 1.0  # type: ignore[misc]  # a field in C's memory
+        return found
+
+    return call
+
+
+def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
+    """One of a law's functions by the addresses of its arrays."""
+    call = _guarded(law, read, math.nan if name in _RETURNING else None)
+
     def torque(parameters: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
         head = _head_at(parameters, 0)
-        own, n, values = numbers(memory, head.memory), head.angles, numbers(out, head.values + ROOM)
-        try:
-            law(read(head.parameters, head.length), own, t, numbers(q, n), numbers(dq, n), values)
-        except Exception:  # such as an index out of bounds; it could not pass through C
-            head.failed = 1.0
+        n, values = head.angles, numbers(out, head.values + ROOM)
+        call(head, memory, t, numbers(q, n), numbers(dq, n), values)
         if head.failed != 0.0:  # be it at a touchdown: the walk goes no further
             for index in range(head.values):
                 values[index] = math.nan
 
-    return torque
+    def touchdown(parameters: int, memory: int, q_before: int, q: int, dq: int) -> None:
+        head, n = _head_at(parameters, 0), _head_at(parameters, 0).angles
+        call(head, memory, numbers(q_before, n), numbers(q, n), numbers(dq, n))
 
+    def timed(parameters: int, memory: int, t: float, q: int, dq: int) -> None:
+        head, n = _head_at(parameters, 0), _head_at(parameters, 0).angles
+        call(head, memory, t, numbers(q, n), numbers(dq, n))
 
-def _event(law: Callable[..., None], read: Callable[..., Any], first: Callable[..., Any]) -> Callable[..., None]:
-    def event(parameters: int, memory: int, given: Any, q: int, dq: int) -> None:
-        head = _head_at(parameters, 0)
-        own, n = numbers(memory, head.memory), head.angles
-        try:
-            law(read(head.parameters, head.length), own, first(given, n), numbers(q, n), numbers(dq, n))
-        except Exception:
-            head.failed = 1.0
+    def slope_estimate(parameters: int, memory: int) -> Any:
+        return call(_head_at(parameters, 0), memory)
 
-    return event
+    def next_discontinuity(parameters: int, memory: int, t: float) -> Any:
+        return call(_head_at(parameters, 0), memory, t)
 
-
-def _slope_estimate(law: Callable[..., float], read: Callable[..., Any]) -> Callable[..., float]:
-    def slope_estimate(parameters: int, memory: int) -> float:
-        head, found = _head_at(parameters, 0), math.nan
-        try:
-            found = float(law(read(head.parameters, head.length), numbers(memory, head.memory)))
-        except Exception:
-            head.failed = 1.0
-        return found
-
-    return slope_estimate
-
-
-def _next_discontinuity(law: Callable[..., float], read: Callable[..., Any]) -> Callable[..., float]:
-    def next_discontinuity(parameters: int, memory: int, t: float) -> float:
-        head, found = _head_at(parameters, 0), math.nan
-        try:
-            found = float(law(read(head.parameters, head.length), numbers(memory, head.memory), t))
-        except Exception:
-            head.failed = 1.0
-        return found
-
-    return next_discontinuity
-
-
-def _itself(value: float, count: int) -> float:  # noqa: ARG001 (a time in the place of an array)
-    return value
+    found = {each.__name__: each for each in (torque, touchdown, slope_estimate, next_discontinuity)}
+    return found.get(name, timed)
 
 
 @lru_cache(maxsize=256)
@@ -256,16 +244,10 @@ def _function(name: str, function: Callable[..., Any], read: Callable[..., Any])
     """Compile one of a law's C functions; an unchanged one comes from the cache."""
     from mjbiped.numerics.machine import compiled
 
-    around: Callable[..., Any]
-    if name == "torque":
-        around = _torque(function, read)
-    elif name in _RETURNING:
-        around = (_slope_estimate if name == "slope_estimate" else _next_discontinuity)(function, read)
-    else:
-        around = _event(function, read, numbers if name == "touchdown" else _itself)
     passed = ["float64" if kind == "t" else "int64" for kind in _TAKEN[name]]
     signature = f"{'float64' if name in _RETURNING else 'void'}({', '.join(['int64', 'int64', *passed])})"
-    return compiled(around, signature, for_c=True, checked=not function.__module__.startswith(_OURS))
+    ours = function.__module__.startswith(_OURS)
+    return compiled(_for_c(name, function, read), signature, for_c=True, checked=not ours)
 
 
 def compilable_law(controller: Controller) -> Law | None:
@@ -284,8 +266,8 @@ def can_be_compiled(law: Law) -> bool:
     """
     given: Any = law.parameters
     flat = isinstance(given, list | tuple | np.ndarray) and all(issubclass(each, Real) for each in {*map(type, given)})
-    block = hasattr(given, "_fields") and not isinstance(given, Law)  # a law of scalars is interpreted
-    return (flat or block) and not raises(tuple(law.functions.values()))
+    interpreted = isinstance(law.torque, partial)  # as a law of scalars is
+    return (flat or hasattr(given, "_fields")) and not interpreted and not raises(tuple(law.functions.values()))
 
 
 def rounds_alike(law: Law) -> bool:
@@ -309,7 +291,5 @@ def _reason(name: str, function: Callable[..., Any], error: Exception) -> str:
     message = next((line for line in lines if not line.startswith("Failed in")), type(error).__name__).rstrip(".")
     if "NRT required" in message:
         message = "it allocates memory"
-    place = re.search(r'File "(?P<file>[^"]+)", line (?P<line>\d+)', str(error)) or re.search(
-        r"at (?P<file>\S+) \((?P<line>\d+)\)", str(error)
-    )
-    return f": {message} (line {place['line']} of {Path(place['file']).name})" if place else f": {message}"
+    place = re.search(r'(?:File "|at )([^"\n]+?)"?(?:, line | \()(\d+)', str(error))
+    return f": {message} (line {place[2]} of {Path(place[1]).name})" if place else f": {message}"

@@ -38,7 +38,7 @@ ROOM = 64
 """Floats behind torques and rates in `out` of `Law.torque`, for a law's intermediate results."""
 
 
-def _strike_nothing(parameters: Any, memory: Any, t: float, q: Any, dq: Any) -> None:
+def _strike_nothing(parameters: object, memory: object, t: float, q: object, dq: object) -> None:
     """Do nothing at a knee strike."""
 
 
@@ -257,7 +257,7 @@ class LawController(Controller):
         return self._law
 
 
-def never(parameters: Any, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
+def never(parameters: object, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
     """Return infinity: `Law.next_discontinuity` of a law without kinks."""
     return math.inf
 

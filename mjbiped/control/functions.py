@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from numbers import Real
 from typing import Any
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Room
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.domains import entries
 
@@ -37,7 +37,7 @@ def in_python(controller: Controller) -> Law:
     return methods if law is None else law
 
 
-def _torque(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float], out: Room) -> None:
+def _torque(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     values: Any = controller.torque(memory[: controller.memory_size], t, tuple(q), tuple(dq))
     # a walk asks thousands of times: what most laws return passes without further checks
     count = len(controller.joints) + len(controller.states)
@@ -46,32 +46,32 @@ def _torque(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: S
     out[:count] = values
 
 
-def _touchdown(controller: Any, memory: Memory, *state: Sequence[float]) -> None:
+def _touchdown(controller: Controller, memory: Memory, *state: Numbers) -> None:
     _change(controller.on_touchdown, controller, memory, *map(tuple, state))
 
 
-def _knee_strike(controller: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+def _knee_strike(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     _change(controller.on_knee_strike, controller, memory, t, tuple(q), tuple(dq))
 
 
-def _slope_estimate(controller: Any, memory: Memory) -> float:
+def _slope_estimate(controller: Controller, memory: Memory) -> float:
     found: float = controller.slope_estimate(memory[: controller.memory_size])
     return found
 
 
-def _next_discontinuity(controller: Any, memory: Memory, t: float) -> float:
+def _next_discontinuity(controller: Controller, memory: Memory, t: float) -> float:
     found: float = controller.next_discontinuity(memory[: controller.memory_size], t)
     return found
 
 
-def _change(method: Callable[..., None], controller: Controller, memory: Memory, *state: Any) -> None:
+def _change(method: Callable[..., None], controller: Controller, memory: Memory, *state: object) -> None:
     """Call a method that changes the controller's own part of the memory; a disturbed loop's stands behind it."""
     own = memory[: controller.memory_size]
     method(own, *state)
     memory[: controller.memory_size] = own
 
 
-def values_of(controller: Controller, given: Any) -> tuple[float, ...]:
+def values_of(controller: Controller, given: object) -> tuple[float, ...]:
     """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:

@@ -19,11 +19,10 @@ from collections.abc import Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
 
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, place_of, shown
-from mjbiped.utils.domains import check_text, known_name
+from mjbiped.utils.domains import check_text, nearest
 from mjbiped.utils.packages import hidden_laws
 from mjbiped.utils.reading import read_bytes
 
@@ -32,17 +31,6 @@ FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
 _OURS = ("mjbiped", "controllers")
 _loaded: dict[Path, tuple[bytes, ModuleType]] = {}
 _named: dict[type, dict[str, str]] = {}
-
-
-class _Reference(NamedTuple):
-    """Parts of a reference; `place` is a file's path or a module's name."""
-
-    place: str
-    name: str
-
-    @property
-    def is_file(self) -> bool:
-        return self.place.endswith(".py") or "/" in self.place or os.sep in self.place
 
 
 def is_reference(name: object) -> bool:
@@ -57,8 +45,8 @@ def located(reference: str, folder: Path) -> str:
     """
     if not is_reference(reference):
         return reference
-    part = _parts(reference)
-    return f"{_whole(folder / Path(part.place).expanduser())}:{part.name}" if part.is_file else reference
+    place, name = _parts(reference)
+    return f"{_whole(folder / Path(place).expanduser())}:{name}" if _is_file(place) else reference
 
 
 def own_class(reference: str) -> type[Controller]:
@@ -67,31 +55,31 @@ def own_class(reference: str) -> type[Controller]:
     Raises:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
     """
-    part = _parts(check_text("the controller's place", reference))
-    module = _module_of_file(part.place) if part.is_file else _module(part.place)
-    valid = [name for name, value in vars(module).items() if _is_law(value) and value.__module__ == module.__name__]
-    if not part.name:
-        raise InputError(f"{shown(reference)} names no class; give it as {part.place}:{valid[0] if valid else 'CLASS'}")
-    found = vars(module).get(part.name)
+    place, name = _parts(check_text("the controller's place", reference))
+    module = _module_of_file(place) if _is_file(place) else _module(place)
+    own = [each for each in vars(module).values() if isinstance(each, type) and each.__module__ == module.__name__]
+    valid = [each.__name__ for each in own if issubclass(each, Controller) and not inspect.isabstract(each)]
+    found = vars(module).get(name)
+    if not name:
+        raise InputError(f"{shown(reference)} names no class; give it as {place}:{valid[0] if valid else 'CLASS'}")
     if found is None:
-        taken = part.place in _OURS and Path(f"{part.place}.py").exists()
-        hint = f"; {part.place} is a package of this project: a file is named {part.place}.py:{part.name}" * taken
-        try:
-            known_name(f"controller in {part.place}", part.name, valid)
-        except InputError as error:
-            raise InputError(f"{error}{hint}") from None
+        taken = place in _OURS and Path(f"{place}.py").exists()
+        hint = f"; {place} is a package of this project: a file is named {place}.py:{name}" if taken else ""
+        raise InputError(
+            f"unknown controller in {place} {shown(name)}: valid are {', '.join(valid) or 'none'}{nearest(name, valid)}"
+            f"{hint}"
+        )
     if not isinstance(found, type) or not issubclass(found, Controller):
         what = "does not derive from controllers.Controller" if isinstance(found, type) else "is no class"
         raise InputError(
-            f"{part.name} in {part.place} {what}; a controller begins with `from controllers import Controller` and "
-            f"`class {part.name}(Controller):`"
+            f"{name} in {place} {what}; a controller begins with `from controllers import Controller` and "
+            f"`class {name}(Controller):`"
         )
-    if inspect.isabstract(found):
-        lacking = ", ".join(
-            f"{name}({', '.join(inspect.signature(getattr(found, name)).parameters)})"
-            for name in sorted(found.__abstractmethods__)
+    if lacking := sorted(found.__abstractmethods__):
+        methods = ", ".join(
+            f"{each}({', '.join(inspect.signature(getattr(found, each)).parameters)})" for each in lacking
         )
-        raise InputError(f"{part.name} in {part.place} lacks what every controller must have: {lacking}")
+        raise InputError(f"{name} in {place} lacks what every controller must have: {methods}")
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
     return found
@@ -113,7 +101,7 @@ def recorded_class(source: Mapping[str, str], named: str | None) -> type[Control
             f"the record's controller is {recorded}, somebody's own code, and no record decides what code is loaded; "
             f"if you trust it, name it yourself: --controller {FORMS}, or controller_from(..., named=...)"
         )
-    if not is_reference(named) or _parts(named).name != _parts(source["class"]).name:
+    if not is_reference(named) or _parts(named)[1] != _parts(source["class"])[1]:
         raise InputError(f"the record's controller is {recorded}; {shown(named)} is another class")
     if digest_of(named) != source["sha256"]:
         raise InputError(f"the record's controller is {recorded}, and the source of {shown(named)} is another one")
@@ -133,23 +121,41 @@ def digest_of(reference: str) -> str:
     Raises:
         InputError: There is no such file or module.
     """
-    found = hashlib.sha256()
-    for name, text in sorted(_sources(_parts(reference)).items()):
-        found.update(f"{name}\n".encode() + hashlib.sha256(text).digest())
-    return found.hexdigest()
+    place, _ = _parts(reference)
+    if _is_file(place):
+        waiting = [_read(place)[0]]
+        root = waiting[0].parent
+    else:
+        _import_from(Path.cwd())
+        top = place.partition(".")[0]
+        spec = importlib.util.find_spec(top)
+        if spec is None or not (spec.origin or spec.submodule_search_locations):
+            raise InputError(f"there is no module {shown(top)} to take a controller from")
+        folders = [Path(place) for place in spec.submodule_search_locations or ()]
+        waiting = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
+        root = folders[0].parent if folders else waiting[0].parent
+    installed = str(root) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")}
+    texts: dict[str, bytes] = {}
+    while waiting:
+        file = waiting.pop()
+        name = file.relative_to(root).as_posix()
+        if name not in texts:
+            texts[name] = read_bytes(file)
+            waiting += [] if installed else _imported(texts[name], root)
+    parts = (f"{name}\n".encode() + hashlib.sha256(text).digest() for name, text in sorted(texts.items()))
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
-def _parts(reference: str) -> _Reference:
-    if reference.endswith(".py"):
-        return _Reference(reference, "")
-    place, _, name = reference.rpartition(":")
+def _parts(reference: str) -> tuple[str, str]:
+    """Return a file's path or a module's name, and the name of the class, which is empty where only a file is named."""
+    place, _, name = (f"{reference}:" if reference.endswith(".py") else reference).rpartition(":")
     if not place:
         raise InputError(f"the controller {shown(reference)} names no file or module; expected {FORMS}")
-    return _Reference(place, name)
+    return place, name
 
 
-def _is_law(value: Any) -> bool:
-    return isinstance(value, type) and issubclass(value, Controller) and not inspect.isabstract(value)
+def _is_file(place: str) -> bool:
+    return place.endswith(".py") or "/" in place or os.sep in place
 
 
 def _module_of_file(place: str) -> ModuleType:
@@ -226,31 +232,6 @@ def _import_from(folder: Path) -> None:
     """Make modules of a folder importable, last in the search path, so that none of them hides a library."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
-
-
-def _sources(part: _Reference) -> Mapping[str, bytes]:
-    """Read a controller's source files; keys are paths in the folder from which they are imported."""
-    if part.is_file:
-        waiting = [_read(part.place)[0]]
-        root = waiting[0].parent
-    else:
-        _import_from(Path.cwd())
-        top = part.place.partition(".")[0]
-        spec = importlib.util.find_spec(top)
-        if spec is None or not (spec.origin or spec.submodule_search_locations):
-            raise InputError(f"there is no module {shown(top)} to take a controller from")
-        folders = [Path(place) for place in spec.submodule_search_locations or ()]
-        waiting = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
-        root = folders[0].parent if folders else waiting[0].parent
-    installed = str(root) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")}
-    found: dict[str, bytes] = {}
-    while waiting:
-        file = waiting.pop()
-        place = file.relative_to(root).as_posix()
-        if place not in found:
-            found[place] = read_bytes(file)
-            waiting += [] if installed else _imported(found[place], root)
-    return found
 
 
 def _imported(text: bytes, root: Path) -> list[Path]:

@@ -32,7 +32,7 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference, only_kept
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
-from mjbiped.utils.domains import SLOPE_DEG, known_name
+from mjbiped.utils.domains import SLOPE_DEG, known_name, nearest
 
 GROUP = "mjbiped.controllers"
 """The group of entry points."""
@@ -161,8 +161,11 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
     """
     valid = settings_of(name, robot)
     kind = controller_class(name, robot)
-    for key in settings:
-        _check_setting(name, key, valid)
+    for key in settings.keys() - valid.keys():
+        said = shown_defaults(valid) or f"none{why_none(kind)}"
+        raise InputError(
+            f"unknown setting of the controller {name} {shown(key)}: valid are {said}{nearest(key, valid)}"
+        )
     own = fields_of(kind)
     values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
     missing = {key: value for key, value in values.items() if value is REQUIRED}
@@ -190,7 +193,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         return kind(**values)
     except MjbipedError:
         raise
-    except Exception as error:
+    except Exception as error:  # by what a class of the user's does with them
         raise InputError(
             f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
         ) from error
@@ -219,22 +222,6 @@ def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> 
     return found
 
 
-def _check_setting(name: str, key: str, valid: Mapping[str, Any]) -> None:
-    """Refuse the name of a setting that a controller does not have.
-
-    Raises:
-        InputError: The controller does not have it; the message lists the valid ones with their defaults.
-    """
-    if key not in valid:
-        try:
-            known_name(f"setting of the controller {name}", key, valid)
-        except InputError as error:
-            said = shown_defaults(valid)
-            raise InputError(
-                f"{error}{f'; with their defaults: {said}' if said else why_none(controller_class(name))}"
-            ) from None
-
-
 def controller_from(
     description: Mapping[str, Any], source: Mapping[str, str] | None = None, named: str | None = None
 ) -> Controller:
@@ -255,31 +242,15 @@ def controller_from(
     """
     described = dict(description)
     wanted = described.pop("name", None)
-    untold = "the record does not tell its controller's robot and gait"
     try:
         robot = robot_from(described["robot"]) if "robot" in described else None
-    except TypeError as error:
-        raise InputError(f"{untold}: {shown(error)}") from error
-    classes = names_by_class(robot)
-    if source is not None:
-        kind = recorded_class(source, named)
-    elif named is not None:
-        raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
-    elif wanted in classes:
-        kind = controller_class(classes[wanted], robot)
-    else:
-        raise InputError(
-            f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
-            f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it "
-            "can be given"
-        )
-    own = fields_of(kind)
-    odd = described.keys() ^ {key for key in own if key in described or default_of(own[key]) is REQUIRED}
-    if odd:
-        raise InputError(
-            f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
-        )
-    try:
+        kind = _described_class(wanted, robot, source, named)
+        own = fields_of(kind)
+        odd = described.keys() ^ {key for key in own if key in described or default_of(own[key]) is REQUIRED}
+        if odd:
+            raise InputError(
+                f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
+            )
         # only a gait's description tells whose it is
         gaits = [key for key, value in described.items() if isinstance(value, Mapping) and "robot" in value]
         described |= {key: gait_from(described[key]) for key in gaits}
@@ -290,4 +261,22 @@ def controller_from(
     except MjbipedError:
         raise
     except Exception as error:  # of whatever kind, by what a class of the user's does with it
-        raise InputError(f"{untold}: {shown(error)}") from error
+        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
+
+
+def _described_class(
+    wanted: object, robot: Robot | None, source: Mapping[str, str] | None, named: str | None
+) -> type[Controller]:
+    """The class of a record's controller; see `controller_from`."""
+    if source is not None:
+        return recorded_class(source, named)
+    if named is not None:
+        raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
+    classes = names_by_class(robot)
+    if wanted in classes:
+        return controller_class(classes[wanted], robot)
+    raise InputError(
+        f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
+        f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it can "
+        "be given"
+    )

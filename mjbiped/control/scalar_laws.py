@@ -7,58 +7,49 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, MutableSequence, Sequence
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache, partial
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from mjbiped.numerics.sources import Function
 
 if TYPE_CHECKING:
-    from mjbiped.control.controller import Law
+    from mjbiped.control.controller import Law, Numbers, Room
 
 _ON_ARRAYS = 6  # parameters, memory, t, q, dq, out
 
 
 def on_arrays(law: Law) -> Law:
-    """Return a law of arrays; one of scalars is wrapped, with a `DeprecationWarning`, and becomes the parameters."""
+    """Return a law of arrays; the functions of one of scalars are wrapped, with a `DeprecationWarning`."""
     if not takes_scalars(law.torque):
         return law
     _warn(law.torque)
-    given: Any = law
-    made = type(law)(given, _torque, _touchdown, _slope_estimate, _next_discontinuity)
-    return made if law.knee_strike is made.knee_strike else made._replace(knee_strike=_knee_strike)
+    wrapped = law._replace(torque=partial(_torque, law.torque), touchdown=partial(_event, law.touchdown))
+    if law.knee_strike is law._field_defaults["knee_strike"]:
+        return wrapped
+    return wrapped._replace(knee_strike=partial(_event, law.knee_strike))
 
 
-def _torque(
-    law: Any, memory: Any, t: float, q: Sequence[float], dq: Sequence[float], out: MutableSequence[float]
-) -> None:
-    values = law.torque(law.parameters, memory, t, *q, *dq)
+def _torque(torque: Function, parameters: object, memory: object, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    values = torque(parameters, memory, t, *q, *dq)
     out[: len(values)] = values
 
 
-def _touchdown(law: Any, memory: Any, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-    law.touchdown(law.parameters, memory, *q_before, *q, *dq)
-
-
-def _knee_strike(law: Any, memory: Any, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
-    law.knee_strike(law.parameters, memory, t, *q, *dq)
-
-
-def _slope_estimate(law: Any, memory: Any) -> Any:
-    return law.slope_estimate(law.parameters, memory)
-
-
-def _next_discontinuity(law: Any, memory: Any, t: float) -> Any:
-    return law.next_discontinuity(law.parameters, memory, t)
+def _event(event: Function, parameters: object, memory: object, first: float | Numbers, *state: Numbers) -> None:
+    """Call the function of a touchdown or a knee strike, which begins with angles or with a time."""
+    parts = ((first,) if isinstance(first, float) else first, *state)
+    event(parameters, memory, *chain.from_iterable(parts))
 
 
 @lru_cache(maxsize=256)
-def takes_scalars(torque: Callable[..., Any]) -> bool:
+def takes_scalars(torque: Function) -> bool:
     """Whether a law's `torque` takes each angle and each rate by itself."""
     given = inspect.signature(torque).parameters.values()
     return any(each.kind is each.VAR_POSITIONAL for each in given) or (len(given) > 4 and len(given) != _ON_ARRAYS)
 
 
 @lru_cache(maxsize=256)
-def _warn(torque: Callable[..., Any]) -> None:
+def _warn(torque: Function) -> None:
     """Warn, once for a law."""
     warnings.warn(
         f"{torque.__module__}.{torque.__name__} is a law of scalars: it is interpreted, and the next release does "

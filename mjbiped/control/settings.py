@@ -18,7 +18,7 @@ REQUIRED = MISSING
 """Stands for the default of a setting that has none."""
 
 _WORDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text", types.NoneType: "none"}
-_TRUTH = {"true": True, "false": False}
+_READ = {"none": None, "true": True, "false": False}
 
 
 def fields_of(kind: type) -> Mapping[str, Field[Any]]:
@@ -68,20 +68,14 @@ def value_of(kind: type, name: str, text: str) -> Any:
     Raises:
         InputError: The text is no value of the field's type.
     """
+    text, number = text.strip(), parse_number(text.strip())
+    word = text.lower()
+    meanings = [*([_READ[word]] if word in _READ else []), *([] if number is None else [number]), text]
     wanted = _kinds(kind, name)
-    text = text.strip()
-    number = parse_number(text)
-    for value, is_it in (
-        (None, text.lower() == "none" and (not wanted or types.NoneType in wanted)),
-        (_TRUTH.get(text.lower()), text.lower() in _TRUTH and (not wanted or bool in wanted)),
-        (number, number is not None and (not wanted or wanted != (str,))),
-    ):
-        if is_it:
-            return checked(kind, name, value)
-    return checked(kind, name, text)
+    return checked(kind, name, next((each for each in meanings if _fits(each, wanted)), text))
 
 
-def checked(kind: type, name: str, value: Any) -> Any:
+def checked(kind: type, name: str, value: object) -> Any:
     """Check a value against a field's type; a whole number also passes where a float is asked for.
 
     The class itself checks what the type does not say, such as a gain's domain.
@@ -92,9 +86,14 @@ def checked(kind: type, name: str, value: Any) -> Any:
     wanted = _kinds(kind, name)
     if value == "none" and types.NoneType in wanted and str not in wanted:
         return None
-    if not wanted or any(_fits(value, each) for each in wanted):
+    if _fits(value, wanted):
         return as_float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
-    words = " or ".join(_words(each) for each in wanted)
+    words = " or ".join(
+        "one of " + ", ".join(map(str, get_args(each)))
+        if get_origin(each) is Literal
+        else _WORDS.get(each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
+        for each in wanted
+    )
     raise InputError(f"{name} = {shown(value)}: must be {words}, as a field of {kind.__name__}")
 
 
@@ -108,17 +107,16 @@ def _kinds(kind: type, name: str) -> tuple[Any, ...]:
     return () if Any in kinds else kinds
 
 
-def _fits(value: Any, kind: Any) -> bool:
-    if get_origin(kind) is Literal:
-        return value in get_args(kind)
-    if kind is float:
-        return math.isfinite(as_float(value))
-    if kind is int:
-        return isinstance(value, Integral) and not isinstance(value, bool)
-    return type(value) is kind
+def _fits(value: object, wanted: tuple[Any, ...]) -> bool:
+    """Whether a value is of one of some types, or of any type where none is known."""
 
+    def fits(kind: object) -> bool:
+        if get_origin(kind) is Literal:
+            return value in get_args(kind)
+        if kind is float:
+            return math.isfinite(as_float(value))
+        if kind is int:
+            return isinstance(value, Integral) and not isinstance(value, bool)
+        return type(value) is kind
 
-def _words(kind: Any) -> str:
-    if get_origin(kind) is Literal:
-        return "one of " + ", ".join(map(str, get_args(kind)))
-    return _WORDS.get(kind, f"a {getattr(kind, '__name__', kind)}, which cannot be given here")
+    return not wanted or any(map(fits, wanted))

@@ -11,6 +11,7 @@ import copy
 import inspect
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import FrozenInstanceError
 from functools import cached_property
 from numbers import Real
@@ -22,12 +23,7 @@ from mjbiped.control.scalar_laws import takes_scalars
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
-_PARAMETERS = {
-    "start": ("memory", "q", "dq"),
-    "on_touchdown": ("memory", "q_before", "q", "dq"),
-    "torque": ("memory", "t", "q", "dq"),
-    "slope_estimate": ("memory",),
-}
+_METHODS = ("start", "on_touchdown", "torque", "slope_estimate")
 _KEPT = "what lasts from one call to the next belongs into the memory, which start and on_touchdown change"
 _LATER = 0.1  # s: another time of the step, at which the law is asked too
 
@@ -46,15 +42,19 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         InputError: The controller breaks the contract.
     """
     kind = type(controller)
+    tried = controller
+    if not gives_its_law(controller):  # a law keeps nothing; methods may change the object's attributes
+        with suppress(Exception):  # whatever its parts raise
+            tried = copy.deepcopy(controller)
     _check_parameters(controller)
     try:
-        _try_out(_stand_in(controller), q, dq)
-    except InputError:
-        raise
+        _try_out(tried, q, dq)
     except FrozenInstanceError as error:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
         ) from error
+    except InputError:
+        raise
     except (Exception, SystemExit):
         return  # the walk tells of it
 
@@ -62,7 +62,7 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
 def _try_out(controller: Controller, q: State, dq: State) -> None:
     """Try the methods as `try_out` does; whatever they raise is passed on."""
     name = type(controller).__name__
-    memory: list[Any] = [0.0] * controller.memory_size
+    memory = [0.0] * controller.memory_size
     before = _attributes(controller)
     law = _given(controller, "law") if gives_its_law(controller) else None
     if law is not None and not isinstance(law, Law):
@@ -108,7 +108,7 @@ def _check_written(controller: Controller, law: Law, memory: list[Any], q: State
             raise InputError(f"{place} leaves out[{index}], the {name}, unwritten")
 
 
-def _given(controller: Controller, method: str, *arguments: Any) -> Any:
+def _given(controller: Controller, method: str, *arguments: object) -> Any:
     """Call a method whose failure no walk could report, because none has begun.
 
     Raises:
@@ -120,11 +120,8 @@ def _given(controller: Controller, method: str, *arguments: Any) -> Any:
         raise
     except (Exception, SystemExit) as error:
         kind, words = type(controller), explained(error)
-        advice = (
-            "; the memory has as many floats as memory_size says, "
-            f"{controller.memory_size}: set that to as many as you need"
-        )
-        advice *= method == "start" and isinstance(error, IndexError)
+        size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
+        advice = f"; {size}" if method == "start" and isinstance(error, IndexError) else ""
         raise InputError(f"{kind.__name__}.{method} fails: {words}{place_of(error, kind)}{advice}") from error
 
 
@@ -173,30 +170,18 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
         there = tuple(angle + later * rate for angle, rate in zip(q, dq, strict=True))
         try:
             values = values_of(controller, controller.torque(list(memory), t + later, there, dq))
-        except Exception:
+        except Exception:  # whatever the user's method raises: there is nothing to describe then
             return ""
         if found := fault_in(controller, values, t + later, there, dq):
             return found
     return ""
 
 
-def _stand_in(controller: Controller) -> Controller:
-    """Copy a controller for the trial, since methods may change its attributes.
-
-    A controller whose law speaks for it keeps nothing, and is not copied.
-    """
-    if gives_its_law(controller):
-        return controller
-    try:
-        return copy.deepcopy(controller)
-    except Exception:  # whatever its parts raise
-        return controller
-
-
 def _check_parameters(controller: Controller) -> None:
     """Refuse methods that do not take what they are called with."""
     kind = type(controller)
-    for method, parameters in _PARAMETERS.items():
+    for method in _METHODS:
+        parameters = [*inspect.signature(getattr(Controller, method)).parameters][1:]
         try:
             signature, whole = inspect.signature(getattr(controller, method)), inspect.signature(getattr(kind, method))
         except (TypeError, ValueError):  # of compiled extensions

@@ -7,7 +7,7 @@ own memory stands behind the controller's: `at` counts from there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mjbiped.control.controller import ROOM, Law, Memory, Numbers, Room
 from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
@@ -68,7 +68,7 @@ class Loop(NamedTuple):
 law_at, sensors_at = reader(Law), reader(Sensors)
 
 
-def tick(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
+def tick(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     """Read the sensors, ask the controller, and set the torques that are held until the next tick.
 
     Args:
@@ -93,20 +93,20 @@ def tick(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     memory[at + TICKS] += 1.0
 
 
-def torque(loop: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:  # noqa: ARG001
+def torque(loop: Loop, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:  # noqa: ARG001
     """Write the torques and rates of states that are held since the last tick."""
     first = loop.size + loop.held
     for index in range(loop.joints + loop.states):
         out[index] = memory[first + index]
 
 
-def slope_estimate(loop: Any, memory: Memory) -> float:
+def slope_estimate(loop: Loop, memory: Memory) -> float:
     """The controller's estimate of the slope, rad."""
     law = law_at(loop.inner, 0)
     return call_for_float(law.slope_estimate, law.parameters, memory)
 
 
-def _drive(loop: Any, memory: Room, joint: int, torque: float) -> None:
+def _drive(loop: Loop, memory: Room, joint: int, torque: float) -> None:
     """Pass a commanded torque through the motor's limit, delay and lag."""
     at = loop.size
     number = int(memory[at + TICKS])
@@ -122,7 +122,7 @@ def _drive(loop: Any, memory: Room, joint: int, torque: float) -> None:
         memory[held] = asked
 
 
-def touchdown(loop: Any, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+def touchdown(loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Exchange the motors' roles at a support transfer, read the sensors, and tell the controller.
 
     Args:
@@ -142,7 +142,7 @@ def touchdown(loop: Any, memory: Room, q_before: Numbers, q: Numbers, dq: Number
     call(law.touchdown, law.parameters, memory, shown[before : before + n], shown[:n], shown[MOST : MOST + n])
 
 
-def knee_strike(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
+def knee_strike(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     """Read the sensors when the swing knee strikes its stop, and tell the controller; motors hold their torques.
 
     Args:
@@ -161,7 +161,7 @@ def knee_strike(loop: Any, memory: Room, t: float, q: Numbers, dq: Numbers) -> N
     call(law.knee_strike, law.parameters, memory, t, shown[:n], shown[MOST : MOST + n])
 
 
-def _exchanged(loop: Any, memory: Room) -> int:
+def _exchanged(loop: Loop, memory: Room) -> int:
     """Give the legs their new roles, and return the number of the touchdown.
 
     The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
@@ -179,7 +179,7 @@ def _exchanged(loop: Any, memory: Room) -> int:
     return number
 
 
-def _reassign(loop: Any, memory: Room, first: int) -> None:
+def _reassign(loop: Loop, memory: Room, first: int) -> None:
     """Exchange the roles of the torques of ankle, hip and swing knee, as many as there are, from an index on."""
     memory[first] = 0.0
     if loop.joints > 1:

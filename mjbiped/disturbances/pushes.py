@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mjbiped.disturbances.chance import uniform
 from mjbiped.numerics.blocks import Floats, numbers
@@ -35,7 +35,7 @@ class Pushes(NamedTuple):
     seed_high: int
 
 
-def following(pushes: Any, number: int, after: float) -> tuple[float, float]:
+def following(pushes: Pushes, number: int, after: float) -> tuple[float, float]:
     """Time at which a push begins (s), and its impulse (N s); the time is infinite after the last one.
 
     Args:

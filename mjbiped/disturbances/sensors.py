@@ -6,7 +6,7 @@ Angles are those of stance leg, swing leg or thigh and, with knees, swing shank:
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from mjbiped.control.controller import Numbers, Room
 from mjbiped.disturbances.chance import normal
@@ -46,7 +46,7 @@ class Sensors(NamedTuple):
 
 
 def sensed(
-    sensors: Any, side: float, reading: tuple[int, Channels], q: Numbers, dq: Numbers, shown: Room, place: int
+    sensors: Sensors, side: float, reading: tuple[int, Channels], q: Numbers, dq: Numbers, shown: Room, place: int
 ) -> None:
     """Write angles and rates as the sensors of ankle, hip and swing knee show them.
 
@@ -74,7 +74,7 @@ def sensed(
 
 
 def posture_before(
-    sensors: Any, side: float, number: int, q_before: Numbers, q: Numbers, shown: Room, place: int
+    sensors: Sensors, side: float, number: int, q_before: Numbers, q: Numbers, shown: Room, place: int
 ) -> None:
     """Write the posture of a touchdown in the old roles, as the encoders show it.
 
@@ -94,7 +94,7 @@ def posture_before(
         shown[place + 2] = shown[place + 1] + _angle(sensors, q_before[2] - q_before[1], number, _OLD_KNEE)
 
 
-def _angle(sensors: Any, angle: float, number: int, channel: int) -> float:
+def _angle(sensors: Sensors, angle: float, number: int, channel: int) -> float:
     """Reading of an encoder at an angle, rad."""
     shown: float = angle + sensors.angle_bias
     if sensors.angle_noise > 0.0:
@@ -104,7 +104,7 @@ def _angle(sensors: Any, angle: float, number: int, channel: int) -> float:
     return shown
 
 
-def _rate(sensors: Any, rate: float, number: int, channel: int) -> float:
+def _rate(sensors: Sensors, rate: float, number: int, channel: int) -> float:
     """Reading of a rate sensor, rad/s."""
     shown: float = rate + sensors.rate_bias
     return shown + sensors.rate_noise * normal(sensors, number, channel) if sensors.rate_noise > 0.0 else shown

@@ -6,14 +6,12 @@ J ddq = rest hold at once. An impact is the same in momenta: M (dq - dq_before) 
 
 from __future__ import annotations
 
-from typing import Any
-
-from mjbiped.dynamics.linkage import ROOM, SYSTEM
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.dynamics.linkage import ROOM, SYSTEM, Linkage, Motion
+from mjbiped.numerics.blocks import Numbers, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 
 
-def accelerate(linkage: Any, w: Any, q: Any, dq: Any) -> None:
+def accelerate(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers) -> None:
     """Turn the generalised forces in `w.ddq` into accelerations, rad/s^2, where nothing holds the free angles."""
     if w.closed:
         fold(linkage, w)
@@ -24,21 +22,21 @@ def accelerate(linkage: Any, w: Any, q: Any, dq: Any) -> None:
         settle(linkage, w)
 
 
-def fold(linkage: Any, w: Any) -> None:
+def fold(linkage: Linkage, w: Motion) -> None:
     """Let the forces in `w.ddq` on angles that are not free act on the one that they follow."""
     ddq = numbers(w.ddq, ROOM)
     for i in range(w.free, linkage.angles):
         ddq[w.free - 1] += w.follows * ddq[i]
 
 
-def unfold(linkage: Any, w: Any) -> None:
+def unfold(linkage: Linkage, w: Motion) -> None:
     """Let the accelerations in `w.ddq` of angles that are not free be those of the one that they follow."""
     ddq = numbers(w.ddq, ROOM)
     for i in range(w.free, linkage.angles):
         ddq[i] = w.follows * ddq[w.free - 1]
 
 
-def _accelerate_legs(w: Any, q: Any, dq: Any) -> None:
+def _accelerate_legs(w: Motion, q: Numbers, dq: Numbers) -> None:
     """Equation (1) of the paper: two straight legs on a point."""
     ddq, lumped = numbers(w.ddq, ROOM), numbers(w.lumped, 5)
     s1, c1 = sine_cosine(q[0])
@@ -51,7 +49,7 @@ def _accelerate_legs(w: Any, q: Any, dq: Any) -> None:
     ddq[0], ddq[1] = (m22 * f1 - m12 * f2) * share, (m11 * f2 - m12 * f1) * share
 
 
-def load(linkage: Any, w: Any, q: Any, dq: Any) -> None:
+def load(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers) -> None:
     """Write the equations of the free angles: M, and the forces in `w.ddq` with gravity and what the rates make."""
     fold(linkage, w)
     free, mass, radius, gravity = w.free, linkage.mass, linkage.radius, linkage.gravity
@@ -86,7 +84,7 @@ def load(linkage: Any, w: Any, q: Any, dq: Any) -> None:
         right[0] += radius * (gravity * w.sine * mass - swept)
 
 
-def settle(linkage: Any, w: Any) -> None:
+def settle(linkage: Linkage, w: Motion) -> None:
     """Solve the equations of the free angles; all accelerations then stand in `w.ddq`."""
     solve(w)
     ddq, right = numbers(w.ddq, ROOM), numbers(w.right, SYSTEM)
@@ -95,7 +93,7 @@ def settle(linkage: Any, w: Any) -> None:
     unfold(linkage, w)
 
 
-def hold(w: Any, rest: float) -> None:
+def hold(w: Motion, rest: float) -> None:
     """Let the row that stands behind the equations hold the motion from now on: row . motion = rest."""
     place = w.size + w.held
     added, right = row(w.matrix, place, SYSTEM), numbers(w.right, SYSTEM)
@@ -107,7 +105,7 @@ def hold(w: Any, rest: float) -> None:
     w.held += 1
 
 
-def load_impact(linkage: Any, w: Any, q: Any, dq: Any) -> None:
+def load_impact(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers) -> None:
     """Write the equations of an impact in which the stance foot stands: M, and the momentum before it."""
     load(linkage, w, q, dq)
     right = numbers(w.right, SYSTEM)
@@ -117,7 +115,7 @@ def load_impact(linkage: Any, w: Any, q: Any, dq: Any) -> None:
             right[i] += matrix[j] * dq[j]
 
 
-def solve(w: Any) -> None:
+def solve(w: Motion) -> None:
     """Solve [[M, -J'], [J, 0]] (motion, forces) = right in place; the matrix is lost.
 
     M is positive definite, and so is J M^-1 J' of rows that do not depend on each other: no pivot is needed. A row that

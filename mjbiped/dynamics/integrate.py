@@ -12,9 +12,12 @@ the rows of `dense`, one for each power.
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable, MutableSequence, Sequence
+from typing import Protocol, TypeAlias
 
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.blocks import Floats, numbers, row
+
+Rates: TypeAlias = Callable[..., None]
 
 STAGES = 12  # of a step; the rates at its end are stage 12, the next step's stage 0
 STAGES_WITH_DENSE = 16
@@ -52,7 +55,25 @@ HIGH = (
 )  # fmt: skip
 
 
-def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
+class Problem(Protocol):
+    """The constants of a motion; see above."""
+
+    size: int
+    judged: int
+    tolerance: float
+
+
+class Step(Protocol):
+    """A step of it; see above."""
+
+    y: Floats
+    out: Floats
+    spare: Floats
+    k: list[list[float]]
+    dense: list[list[float]]
+
+
+def step(rates: Rates, c: Problem, w: Step, t: float, h: float) -> float:
     """Integrate one step of length h from `w.y`, whose rates stand in the first row of `w.k` already, to `w.out`.
 
     Returns:
@@ -65,7 +86,7 @@ def step(rates: Any, c: Any, w: Any, t: float, h: float) -> float:
     return _error(c, w, h)
 
 
-def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+def _first_stages(rates: Rates, c: Problem, w: Step, t: float, h: float) -> None:
     """Compute the rates of stages 1 to 7."""
     n = c.size
     y, s = numbers(w.y, n), numbers(w.spare, n)
@@ -102,7 +123,7 @@ def _first_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     rates(c, w, t + 0.3076923076923077 * h, s, k7)
 
 
-def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+def _last_stages(rates: Rates, c: Problem, w: Step, t: float, h: float) -> None:
     """Compute the rates of stages 8 to 11."""
     n = c.size
     y, s = numbers(w.y, n), numbers(w.spare, n)
@@ -157,7 +178,7 @@ def _last_stages(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     rates(c, w, t + h, s, k11)
 
 
-def _end(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+def _end(rates: Rates, c: Problem, w: Step, t: float, h: float) -> None:
     """Compute the state at the end of a step, and its rates."""
     n = c.size
     y, z = numbers(w.y, n), numbers(w.out, n)
@@ -178,7 +199,7 @@ def _end(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
     rates(c, w, t + h, z, k12)
 
 
-def _error(c: Any, w: Any, h: float) -> float:
+def _error(c: Problem, w: Step, h: float) -> float:
     """Estimate the error of a step from its two embedded formulas, of order 3 and 5."""
     n, norm3, norm5 = c.size, 0.0, 0.0
     y, z = numbers(w.y, n), numbers(w.out, n)
@@ -212,7 +233,7 @@ def _error(c: Any, w: Any, h: float) -> float:
     return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * c.judged)
 
 
-def _weigh(w: Any, n: int, stages: Any, weights: Any, to: Any) -> None:
+def _weigh(w: Step, n: int, stages: Sequence[int], weights: Sequence[float], to: MutableSequence[float]) -> None:
     """Write the weighted sum of the rates at some stages."""
     k, share = row(w.k, stages[0], n), weights[0]
     for i in range(n):
@@ -223,7 +244,7 @@ def _weigh(w: Any, n: int, stages: Any, weights: Any, to: Any) -> None:
             to[i] += share * k[i]
 
 
-def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
+def dense(rates: Rates, c: Problem, w: Step, t: float, h: float) -> None:
     """Compute the coefficients of a step's dense output."""
     n = c.size
     y, s, z = numbers(w.y, n), numbers(w.spare, n), numbers(w.out, n)
@@ -246,7 +267,7 @@ def dense(rates: Any, c: Any, w: Any, t: float, h: float) -> None:
             high[i] = h * high[i]
 
 
-def value_at(c: Any, w: Any, component: int, x: float) -> float:
+def value_at(c: Problem, w: Step, component: int, x: float) -> float:
     """One component of the state at the share x of the step, by its dense output."""
     value = 0.0
     for power in range(POWERS - 1, -1, -1):
@@ -254,7 +275,7 @@ def value_at(c: Any, w: Any, component: int, x: float) -> float:
     return float(numbers(w.y, c.size)[component] + value)
 
 
-def rate_at(c: Any, w: Any, component: int, x: float) -> float:
+def rate_at(c: Problem, w: Step, component: int, x: float) -> float:
     """Derivative of `value_at` by x."""
     value = rate = 0.0
     for power in range(POWERS - 1, -1, -1):

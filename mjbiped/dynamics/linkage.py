@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from mjbiped.numerics.blocks import Floats, numbers, row
+from mjbiped.numerics.blocks import Floats, Numbers, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 
 ROOM = 4
@@ -126,7 +126,7 @@ def room() -> dict[str, Any]:
     }
 
 
-def stand(linkage: Any, w: Any) -> None:
+def stand(linkage: Linkage, w: Motion) -> None:
     """Write the linkage by the angles of a state, as far as they are free, from `free`, `follows` and `offsets`."""
     n, offsets, straight = linkage.segments, numbers(w.offsets, ROOM), linkage.radius == 0.0
     for point in range(0, POINTS, 2):
@@ -165,12 +165,12 @@ def stand(linkage: Any, w: Any) -> None:
     lumped[3], lumped[4] = linkage.gravity * row(w.pull, 0, ROOM)[0], linkage.gravity * row(w.pull, 0, ROOM)[1]
 
 
-def _folded(w: Any, angle: int) -> tuple[int, float]:
+def _folded(w: Motion, angle: int) -> tuple[int, float]:
     """The free angle with which one of a state moves, and the factor by which it does."""
     return (angle, 1.0) if angle < w.free else (w.free - 1, w.follows)
 
 
-def ground_force(linkage: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
+def ground_force(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers, ddq: Numbers) -> tuple[float, float]:
     """Force of the ground along it and normal to it, N: the rate of the robot's momentum, less its weight."""
     along, ahead = row(w.levers, MASS, ROOM), row(w.levers, MASS + 1, ROOM)
     tangential = linkage.mass * (linkage.radius * ddq[0] - linkage.gravity * w.sine)
@@ -184,7 +184,7 @@ def ground_force(linkage: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float
     return tangential, normal
 
 
-def point(linkage: Any, w: Any, q: Any, which: int) -> tuple[float, float]:
+def point(linkage: Linkage, w: Motion, q: Numbers, which: int) -> tuple[float, float]:
     """A point of the robot from the pivot, along the ground and normal to it, m: `HIP`, `END` or `BASE`."""
     along, ahead, x, z = row(w.levers, which, ROOM), row(w.levers, which + 1, ROOM), 0.0, 0.0
     for j in range(linkage.angles):
@@ -194,19 +194,19 @@ def point(linkage: Any, w: Any, q: Any, which: int) -> tuple[float, float]:
     return x, z
 
 
-def speed(linkage: Any, w: Any, q: Any, dq: Any, which: int) -> tuple[float, float]:
+def speed(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers, which: int) -> tuple[float, float]:
     """Rates of such a point's place, along the ground and normal to it, m/s; the pivot of a round foot rolls."""
     x, z = _swept(linkage, w, q, dq, which)
     return x + linkage.radius * dq[0], z
 
 
-def momentum(linkage: Any, w: Any, q: Any, dq: Any) -> tuple[float, float]:
+def momentum(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers) -> tuple[float, float]:
     """Momentum of the robot along the ground and normal to it, N s."""
     x, z = _swept(linkage, w, q, dq, MASS)
     return x + linkage.mass * linkage.radius * dq[0], z
 
 
-def _swept(linkage: Any, w: Any, q: Any, dq: Any, which: int) -> tuple[float, float]:
+def _swept(linkage: Linkage, w: Motion, q: Numbers, dq: Numbers, which: int) -> tuple[float, float]:
     """What the rates make of a point's velocity, or of the momentum, about the pivot."""
     along, ahead, x, z = row(w.levers, which, ROOM), row(w.levers, which + 1, ROOM), 0.0, 0.0
     for j in range(linkage.angles):
@@ -216,7 +216,7 @@ def _swept(linkage: Any, w: Any, q: Any, dq: Any, which: int) -> tuple[float, fl
     return x, z
 
 
-def partner(linkage: Any, segment: int) -> int:
+def partner(linkage: Linkage, segment: int) -> int:
     """The segment that takes a segment's role in a support transfer."""
     other = segment ^ 1
     return other if other < linkage.segments else segment

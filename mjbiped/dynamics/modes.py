@@ -7,11 +7,10 @@ The force or the impulse of each row stands behind the motion in the solution (`
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics.equations import hold, solve
-from mjbiped.dynamics.linkage import END, MASS, ROOM, SYSTEM
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.dynamics.linkage import END, MASS, ROOM, SYSTEM, Linkage, Motion
+from mjbiped.numerics.blocks import Numbers, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 
 FREE, LOCKED, RESTING = 0, 1, 2
@@ -22,7 +21,7 @@ HEEL, FLAT, TOE = -1, 0, 1
 """How the stance foot stands: flat, or on one of its edges, about which it turns. Feet without mass stand flat."""
 
 
-def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> None:
+def hold_contact(linkage: Linkage, w: Motion, dq: Numbers, along: float, normal: float) -> None:
     """Let a surface hold the swing foot of a moving robot, without friction, along a direction in the ground's frame.
 
     The equations are `loaded`, with the sines and cosines of the free angles.
@@ -37,7 +36,7 @@ def hold_contact(linkage: Any, w: Any, dq: Any, along: float, normal: float) -> 
     hold(w, rest)
 
 
-def push_contact(linkage: Any, w: Any, along: float, normal: float) -> None:
+def push_contact(linkage: Linkage, w: Motion, along: float, normal: float) -> None:
     """Let the force of the contact that has been held last act along another direction: that of friction beside it."""
     place = w.size + w.held - 1
     for i in range(w.size):
@@ -47,7 +46,7 @@ def push_contact(linkage: Any, w: Any, along: float, normal: float) -> None:
         row(w.matrix, at, SYSTEM)[place] -= share * (along * forward + normal * upward)
 
 
-def _foot_lever(w: Any, i: int) -> tuple[int, float, float, float]:
+def _foot_lever(w: Motion, i: int) -> tuple[int, float, float, float]:
     """The free angle with which one of a state moves, by which factor, and how it moves the swing foot, m."""
     at, share = (i, 1.0) if i < w.free else (w.free - 1, w.follows)
     sine, cosine = numbers(w.sines, ROOM)[at], numbers(w.cosines, ROOM)[at]
@@ -55,7 +54,7 @@ def _foot_lever(w: Any, i: int) -> tuple[int, float, float, float]:
     return at, share, line * cosine - ahead * sine, -line * sine - ahead * cosine
 
 
-def hold_stop(w: Any, upper: int, lower: int) -> None:
+def hold_stop(w: Motion, upper: int, lower: int) -> None:
     """Let a knee be locked, or rest on its stop: the row's force is the torque with which the stop bends it."""
     add_row(w)
     added = row(w.matrix, w.size + w.held, SYSTEM)
@@ -63,21 +62,21 @@ def hold_stop(w: Any, upper: int, lower: int) -> None:
     hold(w, 0.0)
 
 
-def hold_angle(w: Any, angle: int) -> None:
+def hold_angle(w: Motion, angle: int) -> None:
     """Let a foot lie flat."""
     add_row(w)
     row(w.matrix, w.size + w.held, SYSTEM)[angle] = 1.0
     hold(w, 0.0)
 
 
-def add_row(w: Any) -> None:
+def add_row(w: Motion) -> None:
     """Let the row that is held next have zeros."""
     added = row(w.matrix, w.size + w.held, SYSTEM)
     for i in range(w.size):
         added[i] = 0.0
 
 
-def land(linkage: Any, flat: Any, w: Any, y: Any, held: bool) -> tuple[float, float, float]:
+def land(linkage: Linkage, flat: Linkage, w: Motion, y: Numbers, held: bool) -> tuple[float, float, float]:
     """Solve the impact of a swing foot that comes to stand in a state; its knee is locked as it then is.
 
     The momenta of the segments about that foot, which the ground's impulse leaves as they are, make the rates after it.
@@ -122,7 +121,7 @@ def land(linkage: Any, flat: Any, w: Any, y: Any, held: bool) -> tuple[float, fl
     return x + flat.mass * flat.radius * right[0] - along, z - ahead, leaves
 
 
-def _take_segments(linkage: Any, w: Any, y: Any) -> tuple[float, float]:
+def _take_segments(linkage: Linkage, w: Motion, y: Numbers) -> tuple[float, float]:
     """Write sine, cosine and rate of each segment in its role after a support transfer.
 
     Returns:
@@ -145,14 +144,14 @@ def _take_segments(linkage: Any, w: Any, y: Any) -> tuple[float, float]:
     return x, z
 
 
-def _lever(linkage: Any, w: Any, which: int, i: int) -> tuple[float, float]:
+def _lever(linkage: Linkage, w: Motion, which: int, i: int) -> tuple[float, float]:
     """Derivatives of a point's place, or of the first moments of mass, by the angle of a segment."""
     along, ahead = row(linkage.levers, which, linkage.segments)[i], row(linkage.levers, which + 1, linkage.segments)[i]
     sine, cosine = numbers(w.sines, ROOM)[i], numbers(w.cosines, ROOM)[i]
     return along * cosine - ahead * sine, -along * sine - ahead * cosine
 
 
-def _moved(linkage: Any, w: Any, which: int, rates: Any) -> tuple[float, float]:
+def _moved(linkage: Linkage, w: Motion, which: int, rates: Numbers) -> tuple[float, float]:
     """What rates of the segments make of a point's velocity, or of the momentum, about the pivot."""
     x = z = 0.0
     for i in range(linkage.segments):
@@ -162,13 +161,13 @@ def _moved(linkage: Any, w: Any, which: int, rates: Any) -> tuple[float, float]:
     return x, z
 
 
-def _turned(w: Any, i: int, j: int) -> tuple[float, float]:
+def _turned(w: Motion, i: int, j: int) -> tuple[float, float]:
     """Sine and cosine of the angle of a segment less that of another one."""
     sines, cosines = numbers(w.sines, ROOM), numbers(w.cosines, ROOM)
     return sines[i] * cosines[j] - cosines[i] * sines[j], cosines[i] * cosines[j] + sines[i] * sines[j]
 
 
-def _roll(linkage: Any, w: Any, along: float) -> None:
+def _roll(linkage: Linkage, w: Motion, along: float) -> None:
     """Let the new stance foot roll, which takes the robot's momentum along the ground, N s, into that of its leg."""
     right, first = numbers(w.right, SYSTEM), row(w.matrix, 0, SYSTEM)
     if linkage.radius == 0.0:
@@ -181,14 +180,14 @@ def _roll(linkage: Any, w: Any, along: float) -> None:
     right[0] += linkage.radius * along
 
 
-def opens(linkage: Any, flat: Any, w: Any, y: Any) -> bool:
+def opens(linkage: Linkage, flat: Linkage, w: Motion, y: Numbers) -> bool:
     """Whether that impact bends the knee of the leg that leaves the ground, where nothing but its stop holds it."""
     land(linkage, flat, w, y, False)
     result = numbers(w.right, SYSTEM)
     return bool(result[2] > result[1])
 
 
-def bend_stance_knee(w: Any, upper: float, lower: float, flexion: float) -> None:
+def bend_stance_knee(w: Motion, upper: float, lower: float, flexion: float) -> None:
     """Let the stance leg be locked at a flexion, rad; its angle is that of the line from its foot to the hip.
 
     Args:

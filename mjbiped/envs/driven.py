@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
 from mjbiped.control.functions import in_python
 from mjbiped.disturbances.loop import limited
-from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
+from mjbiped.numerics.blocks import call, call_for_float, numbers, reader
 
 Torques = tuple[float, ...]
 """A torque for each joint with a motor, N m."""
@@ -29,8 +29,8 @@ class Added(NamedTuple):
     inner: Sequence[Law]
     place: int
     joints: int
-    most: Floats
-    peak: Floats
+    most: Numbers
+    peak: Numbers
 
 
 _law_at = reader(Law)

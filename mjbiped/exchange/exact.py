@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -48,7 +47,7 @@ def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element
     return root
 
 
-def _write(element: ElementTree.Element, compiled: Any) -> None:
+def _write(element: ElementTree.Element, compiled: object) -> None:
     """Write the numbers of an element of the compiled model over their first six digits."""
     for name, field in _ATTRIBUTES[element.tag].items():
         written = element.get(name)

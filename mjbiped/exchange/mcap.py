@@ -84,7 +84,7 @@ def _messages(walk: Walk) -> Iterator[tuple[int, str, str, Message]]:
         yield time, "/torques", JOINT_STATE, {"header": _header(time), **torques}
 
 
-def joint_rates(robot: Robot, samples: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
+def joint_rates(robot: Robot, samples: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
     """Return the rates of the postures `qpos` in a walk's samples, shape (n, len(places)), m/s and rad/s.
 
     The robot turns about its stance foot, which stands, or about the point on which a round one rolls.

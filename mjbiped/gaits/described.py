@@ -44,7 +44,7 @@ def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
     return FINDERS[flat.kind](flat, slope)
 
 
-def usual_gait(robot: Any, slope: float) -> Gait:
+def usual_gait(robot: Robot, slope: float) -> Gait:
     """The gait that controllers of a robot imitate unless told otherwise: the passive one on a slope, rad.
 
     With knees it is an optimised one: passive gaits clear 2 cm, and not every such robot has one on gentle slopes.

@@ -11,7 +11,7 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -36,7 +36,7 @@ from mjbiped.engines.hybrid.setup import (
 from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
 from mjbiped.errors import InputError
 from mjbiped.numerics.announcement import announced
-from mjbiped.numerics.blocks import call, numbers, packed, reader, row, share_arrays
+from mjbiped.numerics.blocks import Numbers, call, numbers, packed, reader, row, share_arrays
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
@@ -143,7 +143,7 @@ def walk_batch(batch: int) -> None:
         _walk_one(b, walk)
 
 
-def _walk_one(b: Any, walk: int) -> None:
+def _walk_one(b: Batch, walk: int) -> None:
     """Walk one walk of a batch."""
     w, m, half = state_at(b.state, 0), b.numbers, b.numbers // 2
     y, start = numbers(w.y, m), numbers(b.start, m)
@@ -181,14 +181,14 @@ def _walk_one(b: Any, walk: int) -> None:
     numbers(b.counts, b.walks)[walk], numbers(b.outcomes, b.walks)[walk] = n, outcome
 
 
-def _copy(source: Any, target: Any, words: int) -> None:
+def _copy(source: int, target: int, words: int) -> None:
     """Copy words from one address to another."""
     there, here = numbers(target, words), numbers(source, words)
     for i in range(words):
         there[i] = here[i]
 
 
-def is_near(b: Any, y: Any) -> bool:
+def is_near(b: Batch, y: Numbers) -> bool:
     """Whether a state is near a goal in every component."""
     near = numbers(b.near, b.numbers)
     for goal in range(b.goals):

@@ -10,14 +10,17 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats: TypeAlias = Any
+Numbers: TypeAlias = Sequence[float]
+"""Floats that are only read."""
+
+Floats: TypeAlias = MutableSequence[float] | NDArray[np.float64]
 """A list of floats, which is an address in machine code."""
 
 
@@ -91,7 +94,7 @@ def share_arrays(block: Any) -> None:
             setattr(block, field.name, np.array(value, dtype=np.float64))
 
 
-def take_numbers(block: Any, made: NDArray[Any]) -> None:
+def take_numbers(block: object, made: NDArray[Any]) -> None:
     """Let a block have the numbers that stand in its copy for machine code."""
     for name, value in zip(made.dtype.names or (), made[0].item(), strict=True):
         if isinstance(getattr(block, name), bool | int | float):
@@ -108,39 +111,39 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
     return np.array(value, dtype=np.float64), []
 
 
-def numbers(values: Any, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
+def numbers(values: Any, count: int) -> MutableSequence[float]:  # noqa: ARG001 (machine code needs the count)
     """The floats of a list, or of what stands at an address."""
-    return values
+    return values  # type: ignore[no-any-return]
 
 
-def whole_numbers(values: Any, count: int) -> Any:  # noqa: ARG001
+def whole_numbers(values: object, count: int) -> Any:  # noqa: ARG001
     """The integers of 32 bits of an array, or of what stands at an address."""
     return values
 
 
-def octets(values: Any, count: int) -> Any:  # noqa: ARG001
+def octets(values: object, count: int) -> Any:  # noqa: ARG001
     """The bytes of an array, or of what stands at an address."""
     return values
 
 
-def borrowed(values: Any, count: int) -> Any:  # noqa: ARG001
+def borrowed(values: Any, count: int) -> MutableSequence[float]:  # noqa: ARG001
     """The floats of an array: for Python, which reads lists faster, a copy; for machine code what stands there."""
-    return values.tolist()
+    return values.tolist()  # type: ignore[no-any-return]
 
 
-def give_back(values: Any, changed: Any) -> None:
+def give_back(values: Any, changed: Numbers) -> None:
     """Write what was borrowed into its array again, where it is a copy."""
     values[:] = changed
 
 
-def first(values: Any, count: int) -> Any:
+def first(values: Any, count: int) -> Numbers:
     """The first floats of an array: for Python a copy, for machine code what stands there."""
     return tuple(values[:count])
 
 
-def row(values: Any, index: int, count: int) -> Any:  # noqa: ARG001 (machine code needs the count)
+def row(values: Any, index: int, count: int) -> MutableSequence[float]:  # noqa: ARG001 (machine code needs the count)
     """The floats of one row of a table, a list of lists or what stands at an address, whose rows have `count` each."""
-    return values[index]
+    return values[index]  # type: ignore[no-any-return]
 
 
 def reader(kind: type) -> Callable[[Any, int], Any]:
@@ -149,7 +152,7 @@ def reader(kind: type) -> Callable[[Any, int], Any]:
     def entry(blocks: Any, index: int) -> Any:
         return blocks[index]
 
-    entry.meant = kind  # type: ignore[attr-defined]  # see `machine.compiled`
+    entry.kind = kind  # type: ignore[attr-defined]  # for `machine`
     return entry
 
 
@@ -162,8 +165,3 @@ def call_for_float(function: Any, *arguments: Any) -> float:
     """The float that such a function returns."""
     result: float = function(*arguments)
     return result
-
-
-_MEANT: tuple[Any, ...] = (numbers, row, whole_numbers, octets, borrowed, give_back, first, call, call_for_float)
-for _each in _MEANT:
-    _each.meant = None  # what they mean in machine code stands in `machine`

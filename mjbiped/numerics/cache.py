@@ -7,11 +7,11 @@ time of another compilation.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shutil
 import uuid
 import warnings
+import zlib
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
@@ -21,9 +21,6 @@ import platformdirs
 
 MOST = 1_000_000_000
 """Size beyond which the code that was not used for longest is thrown away, bytes; all controllers need 80 MB."""
-
-_DIGEST = hashlib.sha256().digest_size
-_kept: set[str] = set()
 
 
 def root() -> Path:
@@ -49,14 +46,13 @@ def _folder() -> Path:
 
 def load(name: str) -> bytes | None:
     """Read what was stored under a name; None if there is nothing, or if it is damaged."""
-    try:
-        stored = (_folder() / f"{name}.nbc").read_bytes()
-    except OSError:
-        return None
-    with suppress(OSError):  # it may belong to somebody else
-        (_folder() / f"{name}.nbc").touch()  # `prune` goes by the time of the last use
-    data = stored[_DIGEST:]
-    return data if hashlib.sha256(data).digest() == stored[:_DIGEST] else None
+    file = _folder() / f"{name}.nbc"
+    with suppress(OSError, zlib.error):  # whose checksum tells
+        data = zlib.decompress(file.read_bytes())
+        with suppress(OSError):  # it may belong to somebody else
+            file.touch()  # `prune` goes by the time of the last use
+        return data
+    return None
 
 
 def store(name: str, data: bytes) -> None:
@@ -66,11 +62,9 @@ def store(name: str, data: bytes) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         prune()
-        temporary.write_bytes(hashlib.sha256(data).digest() + data)
+        temporary.write_bytes(zlib.compress(data, 1))
         temporary.replace(file)
     except OSError as error:
-        with suppress(OSError):
-            temporary.unlink()
         warnings.warn(
             f"machine code cannot be kept in {file.parent} ({error.strerror}), and each program compiles it again; "
             "name another folder by the environment variable NUMBA_CACHE_DIR",
@@ -80,15 +74,12 @@ def store(name: str, data: bytes) -> None:
 
 def is_kept(key: str) -> bool:
     """Whether machine code is noted as kept under a key; if so it is used now."""
-    if key not in _kept and load(key) is not None:  # before the code itself: `prune` deletes the note first
-        _kept.add(key)
-    return key in _kept
+    return load(key) is not None  # before the code itself: `prune` deletes the note first
 
 
 def note_kept(key: str) -> None:
     """Note that machine code is kept under a key, for this process and others."""
     if not is_kept(key):
-        _kept.add(key)
         store(key, b"")
 
 

@@ -1,4 +1,4 @@
-"""Functions as machine code that Numba makes, kept on disk; and what of `blocks` means in machine code.
+"""Functions as machine code that Numba makes, kept on disk; and what the words of `blocks` mean in machine code.
 
 This module imports Numba: import it where something is compiled, not before.
 """
@@ -6,36 +6,32 @@ This module imports Numba: import it where something is compiled, not before.
 from __future__ import annotations
 
 import hashlib
-import importlib
 import pickle
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, SimpleNamespace
 from typing import Any
 
 from mjbiped.numerics import blocks
 from mjbiped.numerics.announcement import compilation_begins
 from mjbiped.numerics.cache import load, store
-from mjbiped.numerics.one_module import Pipeline
 from mjbiped.numerics.sources import described, with_callees
 
 # Numba has no types
-numba: Any = importlib.import_module("numba")
-serialize: Any = importlib.import_module("numba.core.serialize")
-sigutils: Any = importlib.import_module("numba.core.sigutils")
-target_context: Any = importlib.import_module("numba.core.registry").cpu_target.target_context
-CFunc: Any = importlib.import_module("numba.core.ccallback").CFunc
-CompileResult: Any = importlib.import_module("numba.core.compiler").CompileResult
-extending: Any = importlib.import_module("numba.extending")
-imputils: Any = importlib.import_module("numba.core.imputils")
-cgutils: Any = importlib.import_module("numba.core.cgutils")
-datamodel: Any = importlib.import_module("numba.core.datamodel")
-templates: Any = importlib.import_module("numba.core.typing.templates")
-ir: Any = importlib.import_module("llvmlite.ir")
-populate_array: Any = importlib.import_module("numba.np.arrayobj").populate_array
+numba: Any = import_module("numba")
+ir: Any = import_module("llvmlite.ir")
+core: Any = numba.core
 types: Any = numba.types
+cgutils: Any = core.cgutils
+# which Numba loads late
+CFunc: Any = import_module("numba.core.ccallback").CFunc
+populate_array: Any = import_module("numba.np.arrayobj").populate_array
+
+_words: set[Callable[..., Any]] = set()  # functions that are `defined`
+_jitted: set[Callable[..., Any]] = set()  # functions that Numba has been told of as they stand
 
 
 def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: Callable[..., Any]) -> None:
@@ -47,71 +43,65 @@ def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: C
         generate: (context, builder, signature, arguments) -> value, as Numba's `lower_builtin` has it.
     """
 
-    class Template(templates.AbstractTemplate):  # type: ignore[misc]  # Numba has no types
+    class Template(core.typing.templates.AbstractTemplate):  # type: ignore[misc]
         key = function
 
         def generic(self, given: Any, _named: Any) -> Any:
             return kinds(*given)(*given)
 
-    templates.infer_global(function, types.Function(templates.infer(Template)))
-    imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
+    core.typing.templates.infer_global(function, types.Function(core.typing.templates.infer(Template)))
+    core.imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
+    _words.add(function)
 
 
-def owning_nothing(context: Any, builder: Any, item: Any, address: Any, count: Any) -> Any:
-    """Make an array of what stands at an address."""
-    made, width = context.make_array(types.Array(item, 1, "C"))(context, builder), item.bitwidth // 8
-    data, size = builder.inttoptr(address, made.data.type), context.get_constant(types.intp, width)
+def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Generate the address of an array's first entry; any other value is one."""
+    if not isinstance(kind, types.Array):
+        return value
+    return builder.ptrtoint(context.make_array(kind)(context, builder, value).data, cgutils.intp_t)
+
+
+def owning_nothing(context: Any, builder: Any, kind: Any, address: Any, count: Any) -> Any:
+    """Generate the array of a kind that stands at an address."""
+    made, size = context.make_array(kind)(context, builder), cgutils.intp_t(kind.dtype.bitwidth // 8)
+    data = builder.inttoptr(address, made.data.type)
     populate_array(made, data=data, shape=[count], strides=[size], itemsize=size, meminfo=None)
     return made._getvalue()
 
 
-def _array(function: Callable[..., Any], item: Any, *, cut: bool = False) -> None:
-    """Say that a function makes an array of an address and a count; an array it returns, or cuts."""
+def _view(function: Callable[..., Any], item: Any) -> None:
+    """Say that a function makes an array (address, count), or that of a row of a table (address, index, count)."""
     kind = types.Array(item, 1, "C")
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
-        address, count = arguments
-        if isinstance(signature.args[0], types.Array):
-            if not cut:
-                return address
-            address = builder.ptrtoint(context.make_array(kind)(context, builder, address).data, cgutils.intp_t)
-        return owning_nothing(context, builder, item, address, count)
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place, *index, count = arguments
+        place, size = _address(context, builder, signature.args[0], place), cgutils.intp_t(item.bitwidth // 8)
+        for rows in index:
+            place = builder.add(place, builder.mul(builder.mul(rows, count), size))
+        return owning_nothing(context, builder, kind, place, count)
 
-    defined(function, lambda values, _: values if isinstance(values, types.Array) else kind, generate)
-
-
-def _row(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
-    """Make an array of the floats of one row of the table at an address."""
-    first, index, count = arguments
-    passed = builder.mul(builder.mul(index, count), context.get_constant(types.intp, 8))
-    return owning_nothing(context, builder, types.float64, builder.add(first, passed), count)
+    defined(function, lambda *_: kind, generate)
 
 
-def _call(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
-    """Call the C function at an address; of an array its address is passed."""
-    passed = []
-    for kind, value in zip(signature.args[1:], arguments[1:], strict=True):
-        if isinstance(kind, types.Array):
-            value = builder.ptrtoint(context.make_array(kind)(context, builder, value).data, cgutils.intp_t)
-        passed.append(value)
+def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Call the C function at an address; arrays are passed as addresses."""
+    passed = [_address(context, builder, *each) for each in zip(signature.args[1:], arguments[1:], strict=True)]
     nothing = signature.return_type == types.void
     kind = ir.FunctionType(ir.VoidType() if nothing else ir.DoubleType(), [each.type for each in passed])
     called = builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), passed)
     return context.get_dummy_value() if nothing else called
 
 
-for _each in (blocks.numbers, blocks.borrowed):
-    _array(_each, types.float64)
-_array(blocks.first, types.float64, cut=True)
-_array(blocks.whole_numbers, types.int32)
-_array(blocks.octets, types.uint8)
+for _each in (blocks.numbers, blocks.borrowed, blocks.first, blocks.row):
+    _view(_each, types.float64)
+_view(blocks.whole_numbers, types.int32)
+_view(blocks.octets, types.uint8)
 defined(blocks.give_back, lambda *_: types.void, lambda context, *_: context.get_dummy_value())
-defined(blocks.row, lambda *_: types.Array(types.float64, 1, "C"), _row)
 defined(blocks.call, lambda *_: types.void, _call)
 defined(blocks.call_for_float, lambda *_: types.float64, _call)
 
 
-class _Block(types.Record):  # type: ignore[misc]  # Numba has no types
+class _Block(types.Record):  # type: ignore[misc]
     """The type of a block; Numba asks thousands of times for its description, and makes that of a record anew."""
 
     def __repr__(self) -> str:
@@ -119,21 +109,62 @@ class _Block(types.Record):  # type: ignore[misc]  # Numba has no types
         return str(self.name)
 
 
-datamodel.register_default(_Block)(datamodel.models.RecordModel)
+core.datamodel.register_default(_Block)(core.datamodel.models.RecordModel)
 
 
 @cache
-def read(entry: Callable[..., Any]) -> None:
-    """Let machine code call what `blocks.reader` has made."""
-    layout = blocks.dtype_of(entry.meant)  # type: ignore[attr-defined]
+def _read(entry: Any) -> str:
+    """Let machine code call what `blocks.reader` has made, and return the layout of its blocks."""
+    layout = blocks.dtype_of(entry.kind)
     made = numba.from_dtype(layout)
     record = _Block([(name, field._asdict()) for name, field in made.fields.items()], made.size, made.aligned)
 
-    def at(context: Any, builder: Any, _signature: Any, arguments: Sequence[Any]) -> Any:
+    def at(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
         return builder.inttoptr(builder.add(arguments[0], offset), context.get_value_type(record))
 
     defined(entry, lambda *_: record, at)
+    return str(layout)
+
+
+class _Root(core.codegen.JITCodeLibrary):  # type: ignore[misc]
+    """The code of a function that Python or C calls, and of all that it calls."""
+
+    def _optimize_final_module(self) -> None:
+        """Optimise; what it calls need not outlive its inlining, which makes machine code half as fast again."""
+        for function in self._final_module.functions:
+            if function.linkage.name == "linkonce_odr" and not function.is_declaration:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class _Part(core.codegen.JITCodeLibrary):  # type: ignore[misc]
+    """The code of a function that is only called within machine code: its callers optimise and emit it with theirs.
+
+    Numba itself optimises and emits each function, with all that it calls, and then again within each of its callers,
+    which takes three times as long for the hybrid engine. The order and the rounding of operations are those of the
+    source either way.
+    """
+
+    codegen = property(lambda _: SimpleNamespace(set_env=lambda *_: None))  # of the address that it has not
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class _Pipeline(core.compiler.Compiler):  # type: ignore[misc]
+    """Numba's compiler of a function, by which one that neither Python nor C can call becomes a `_Part`."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a Python function."""
+        flags = self.state.flags
+        kind = _Part if flags.no_cpython_wrapper and flags.no_cfunc_wrapper else _Root
+        self.state.library = kind(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
 
 
 class _File:
@@ -149,11 +180,11 @@ class _File:
             compilation_begins()
             return None
         target.refresh()
-        return CompileResult._rebuild(target, *pickle.loads(stored))
+        return core.compiler.CompileResult._rebuild(target, *pickle.loads(stored))
 
     def save_overload(self, _signature: Any, made: Any) -> None:
         """Write the machine code to disk."""
-        store(self._name, serialize.dumps(made._reduce()))
+        store(self._name, core.serialize.dumps(made._reduce()))
 
 
 @cache
@@ -177,31 +208,32 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     named = FunctionType(code, function.__globals__, name, None, function.__closure__)
     given = {**_OPTIONS, "boundscheck": checked, "nogil": not for_c}
     if for_c:
-        made = CFunc(named, sigutils.normalize_signature(signature), {}, given, pipeline_class=Pipeline)
+        made = CFunc(named, core.sigutils.normalize_signature(signature), {}, given, pipeline_class=_Pipeline)
     else:
-        made = numba.njit(no_cfunc_wrapper=True, pipeline_class=Pipeline, **given)(named)
+        made = numba.njit(no_cfunc_wrapper=True, pipeline_class=_Pipeline, **given)(named)
     made._cache = _File(name)
     made.compile(*(() if for_c else (signature,)))
     return made
 
 
-_registered: set[FunctionType] = set()
-
-
 def _known(part: Any, *, checked: bool) -> Any:
     """Let machine code call a function; what determines what it does."""
-    if hasattr(part, "meant"):
-        if part.meant is None:
-            return part.__name__
-        read(part)
-        return str(blocks.dtype_of(part.meant))
-    if part not in _registered:
-        extending.register_jitable(no_cfunc_wrapper=True, boundscheck=checked, pipeline_class=Pipeline)(part)
-        _registered.add(part)
+    if hasattr(part, "kind"):
+        return _read(part)
+    if part in _words:
+        return part.__name__
+    if part not in _jitted:
+        numba.extending.register_jitable(no_cfunc_wrapper=True, boundscheck=checked, pipeline_class=_Pipeline)(part)
+        _jitted.add(part)
     return described(part)
 
 
 # without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be half
 # of the time; sums and products are rounded one by one, as in plain Python, so that both make the same bits
 _OPTIONS: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}
-_OWN = Path(__file__).read_bytes(), numba.__version__, sys.version_info, target_context.codegen().magic_tuple()
+_OWN = (
+    Path(__file__).read_bytes(),
+    numba.__version__,
+    sys.version_info,
+    core.registry.cpu_target.target_context.codegen().magic_tuple(),
+)

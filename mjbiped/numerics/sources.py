@@ -12,7 +12,7 @@ from typing import Any
 Function = Callable[..., Any]
 
 
-def with_callees(*functions: Any) -> list[FunctionType]:
+def with_callees(*functions: object) -> list[FunctionType]:
     """Functions and all that they call, directly or indirectly, those that a user has jitted included."""
     found: dict[FunctionType, None] = {}
     waiting = list(functions)

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
+from mjbiped.gaits.gait import Gait
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
 from mjbiped.plotting.width import width
@@ -43,7 +44,7 @@ class _Course(NamedTuple):
     phases: tuple[slice, ...]
 
 
-def plot_gait(gait: Any, path: str | Path | None = None) -> Figure:
+def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
     """Draw a gait: postures over a step, limit cycle, path of the swing foot, and what else is known of it.
 
     A robot with knees has a panel for the flexion of the swing knee; a passive gait, one for its Floquet multipliers;

@@ -6,7 +6,9 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 
 from mjbiped.plotting.style import C_MT
 from mjbiped.plotting.width import width
@@ -39,7 +41,7 @@ def _broken(text: str, letters: int, lines: int | None = None) -> str:
     return "\n".join(parts).replace(_AS_WIDE, C_MT)
 
 
-def head(figure: Any, text: str) -> float:
+def head(figure: FigureBase, text: str) -> float:
     """Write a heading in small letters above the panels, and return its height, inches."""
     figure.suptitle(text, fontsize=width().font, x=0.01, ha="left", linespacing=1.4)
     return 1.4 * width().font / 72.0 * (1 + text.count("\n"))
@@ -56,7 +58,7 @@ def titled(axes: Axes, letter: str, words: str) -> None:
         title.set_text("\n".join("\n".join(textwrap.wrap(line, fitting, break_long_words=False)) for line in lines))
 
 
-def legend_above(axes: Axes, **settings: Any) -> None:
+def legend_above(axes: Axes, **settings: object) -> None:
     """Draw a legend above a panel, at its right, below the title if they do not fit beside each other.
 
     Args:
@@ -102,6 +104,6 @@ def _room(axes: Axes) -> float:
     return float(share * width().inches - margin)
 
 
-def _inches(artist: Any) -> float:
+def _inches(artist: Artist) -> float:
     """Width of an artist as drawn, inches, with a margin for letters that are fitted to coarser pixels."""
     return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)

@@ -81,7 +81,7 @@ _DOTS_IN_NOTEBOOK = 80  # per inch: 768 pixels wide, where a notebook keeps each
 _COLOURS = 128  # of a small PNG's palette
 
 
-def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float, float], **look: Any) -> None:
+def note_at(axes: Axes, text: str, x: float, height: float, offset: tuple[float, float], **look: object) -> None:
     """Write a note beside a place.
 
     Args:

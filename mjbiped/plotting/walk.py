@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
@@ -113,7 +113,7 @@ def _sampled_rows(walk: Walk) -> list[Row]:
     return rows_of(walk)
 
 
-def _draw_rows(figure: Any, walk: Walk, rows: list[Row]) -> list[Axes]:
+def _draw_rows(figure: FigureBase, walk: Walk, rows: list[Row]) -> list[Axes]:
     """Draw the time lapse, a panel for each row."""
     grid = figure.subplots(len(rows), 1, squeeze=False, height_ratios=[row.height for row in rows])
     for row, (axes,) in zip(rows, grid, strict=True):
@@ -156,7 +156,7 @@ def _draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines) -> None:
         legend_above(axes)
 
 
-def _draw_phases(figure: Any, walk: Walk, letters: Iterator[str], across: int) -> None:
+def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across: int) -> None:
     """Draw a panel per angle: a line per step, without the jumps between steps, over the re-planned reference."""
     samples = walk.samples
     first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1

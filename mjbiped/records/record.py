@@ -161,7 +161,7 @@ class Walk:
         figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path)
         return figure
 
-    def video(self, path: str | Path | None = None, **settings: Any) -> None:
+    def video(self, path: str | Path | None = None, **settings: object) -> None:
         """Render the walk as a video.
 
         Args:

@@ -59,7 +59,7 @@ def parsed(text: str, most: int = MOST_VALUES) -> Any:
     return value
 
 
-def described(controller: Any) -> dict[str, Any]:
+def described(controller: object) -> dict[str, Any]:
     """Return a controller's description as it reads after saving and loading a record.
 
     Args:
@@ -85,7 +85,7 @@ def _whole_number(text: str) -> int:
     return int(text)
 
 
-def _depth(value: Any) -> int:
+def _depth(value: object) -> int:
     """Count the levels of nesting of a JSON value."""
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return 1 + max(map(_depth, parts), default=-1)
@@ -96,7 +96,7 @@ def damaged(what: str) -> RecordError:
     return RecordError(f"is a damaged record: {what}")
 
 
-def checked_settings(settings: Any) -> Robot:
+def checked_settings(settings: object) -> Robot:
     """Check the settings of a record.
 
     Args:
@@ -130,19 +130,19 @@ def checked_settings(settings: Any) -> Robot:
     return robot
 
 
-def _is_named(controller: Any) -> bool:
+def _is_named(controller: object) -> bool:
     return isinstance(controller, dict) and isinstance(controller.get("name"), str)
 
 
-def _is_source(source: Any) -> bool:
+def _is_source(source: object) -> bool:
     return isinstance(source, dict) and source.keys() == _TEXTS and all(isinstance(v, str) for v in source.values())
 
 
-def _is_count(value: Any) -> bool:
+def _is_count(value: object) -> bool:
     return type(value) is int and value > 0
 
 
-def is_numbers(values: Any, count: int) -> TypeGuard[list[float]]:
+def is_numbers(values: object, count: int) -> TypeGuard[list[float]]:
     """Whether a value is a list of `count` finite numbers."""
     return (
         isinstance(values, list)
@@ -163,7 +163,7 @@ def _disturbances(written: Any) -> Disturbances:
     return made
 
 
-def _built(what: str, build: Callable[[Any], Part], described: Any) -> Part:
+def _built(what: str, build: Callable[[Any], Part], described: object) -> Part:
     """Build a part of a walk from its description.
 
     Raises:

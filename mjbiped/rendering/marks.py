@@ -225,7 +225,7 @@ class _Pen:
         place = np.array((0.5 * (start[0] + stop[0]), y * self.length, 0.5 * (start[1] + stop[1])))
         self._add(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
 
-    def connect(self, kind: Any, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+    def connect(self, kind: int, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
         """Add a capsule of radius `width` (m), or a line `width` pixels wide, between two points of the plane at y."""
         geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
         if geom is not None:

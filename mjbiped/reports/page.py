@@ -101,7 +101,7 @@ class Panels:
             )
         return {"xaxis": f"x{own}", "yaxis": f"y{number}"}
 
-    def shown(self, name: str, title: str, note: str, height: int, *, legend: float = 1.0, **layout: Any) -> Shown:
+    def shown(self, name: str, title: str, note: str, height: int, *, legend: float = 1.0, **layout: object) -> Shown:
         """Return the figure for a page.
 
         Args:
@@ -123,13 +123,13 @@ def shares(count: int, gap: float) -> list[tuple[float, float]]:
     return [(k * (size + gap), k * (size + gap) + size) for k in range(count)]
 
 
-def line(signal: str, **more: Any) -> dict[str, Any]:
+def line(signal: str, **more: object) -> dict[str, Any]:
     """Look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
     row = SIGNALS[signal]
     return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
 
 
-def span(values: NDArray[Any]) -> dict[str, Any]:
+def span(values: NDArray[np.floating]) -> dict[str, Any]:
     """Range of an axis whose values hardly differ, so that rounding does not fill the panel; else nothing."""
     known = values[np.isfinite(values)]
     if not known.size or np.ptp(known) > _LEAST_SPAN * np.abs(known).max():
@@ -138,7 +138,7 @@ def span(values: NDArray[Any]) -> dict[str, Any]:
     return {"range": [middle - half, middle + half]}
 
 
-def include(values: NDArray[Any], *, least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
+def include(values: NDArray[np.floating], *, least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
     """Ends that an axis shows whatever its range.
 
     Args:
@@ -155,7 +155,7 @@ def include(values: NDArray[Any], *, least: float = 0.0, room: float = 0.0) -> d
     return {"autorangeoptions": {"include": [middle - half, middle + half]}}
 
 
-def small(values: NDArray[Any]) -> NDArray[np.float32]:
+def small(values: NDArray[np.floating]) -> NDArray[np.float32]:
     """Convert numbers to the seven digits that a page needs, in half the bytes."""
     return np.asarray(values, dtype=np.float32)
 

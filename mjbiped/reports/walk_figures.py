@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,7 +159,7 @@ def _over_ground(walk: Walk) -> Shown:
     return panels.shown("ground", "Over the ground", note, 420, dragmode="pan")
 
 
-def _sticks(robot: Robot, qpos: Array, side: NDArray[Any]) -> tuple[Array, Array]:
+def _sticks(robot: Robot, qpos: Array, side: NDArray[np.floating]) -> tuple[Array, Array]:
     """Return one leg of several postures, each from hip to foot and a gap: x and z, m."""
     legs = robot.outline(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
     x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
@@ -183,7 +182,7 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
         )
 
         def add(
-            name: str, x: Array, y: Array, place: dict[str, str] = place, first: bool = not k, **looks: Any
+            name: str, x: Array, y: Array, place: dict[str, str] = place, first: bool = not k, **looks: object
         ) -> None:
             usual = {"mode": "lines", "legendgroup": name, "showlegend": first, "hoverinfo": "skip", **place}
             panels.figure.add_scatter(x=small(x), y=small(y), name=name, **{**usual, **looks})

@@ -162,7 +162,7 @@ class Chain(NamedTuple):
         code = _machine_code()
 
         def accelerations(q: Array, dq: Array, slope: float) -> Array:
-            motion.ddq[:] = 0.0
+            motion.ddq[:] = [0.0] * len(motion.ddq)
             code(fixed.ctypes.data, made.ctypes.data, slope, q, dq)
             return np.array(motion.ddq[:n])
 
@@ -176,7 +176,7 @@ class Chain(NamedTuple):
         return forward / self.gravity, upward / self.gravity
 
 
-def moved_at(linkage: int, motion: int, slope: float, q: Array, dq: Array) -> None:
+def moved_at(linkage: int, motion: int, slope: float, q: Sequence[float], dq: Sequence[float]) -> None:
     """Turn the forces of a motion into accelerations on a slope, rad; linkage and motion are addresses."""
     w = _motion_at(motion, 0)
     w.sine, w.cosine = sine_cosine(slope)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies, Foot, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
@@ -123,7 +124,7 @@ class FootedCompass(Compass):
         return np.concatenate([limbs, np.stack(ends, axis=-2)], axis=-2)
 
     def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
         """Posture with both feet parallel to the ground; see `Robot.posture`."""
         x, z = foot

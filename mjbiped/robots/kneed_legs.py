@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import SWING_LOCKED, Array
 from mjbiped.robots.robot import Robot
@@ -119,7 +120,7 @@ class KneedLegs(Robot):
         return np.where(legs == 0, places[..., 4], places[..., 5])
 
     def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
         """Posture `qpos` on one foot, of stance leg, swing thigh and swing shank; see `Robot.posture`."""
         line, swing, shank = angles

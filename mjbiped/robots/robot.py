@@ -144,7 +144,7 @@ class Robot(Shape):
         chain, angles = self._chain(q)
         return chain.potential_energy(angles, domains.ANGLE.check("slope", slope))
 
-    def energy(self, q: Any, dq: Any, slope: float) -> float:
+    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float) -> float:
         """Kinetic plus potential energy about the stance foot, J; constant between impacts while no torque acts."""
         return self.kinetic_energy(q, dq) + self.potential_energy(q, slope)
 
@@ -159,7 +159,7 @@ class Robot(Shape):
         chain, angles = self._chain(q, many=True)
         return chain.end(angles)
 
-    def joint_rates(self, dq: Any) -> Array:
+    def joint_rates(self, dq: ArrayLike) -> Array:
         """Convert rates of the angles to rates of the joints, shape (..., len(joints)), rad/s."""
         rates = np.asarray(dq, dtype=np.float64)
         return np.concatenate([rates[..., :1], np.diff(rates, axis=-1)], axis=-1)
@@ -206,7 +206,7 @@ class Robot(Shape):
         behind = np.ones(len(self.angles) - 1)
         return np.concatenate([leg, -leg * behind, stance, swing * behind], axis=-1)
 
-    def rates_after_touchdown(self, q: Any, dq: Any, stance_flexion: float = 0.0) -> Array:
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """Rates after the plastic impact of a touchdown, in the legs' new roles, shape (len(angles),), rad/s.
 
         The swing knee locks in the same instant. That of the other leg stays locked, or its stop alone holds it.

@@ -115,7 +115,7 @@ class RoundKneed(KneedLegs):
             for moved in SWING_LOCKED.T.tolist():
                 land(linkage, linkage, motion, [-leg, leg, leg, *moved], False)
                 after.append(motion.right[:3])
-            stance, swing, shank = np.transpose(after)
+            stance, swing, shank = np.array(after).T
             there = places[..., 0] == leg
             earlier = np.linalg.solve([stance, swing], places[there][..., 1:].T)
             states[there, 5] = np.maximum(states[there, 4], shank @ earlier)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies
 
 Array = NDArray[np.float64]
@@ -105,17 +106,17 @@ class Shape(ABC):
             moment = moment + self.bodies.foot.mass * points[..., len(self.bodies.leg), :].sum(axis=-2)
         return np.asarray(moment / self.total_mass)
 
-    def flexion(self, qpos: Any, leg: Any) -> Array:
+    def flexion(self, qpos: ArrayLike, leg: ArrayLike) -> Array:
         """Knee flexion of the leg with a given number in postures `qpos`, shape (...,), rad; 0 for straight legs."""
         return np.zeros(np.broadcast_shapes(np.shape(qpos)[:-1], np.shape(leg)))
 
-    def lean(self, qpos: Any, leg: int) -> float:
+    def lean(self, qpos: Numbers, leg: int) -> float:
         """Angle from the vertical, rad, of the upper segment of a leg in a posture `qpos`."""
         limb = self.bodies.limbs[leg]
         return float(qpos[self.places.index(limb.hinge)] + limb.offset)
 
     def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
         """Posture `qpos` of the robot on one foot.
 

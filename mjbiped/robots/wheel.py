@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.dynamics.linkage import Linkage
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies, Limb, Segment
 from mjbiped.robots.chain import Array
 from mjbiped.robots.mechanism import linkage_with
@@ -116,7 +117,7 @@ class RimlessWheel(Robot):
         return np.asarray(qpos, dtype=np.float64)[..., :2]
 
     def posture(
-        self, foot: Any, stance: int, angles: Any, stance_flexion: float = 0.0, slope: float = 0.0
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
         """Posture `qpos` on the foot of a spoke; see `Robot.posture`."""
         hip_x, hip_z, angle = super().posture(foot, 0, angles)

@@ -282,7 +282,7 @@ class Presets:
         return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", given)
 
     @classmethod
-    def preset(cls, name: str, **parameters: Any) -> Self:
+    def preset(cls, name: str, **parameters: object) -> Self:
         """Make a terrain by its name in `PRESETS`, with the parameters of that constructor.
 
         Raises:

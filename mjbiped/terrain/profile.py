@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from mjbiped.numerics.blocks import Floats, numbers
+from mjbiped.numerics.blocks import numbers
 
 EDGE = 5e-5
 """Depth under the upper edge of a step up to which a foot stands on it, m."""
@@ -26,9 +27,9 @@ class Profile(NamedTuple):
         segments: Number of segments.
     """
 
-    x: Floats
-    z: Floats
-    gradient: Floats
+    x: Sequence[float]
+    z: Sequence[float]
+    gradient: Sequence[float]
     segments: int
 
 

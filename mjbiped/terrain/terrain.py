@@ -268,8 +268,8 @@ class Terrain(Presets):
     @overload
     def height(self, x: float) -> float: ...
     @overload
-    def height(self, x: NDArray[Any] | Sequence[float]) -> NDArray[np.float64]: ...
-    def height(self, x: float | NDArray[Any] | Sequence[float]) -> float | NDArray[np.float64]:
+    def height(self, x: NDArray[np.number] | Sequence[float]) -> NDArray[np.float64]: ...
+    def height(self, x: float | NDArray[np.number] | Sequence[float]) -> float | NDArray[np.float64]:
         """Return the height of the ground.
 
         Args:
@@ -292,8 +292,8 @@ class Terrain(Presets):
     @overload
     def slope(self, x: float) -> float: ...
     @overload
-    def slope(self, x: NDArray[Any] | Sequence[float]) -> NDArray[np.float64]: ...
-    def slope(self, x: float | NDArray[Any] | Sequence[float]) -> float | NDArray[np.float64]:
+    def slope(self, x: NDArray[np.number] | Sequence[float]) -> NDArray[np.float64]: ...
+    def slope(self, x: float | NDArray[np.number] | Sequence[float]) -> float | NDArray[np.float64]:
         """Return the slope of the ground.
 
         Args:
@@ -411,7 +411,7 @@ def _frozen_pairs(pairs: object) -> tuple[tuple[str, Any], ...]:
     return tuple((name, _frozen(value)) for _, (name, value) in listed)
 
 
-def _frozen(value: Any, depth: int = 0) -> Any:
+def _frozen(value: object, depth: int = 0) -> Any:
     """Turn lists into tuples and NumPy scalars into plain ones, so that parameters can be compared and hashed."""
     if isinstance(value, list | tuple) and depth < _DEEPEST:
         return tuple(_frozen(v, depth + 1) for v in value)
@@ -425,6 +425,6 @@ def _frozen(value: Any, depth: int = 0) -> Any:
     return value
 
 
-def _thawed(value: Any) -> Any:
+def _thawed(value: object) -> Any:
     """Turn tuples into lists, as JSON has them."""
     return [_thawed(v) for v in value] if isinstance(value, tuple) else value

@@ -192,7 +192,7 @@ def check_kind(name: str, value: object, kind: type[Kind]) -> Kind:
     raise InputError(f"{name} must be a mjbiped.{kind.__name__}, got {type(value).__name__}")
 
 
-def check_fields(instance: Any) -> None:
+def check_fields(instance: object) -> None:
     """Check the fields of a dataclass that are annotated with a domain, and replace them with plain numbers.
 
     A field `speed: Annotated[float, SPEED]` must be in its domain; `Annotated[float | None, SPEED]` allows None, and so
@@ -213,7 +213,7 @@ def checked(function: Function) -> Function:
     signature = inspect.signature(function)
 
     @wraps(function)
-    def checking(*args: Any, **named: Any) -> Any:
+    def checking(*args: object, **named: object) -> Any:
         given = signature.bind(*args, **named)
         given.arguments.update(_checked(function, given.arguments))
         return function(*given.args, **given.kwargs)
@@ -221,7 +221,7 @@ def checked(function: Function) -> Function:
     return cast(Function, checking)
 
 
-def _checked(owner: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(owner: object, values: Mapping[str, Any]) -> dict[str, Any]:
     """Check the values of the fields or parameters that a class or a function annotates with domains."""
     return {
         name: domain.check(name, values[name])

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from controllers import Controller
 from mjbiped.control.controller import ROOM
-from mjbiped.numerics.blocks import Floats, numbers, packed, reader
+from mjbiped.numerics.blocks import numbers, packed, reader
 from mjbiped.numerics.machine import compiled
 from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.rules.scuffing import ScuffingRule
@@ -34,7 +34,7 @@ class Known(NamedTuple):
         length: Number of parameters.
         constants: Of the robot.
         memory: Of the controller.
-        size: Floats of the memory.
+        size: Any of the memory.
         states: Number of the controller's integrated states.
         made: Room for what its law writes.
         now: Time (s), sine and cosine of the slope, the slope (rad), stance foot x and z (m).
@@ -45,18 +45,18 @@ class Known(NamedTuple):
         segments: Number of segments.
     """
 
-    parameters: Floats
+    parameters: Any
     length: int
-    constants: Floats
-    memory: Floats
+    constants: Any
+    memory: Any
     size: int
     states: int
-    made: Floats
-    now: Floats
-    rule: Floats
-    x: Floats
-    z: Floats
-    gradient: Floats
+    made: Any
+    now: Any
+    rule: Any
+    x: Any
+    z: Any
+    gradient: Any
     segments: int
 
 
@@ -169,8 +169,9 @@ def rates_by(torque: Callable[..., None]) -> Callable[..., None]:
             memory[index] = y[4 + index]
         torque(numbers(k.parameters, k.length), memory, now[0], y[:2], y[2:4], made)
         ankle, hip = made[0], made[1]
+        constants: Any = numbers(k.constants, 5)
         motion = y[0], y[1], y[2], y[3]
-        ddq1, ddq2 = acceleration(numbers(k.constants, 5), *motion, now[1], now[2], ankle - hip, hip)
+        ddq1, ddq2 = acceleration(constants, *motion, now[1], now[2], ankle - hip, hip)
         out[0], out[1], out[2], out[3] = y[2], y[3], ddq1, ddq2
         for index in range(k.states):
             out[4 + index] = made[2 + index]
@@ -188,6 +189,6 @@ def clearance(known: int, y: Any, out: Any) -> None:
     out[0] = 1.0
     if ahead >= rule[1] and now[0] > rule[2]:
         x, starts = now[4] + ahead, numbers(k.x, k.segments)
-        segment = max(np.searchsorted(starts, x, "right") - 1, 0)
+        segment = max(int(np.searchsorted(starts, x, "right")) - 1, 0)
         ground = numbers(k.z, k.segments)[segment] + numbers(k.gradient, k.segments)[segment] * (x - starts[segment])
         out[0] = now[5] + rule[0] * (math.cos(stance) - math.cos(swing)) - ground

@@ -50,7 +50,7 @@ def test_slope_source_has_the_default_of_its_controller(robot: mjbiped.Compass, 
     [
         ("pid", {}, "unknown controller 'pid': valid are adaptive, .*energy-constraint, .*passive"),
         ("passive", {"gain": 1}, "valid are none"),
-        ("adaptive", {"robot": 1}, "position_gain, velocity_gain"),
+        ("adaptive", {"robot": 1}, "position_gain=5.0, velocity_gain="),
         ("passivity", {"gian": 1}, "did you mean 'gain'"),
         ("adaptive", {"imitate_slope_deg": "steep"}, "imitate_slope_deg"),
         ("kinetic-energy", {"initial_slope_estimate_deg": math.nan}, "initial_slope_estimate_deg"),

@@ -103,7 +103,7 @@ def ground_force_of(q: Array, dq: Array, ddq: Array, slope: float) -> Array:
     made = linkage_with(bodies, end, end, np.zeros(2, dtype=complex), angles=2, radius=RADIUS, gravity=GRAVITY)
     motion = Motion(free=2, sine=math.sin(slope), cosine=math.cos(slope), **room())
     stand(made, motion)
-    along, normal = ground_force(made, motion, q, dq, ddq)
+    along, normal = ground_force(made, motion, q.tolist(), dq.tolist(), ddq.tolist())
     sine, cosine = math.sin(slope), math.cos(slope)
     return np.array([along * cosine + normal * sine, normal * cosine - along * sine])
 

@@ -30,7 +30,6 @@ def empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Neither the disk nor this process has machine code yet, and nobody has overruled the rule."""
     monkeypatch.delenv(compiling.VARIABLE, raising=False)
     monkeypatch.setattr(cache, "_folder", lambda: tmp_path)
-    monkeypatch.setattr(cache, "_kept", set())
 
 
 def planned(controller: Controller, engine: str, **given: Any) -> Plan:
@@ -52,7 +51,6 @@ def test_what_is_on_disk_is_used_however_short_the_walk(
     plan = planned(controller, engine, steps=1)
     assert not compiles(plan)
     note_kept(plan)
-    monkeypatch.setattr(cache, "_kept", set())  # as in another process
     assert compiles(plan)
     assert compiles(planned(dataclasses.replace(controller, position_gain=7.0), engine, steps=1))
     other = planned(PassiveController(), engine, steps=1)

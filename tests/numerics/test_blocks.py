@@ -77,7 +77,7 @@ def test_machine_code_sees_the_same_numbers_and_shares_arrays() -> None:
             number=-(1 << 40),
             yes=True,
             no=False,
-            values=(1.5, 2.5, 1e300),
+            values=[1.5, 2.5, 1e300],
             shared=np.array([1.0, 2.0]),
             integers=np.array([7, -8], dtype=np.int32),
             bytes=np.array([0, 255], dtype=np.uint8),

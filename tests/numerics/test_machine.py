@@ -166,7 +166,7 @@ def test_machine_code_gives_the_bits_of_plain_python(bits: list[dict[str, Any]])
 
 
 def test_a_function_is_emitted_only_within_its_caller(bits: list[dict[str, Any]]) -> None:
-    """Fails with a release of Numba to which `one_module` has to be fitted; results are the same there."""
+    """Fails with a release of Numba to which `machine` has to be fitted; results are the same there."""
     assert bits[0]["emitted"] == []
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController

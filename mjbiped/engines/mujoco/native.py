@@ -33,14 +33,18 @@ def define_stages() -> None:
     for name in _STAGES:
         machine.defined(getattr(mujoco, name), lambda *_: machine.types.void, _calling(name))
     llvm.add_symbol(TABLE, table.ctypes.data)
-    machine.defined(walks, lambda *_: machine.types.Array(machine.types.int64, 1, "C"), _named_table)
+    machine.defined(walks, lambda *_: _table_kind(), _named_table)
+
+
+def _table_kind() -> Any:
+    return machine.types.Array(machine.types.int64, 1, "C")
 
 
 def _named_table(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
     """Generate an array of what is called `TABLE`."""
     ir, size = machine.ir, context.get_constant(machine.types.intp, len(table))
     named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
-    return machine.owning_nothing(context, builder, machine.types.int64, builder.ptrtoint(named, ir.IntType(64)), size)
+    return machine.owning_nothing(context, builder, _table_kind(), builder.ptrtoint(named, ir.IntType(64)), size)
 
 
 def _calling(name: str) -> Any:
@@ -71,9 +75,6 @@ def advancing() -> Any:
 def walks() -> Any:
     """`callback.table`; in machine code what is called `TABLE`, as what is kept on disk needs."""
     return table
-
-
-walks.meant = None  # type: ignore[attr-defined]
 
 
 def control_of(model: int, data: int) -> None:
