@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room, never
 from mjbiped.control.functions import in_python
-from mjbiped.disturbances.loop import limited
-from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
+from mjbiped.disturbances.loop import limited, slope_estimate
+from mjbiped.numerics.blocks import Floats, call, numbers, reader
 
 Torques = tuple[float, ...]
 """A torque for each joint with a motor, N m."""
@@ -77,7 +77,7 @@ class DrivenController(LawController):
     def plain_law(self) -> Law:
         """Add to the other controller's torques, and clip the sum to the motors' limits."""
         parameters: Any = Added([in_python(self.base)], self.place, len(self.joints), self.most, self.peak)
-        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
+        return Law(parameters, _torque, _touchdown, slope_estimate, never, knee_strike=_knee_strike)
 
     def describe(self) -> dict[str, Any]:
         """Name, limits and the other controller's own description."""
@@ -106,13 +106,3 @@ def _touchdown(added: Any, memory: Memory, q_before: Numbers, q: Numbers, dq: Nu
 def _knee_strike(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     law = _law_at(added.inner, 0)
     call(law.knee_strike, law.parameters, memory, t, q, dq)
-
-
-def _slope_estimate(added: Any, memory: Memory) -> float:
-    law = _law_at(added.inner, 0)
-    return call_for_float(law.slope_estimate, law.parameters, memory)
-
-
-def _next_discontinuity(added: Any, memory: Memory, t: float) -> float:
-    law = _law_at(added.inner, 0)
-    return call_for_float(law.next_discontinuity, law.parameters, memory, t)
