@@ -37,7 +37,7 @@ def repeated(walkers: Walkers) -> Walk:
     record, task = walkers.walk(), walkers.task
     settings = record.settings
     return mjbiped.walk(
-        task.controller.base,
+        task.controller.inner,
         record.terrain,
         engine=task.engine,
         initial=settings["initial"],

@@ -96,12 +96,10 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         Raises:
             InputError: There is not one seed for each robot, or not one entry in the mask.
         """
-        several = entries(seed)
-        if seed is not None and several is None:
-            first = SEED.check("seed", seed)
-            several = tuple(first + k for k in range(self.num_envs))
-        seeds = [None if each is None else SEED.check("seed", each) for each in several or ()]
-        if len(seeds) not in (0, self.num_envs):
+        seeds = entries(seed)
+        if seeds is None:
+            seeds = tuple(seed if seed is None else SEED.check("seed", seed) + k for k in range(self.num_envs))
+        if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected one number, or one for each of the {self.num_envs} robots")
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
@@ -110,7 +108,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
                 raise InputError(f"reset_mask: expected {self.num_envs} truth values, of which one at least is true")
         for index, each in enumerate(seeds):
             if each is not None and mask[index]:
-                self._randoms[index] = seeding.np_random(each)[0]
+                self._randoms[index] = seeding.np_random(SEED.check("seed", each))[0]
         self._begin(mask)
         self._ended[mask] = False
         return self.walkers.observations(), self._info(self.walkers.columns["outcome"])

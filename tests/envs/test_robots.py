@@ -44,7 +44,7 @@ def test_what_is_felt_is_what_the_sensors_show_the_controller(robot: str) -> Non
     """The arguments of a law in plain Python, at ticks and at touchdowns, are the observations before them."""
     task = WalkTask("walk_stairs", residual=True, robot=robot, disturbances=NOISE)
     told: list[tuple[float, ...]] = []
-    base = task.controller.base
+    base = task.controller.inner
     assert isinstance(base, AdaptiveController | KneedController)
     last = [0.0] * (2 * len(task.limits))
 

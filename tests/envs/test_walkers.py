@@ -76,7 +76,7 @@ def test_what_is_felt_is_what_the_controller_is_told() -> None:
             told.append((*q, *dq, t))
             return super().torque(memory, t, q, dq)
 
-    base = task.controller.base
+    base = task.controller.inner
     assert isinstance(base, AdaptiveController)
     noting = Noting(base.robot, base.gait)
     walkers = begun(task)
@@ -99,7 +99,7 @@ def test_two_interleaved_are_bitwise_two_alone() -> None:
     for step, (mine, others) in enumerate(zip(*actions, strict=True)):
         rows[0].append(walked(one, mine[None]))
         if step % 15 == 0:
-            mjbiped.walk(second.controller.base, mjbiped.Terrain.level(), steps=1, initial="gait", sample_period=None)
+            mjbiped.walk(second.controller.inner, mjbiped.Terrain.level(), steps=1, initial="gait", sample_period=None)
         rows[1].append(walked(two, others[None]))
     assert np.concatenate(rows[0]).tobytes() == alone[0].tobytes()
     assert np.concatenate(rows[1]).tobytes() == alone[1].tobytes()
