@@ -120,7 +120,7 @@ def _transform(time: int, link: Link, places: Mapping[str, float]) -> Message:
 def _ground(terrain: Terrain, hips: NDArray[np.float64], length: float, time: int) -> Message:
     """The ground under a walk as a line; what is left out is zero or empty."""
     low, high = float(hips.min()) - _BEYOND * length, float(hips.max()) + _BEYOND * length
-    points = [{"x": x, "z": z} for x, z in _profile(terrain, low, high)]
+    points = [{"x": x, "z": z} for x, z in np.transpose(terrain.outline(low, high)).tolist()]
     return {
         "header": _header(time),
         "ns": "ground",
@@ -130,16 +130,6 @@ def _ground(terrain: Terrain, hips: NDArray[np.float64], length: float, time: in
         "color": {"r": 0.45, "g": 0.4, "b": 0.35, "a": 1.0},
         "points": points,
     }
-
-
-def _profile(terrain: Terrain, low: float, high: float) -> Iterator[tuple[float, float]]:
-    """Points of the ground between two places, m; two above each other where there is a step."""
-    starts = [-math.inf, *terrain.x[1:]]
-    for index, (start, stop) in enumerate(zip(starts, [*starts[1:], math.inf], strict=True)):
-        first, last = max(start, low), min(stop, high)
-        if first < last:
-            for x in (first, last):
-                yield x, terrain.z[index] + terrain.gradients[index] * (x - terrain.x[index])
 
 
 def _header(time: int, frame: str = WORLD) -> Message:
