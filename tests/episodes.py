@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.envs import observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.records.record import Walk

@@ -143,7 +143,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         """Arrays of `info`, each with the mask that Gymnasium asks for."""
         info: dict[str, Any] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
         info["outcome"] = _WORDS[outcomes.astype(np.int64)]
-        return {**info, **{f"_{name}": np.ones(self.num_envs, dtype=bool) for name in info}}
+        return {**info, **dict.fromkeys(map("_{}".format, info), np.ones(self.num_envs, dtype=bool))}
 
     def walk(self, index: int) -> Walk:
         """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""

@@ -149,6 +149,8 @@ class Walkers:
         self._shapes = (self.actions.shape, *([(self._joints,)] if count == 1 else []))  # of actions
         self._walkers: list[Walker | None] = [None] * count
         self._table = np.zeros(count, dtype_of(Row))
+        self._address = self._table.ctypes.data
+        self._native: Any = None
         parts = max(1, min(threads, count))
         self._parts = list(pairwise(count * part // parts for part in range(parts + 1)))
         self._pool = ThreadPoolExecutor(parts, thread_name_prefix="robots")
@@ -195,7 +197,7 @@ class Walkers:
             block, below = simulation.packed(ahead)
             where = {"model": model._address, "data": data._address, "felt": self.columns[index : index + 1]}
             made, more = packed(row._replace(constants=simulation.block, ahead=block, **where))
-            self._table[index], living = made[0], (block, below, more)
+            self._table[index], living, self._native = made[0], (block, below, more), simulation.native
         self._walkers[index] = Walker(run, episode, row, living)
 
     def act(self, actions: ArrayLike, scale: float | NDArray[np.float64] = 1.0) -> None:
@@ -235,27 +237,26 @@ class Walkers:
         else:
             self._go(0, len(walkers), ticks)
             self._interpreting += time.perf_counter() - began
-        for index, (run, episode, *_) in enumerate(walkers):
-            if self._recorded and run.simulation.state.samples > BLOCK // 2:  # room for those of the longest period
-                run.simulation.take(run.recorder)
-            if run.simulation.move_on():
+        for index, ((run, episode, *_), x) in enumerate(zip(walkers, self.columns["x_position"].tolist(), strict=True)):
+            simulation, (low, high) = run.simulation, run.simulation.inside
+            if self._recorded and simulation.state.samples > BLOCK // 2:  # room for those of the longest period
+                simulation.take(run.recorder)
+            if not low < x < high and simulation.move_on():
                 self._connect(index, run, episode)
 
     def _go(self, first: int, last: int, ticks: int) -> None:
         """Step some robots, or only look, in this thread."""
-        walkers = [self.walker(index) for index in range(first, last)]
-        native = walkers[0].run.simulation.native
-        callback.enter(native)
+        walkers = [] if self._compiled else [self.walker(index) for index in range(first, last)]
+        callback.enter(self._native)
         try:
             if self._compiled:
-                _machine_code()(self._table.ctypes.data, first, last, ticks)
+                _machine_code()(self._address, first, last, ticks)
             else:
                 advance_rows([walker.row for walker in walkers], 0, last - first, ticks)
         finally:
-            callback.leave(native)
-        if not self._compiled:
-            for walker in walkers:
-                walker.run.simulation.check()
+            callback.leave(self._native)
+        for walker in walkers:
+            walker.run.simulation.check()
 
     def walker(self, index: int = 0) -> Walker:
         """A robot in its episode.
