@@ -87,11 +87,6 @@ EQUIVALENT = {
         "further, _ = foot_after(c, u, (length - 2.0 * c.longest))",
     ): "the size of the foot's way alone is taken, as long back as ahead but for its acceleration, some 1e-5 m",
     (
-        "mjbiped/envs/walkers.py",
-        "self._taken_every = max(1, BLOCK // samples - 1)",
-        "self._taken_every = max((0), BLOCK // samples - 1)",
-    ): "what waits is taken after every advance with 0 as with 1",
-    (
         "mjbiped/gaits/optimisation.py",
         "return x, float(at(x.tobytes())[2].min()) if np.isfinite(x).all() else -math.inf",
         "return x, float(at(x.tobytes())[2].min()) if np.isfinite(x).all() else (math.inf)",

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.envs import feeling
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.records.record import Walk
@@ -24,7 +23,7 @@ def walked(walkers: Walkers, actions: NDArray[np.float64]) -> NDArray[np.float64
     for action in actions:
         walkers.actions[0] = action
         walkers.step()
-        rows.append([*walkers.felt[0], walkers.value(feeling.REWARD)[0], walkers.value(feeling.OUTCOME)[0]])
+        rows.append([*walkers.felt[0], walkers.columns["reward"][0], walkers.columns["outcome"][0]])
     return np.array(rows)
 
 
@@ -37,13 +36,13 @@ def repeated(walkers: Walkers) -> Walk:
     record, task = walkers.walk(), walkers.task
     settings = record.settings
     return mjbiped.walk(
-        task.controller.base,
+        task.controller.inner,
         record.terrain,
         engine=task.engine,
         initial=settings["initial"],
         steps=settings["steps"],
         robot=record.robot,
-        disturbances=walkers.episode().disturbances,
+        disturbances=walkers.walker().episode.disturbances,
     )
 
 

@@ -248,8 +248,6 @@ def _decisions(there: Walk, here: Walk, steps: list[int], controller: Controller
 
 def _next_breaks(walk: Walk, controller: Controller, last: int) -> list[float]:
     """Time of the law's next discontinuity just after each touchdown up to `last`, s."""
-    if not hasattr(controller, "next_discontinuity"):
-        return [math.inf] * (last + 1)
     own, found = len(controller.states), []
     for number, (_, memory) in enumerate(islice(replayed(walk, controller), last + 2)):
         if number:

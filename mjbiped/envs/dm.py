@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import copy
-import threading
 import time
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import dm_env
 import numpy as np
 from dm_control import _render
 from dm_control import mujoco as dm_mujoco
@@ -19,7 +17,7 @@ from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from mjbiped.envs import feeling
+from mjbiped.envs.observation import observed
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
@@ -48,11 +46,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         super().__init__(self._wrapped())
 
     def _wrapped(self) -> Any:
-        return wrapper.MjData(self._walkers.simulation().data)
+        return wrapper.MjData(self._walkers.walker().run.simulation.data)
 
     def _show(self) -> None:
         """Take over the model and data that the robot has now."""
-        if self._walkers.simulation().data is not self.data.ptr:
+        if self._walkers.walker().run.simulation.data is not self.data.ptr:
             self._reload_from_data(self._wrapped())
 
     def begin(self, random: np.random.Generator) -> None:
@@ -95,7 +93,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def reset(self, keyframe_id: int | None = None) -> None:
         """Set the robot back to the start of its episode; there are no keyframes."""
-        self._walkers.restart(0)
+        self._walkers.place(0, self._walkers.walker().episode)
 
     def after_reset(self) -> None:
         """Compute the quantities that pictures need from the state."""
@@ -123,16 +121,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def copy(self, share_model: bool = False) -> Physics:
         """Return an independent robot in the same state; the model, which changes in a walk, is never shared."""
-        return type(self)(copy.deepcopy(self._walkers))
+        return copy.deepcopy(self)
 
-    def __getstate__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Return the robots, from which everything else is built."""
-        return self._walkers
-
-    def __setstate__(self, state: Any) -> None:
-        """Build the physics from the robots."""
-        self._contexts_lock = threading.Lock()
-        self.__init__(state)  # type: ignore[misc]
+        return type(self), (self._walkers,)
 
     def free(self) -> None:
         """Release the model; the physics cannot be used any more."""
@@ -171,43 +164,42 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def hip_position(self) -> float:
         """Place of the hip, x in m."""
-        return float(self._walkers.value(feeling.HIP_X)[0])
+        return self._walkers.each[0].x_position
 
     def slope(self) -> float:
         """Slope under the stance foot, rad, positive downhill."""
-        return float(self._walkers.value(feeling.SLOPE)[0])
+        return self._walkers.each[0].slope
 
     def ground_heights(self) -> NDArray[np.float64]:
         """Heights of the ground 0.1 to 1 leg length ahead of the stance foot, above the stance foot, m."""
-        return self._walkers.ground_seen(0)[1:]
+        return self._walkers.ground_seen()[1:]
 
     def drawn(self) -> dict[str, float]:
         """Numbers that were drawn for the episode, by names such as "robot.leg_mass"."""
-        return dict(self._walkers.episode().drawn)
+        return dict(self._walkers.walker().episode.drawn)
 
     def outcome(self) -> Outcome:
         """Outcome of the episode; `Outcome.WALKING` while it lasts."""
-        return self._walkers.outcome(0)
+        return self._walkers.outcome()
 
     def ended(self) -> bool:
         """Whether the episode has ended."""
-        return bool(self._walkers.value(feeling.OUTCOME)[0])
+        return bool(self._walkers.each[0].outcome)
 
     def reward_terms(self) -> dict[str, float]:
         """The terms of the last step's reward."""
-        terms = {"progress": feeling.PROGRESS, "economy": feeling.ECONOMY}
-        return {name: float(self._walkers.value(index)[0]) for name, index in terms.items()}
+        return {name: getattr(self._walkers.each[0], f"reward_{name}") for name in ("progress", "economy")}
 
     def reward(self) -> float:
         """The reward of the last step."""
-        return float(self._walkers.value(feeling.REWARD)[0])
+        return self._walkers.each[0].reward
 
     def walk(self) -> Walk:
         """The record of the episode so far, as `mjbiped.walk` would give it."""
         return self._walkers.walk()
 
     def _felt(self, name: str) -> NDArray[np.float64]:
-        return self._walkers.felt[0, feeling.observed(self._walkers.joints)[name]].copy()
+        return self._walkers.felt[0, observed(len(self._walkers.task.model.joints))[name]].copy()
 
 
 class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
@@ -228,7 +220,7 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
         if isinstance(random, np.random.RandomState):
             random = int(random.randint(2**31))
         self._random = np.random.default_rng(random)
-        self._parts = feeling.observed(len(settings.model.joints))
+        self._parts = observed(len(settings.model.joints), settings.privileged)
 
     @property
     def random(self) -> np.random.Generator:
@@ -250,12 +242,8 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def get_observation(self, physics: Physics) -> OrderedDict[str, NDArray[np.float64]]:
         """Observe what the robot feels, and in a privileged task the ground."""
-        felt = physics._walkers.felt[0].copy()
-        observation = OrderedDict((name, felt[part]) for name, part in self._parts.items())
-        if self.settings.privileged:
-            seen = physics._walkers.ground_seen(0)
-            observation["ground_slope"], observation["ground_heights"] = seen[:1], seen[1:]
-        return observation
+        felt = physics._walkers.observations()[0]
+        return OrderedDict((name, felt[part]) for name, part in self._parts.items())
 
     def get_reward(self, physics: Physics) -> float:
         """Reward of the last step, from 0 to 1; docs/environments.md describes its terms."""
@@ -264,19 +252,3 @@ class Task(control.Task):  # type: ignore[misc]  # dm_control has no types
     def get_termination(self, physics: Physics) -> float | None:
         """Discount: 0 if the walk has ended, None while it goes on."""
         return 0.0 if physics.ended() else None
-
-
-def environment(
-    settings: WalkTask, random: int | np.random.RandomState | None, options: Mapping[str, Any]
-) -> dm_env.Environment:
-    """Make the environment of a task.
-
-    Args:
-        settings: Settings of the task.
-        random: Seed of the episodes, or a generator that draws it.
-        options: Keyword arguments of `dm_control.rl.control.Environment`.
-    """
-    walkers = Walkers(settings)
-    walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew
-    physics = Physics(walkers)
-    return control.Environment(physics, Task(settings, random), time_limit=settings.time_limit, **options)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room, never
 from mjbiped.control.functions import in_python
-from mjbiped.disturbances.loop import limited
-from mjbiped.numerics.blocks import call, call_for_float, numbers, reader
+from mjbiped.disturbances.loop import limited, slope_estimate
+from mjbiped.numerics.blocks import call, numbers, reader
 
 Torques = tuple[float, ...]
 """A torque for each joint with a motor, N m."""
@@ -44,46 +44,41 @@ class DrivenController(LawController):
     bitwise that of the other controller.
 
     Attributes:
-        base: The other controller; the first numbers of the memory are its own.
+        inner: The other controller; the first numbers of the memory are its own.
         most: Limits of the added torques, N m.
         peak: Limits of the motors, to which the sums are clipped, N m.
     """
 
-    base: Controller
+    inner: Controller = field()
     most: Torques
     peak: Torques
 
     def __post_init__(self) -> None:
         """Take over the other controller's joints, states, memory, robot and gait."""
-        own = {name: getattr(self.base, name) for name in ("joints", "states", "robot", "gait")}
-        for name, value in {**own, "memory_size": self.base.memory_size + len(self.base.joints)}.items():
+        own = {name: getattr(self.inner, name) for name in ("joints", "states", "robot", "gait")}
+        for name, value in {**own, "memory_size": self.inner.memory_size + len(self.inner.joints)}.items():
             object.__setattr__(self, name, value)
-
-    @property
-    def inner(self) -> Controller:  # type: ignore[override]  # read only
-        """The other controller, as a disturbed loop names what is in it."""
-        return self.base
 
     @property
     def place(self) -> int:
         """Index in the memory of the torque added at the ankle."""
-        return self.base.memory_size
+        return self.inner.memory_size
 
     def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
         """Start the other controller, with no torque added."""
-        self.base.start(memory, q, dq)
+        self.inner.start(memory, q, dq)
 
     @property
     def plain_law(self) -> Law:
         """Add to the other controller's torques, and clip the sum to the motors' limits."""
-        parameters: Any = Added([in_python(self.base)], self.place, len(self.joints), self.most, self.peak)
-        return Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
+        parameters: Any = Added([in_python(self.inner)], self.place, len(self.joints), self.most, self.peak)
+        return Law(parameters, _torque, _touchdown, slope_estimate, never, knee_strike=_knee_strike)
 
     def describe(self) -> dict[str, Any]:
         """Name, limits and the other controller's own description."""
         return {
             "name": type(self).__name__,
-            "base": self.base.describe(),
+            "base": self.inner.describe(),
             "most": list(self.most),
             "peak": list(self.peak),
         }
@@ -106,13 +101,3 @@ def _touchdown(added: Any, memory: Memory, q_before: Numbers, q: Numbers, dq: Nu
 def _knee_strike(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     law = _law_at(added.inner, 0)
     call(law.knee_strike, law.parameters, memory, t, q, dq)
-
-
-def _slope_estimate(added: Any, memory: Memory) -> float:
-    law = _law_at(added.inner, 0)
-    return call_for_float(law.slope_estimate, law.parameters, memory)
-
-
-def _next_discontinuity(added: Any, memory: Memory, t: float) -> float:
-    law = _law_at(added.inner, 0)
-    return call_for_float(law.next_discontinuity, law.parameters, memory, t)

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import fields
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjbiped.envs.tasks import WalkTask
+from mjbiped.envs.tasks import task_of
+from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import MjbipedError
+from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SEED, known_name
 
 if TYPE_CHECKING:
     import dm_env
-
-_ENVIRONMENT = ("flat_observation",)
 
 
 def load(
@@ -50,15 +49,16 @@ def load(
         MjbipedError: dm_control is not installed.
     """
     given, options = dict(task_kwargs or {}), dict(environment_kwargs or {})
-    names = [field.name for field in fields(WalkTask) if field.name != "name"]
-    for key in given:
-        known_name("entry of task_kwargs", key, [*names, "random"])
-    for key in options:
-        known_name("entry of environment_kwargs", key, _ENVIRONMENT)
     random = given.pop("random", None)
-    if random is not None and not isinstance(random, np.random.RandomState):
+    if not isinstance(random, np.random.RandomState | None):
         random = SEED.check("random", random)
-    return _dm().environment(WalkTask(task, **given), random, options)
+    for key in options:
+        known_name("entry of environment_kwargs", key, ("flat_observation",))
+    settings, dm = task_of(task, Compass.kind, given), _dm()
+    walkers = Walkers(settings)
+    walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew
+    physics = dm.Physics(walkers)
+    return dm.control.Environment(physics, dm.Task(settings, random), time_limit=settings.time_limit, **options)
 
 
 def _dm() -> ModuleType:
@@ -72,8 +72,6 @@ def _dm() -> ModuleType:
             warnings.simplefilter("ignore")  # GLFW's, where there is no display
             from mjbiped.envs import dm
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] not in ("dm_control", "dm_env", "tree", "labmaze", "absl", "glfw"):
-            raise
         raise MjbipedError(
             f"mjbiped.envs.load needs dm_control, and {error.name} is not installed: pip install dm-control. Where its "
             "labmaze cannot be installed (Python 3.13), pip install --no-deps dm-control dm-env, and dm-tree absl-py "

@@ -6,7 +6,7 @@ distribution, {"uniform": [4, 5]}, as in the study files of `mjbiped sweep`; it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from types import MappingProxyType
@@ -36,6 +36,16 @@ TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
 )
 """The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
 
+_ROBOT = "a robot, a name such as 'kneed', or a table of parameters such as {'kind': 'kneed', 'thigh_mass': 4.0}"
+_TERRAIN = (
+    "a Terrain, the name of a preset such as 'stairs', or a dictionary of parameters of the preset {}, or of another "
+    "one as {{'name': 'stairs', 'rise': 0.01}}"
+)
+_DISTURBANCES = (
+    "a mjbiped.Disturbances, or a table of its parameters such as "
+    "{'angle_noise': 0.002, 'torque_limit': {'uniform': [20, 40]}}"
+)
+
 
 @dataclass(frozen=True)
 class Recipe(Generic[Made]):
@@ -54,7 +64,9 @@ class Recipe(Generic[Made]):
     @cached_property
     def draws(self) -> dict[str, Draw]:
         """Distributions by dotted names, "robot.leg_mass" for instance."""
-        return dict(_draws(self.name, self.given))
+        found: dict[str, Draw] = {}
+        self._table(found.setdefault)
+        return found
 
     def made(self, drawn: Mapping[str, Number]) -> Made:
         """Make the object with the numbers that were drawn, by dotted names; without any it is always the same.
@@ -62,7 +74,14 @@ class Recipe(Generic[Made]):
         Raises:
             InputError: A parameter is unknown or outside its domain.
         """
-        return self._filled(drawn) if self.draws else self._only
+        return self.make(self._table(lambda name, _: drawn[name])) if self.draws else self._only
+
+    @cached_property
+    def _only(self) -> Made:
+        return self.make(dict(self.given))
+
+    def _table(self, change: Callable[[str, Any], Any]) -> dict[str, Any]:
+        return {key: _changed(f"{self.name}.{key}", value, change) for key, value in self.given.items()}
 
     @property
     def middle(self) -> Made:
@@ -79,56 +98,34 @@ class Recipe(Generic[Made]):
             with prefixed(f"with the {which} numbers that can be drawn, " if self.draws else ""):
                 self.made({name: draw.ends[end] for name, draw in self.draws.items()})
 
-    @cached_property
-    def _only(self) -> Made:
-        return self._filled({})
 
-    def _filled(self, drawn: Mapping[str, Number]) -> Made:
-        return self.make({key: _filled(f"{self.name}.{key}", value, drawn) for key, value in self.given.items()})
-
-
-def _draws(name: str, value: Any) -> Iterator[tuple[str, Draw]]:
-    """List the distributions in a value by their dotted names."""
-    if isinstance(value, Draw):
-        yield name, value
-    for key, each in _parts(value):
-        yield from _draws(f"{name}.{key}", each)
-
-
-def _filled(name: str, value: Any, drawn: Mapping[str, Number]) -> Any:
-    """Replace the distributions in a value by what was drawn."""
-    if isinstance(value, Draw):
-        return drawn[name]
-    return tuple(_filled(f"{name}.{key}", each, drawn) for key, each in _parts(value)) if _parts(value) else value
-
-
-def _parts(value: Any) -> list[tuple[Any, Any]]:
-    """Entries of a table or a list with their keys; none of anything else."""
-    if isinstance(value, Mapping):
-        return list(value.items())
-    return list(enumerate(value)) if isinstance(value, list | tuple) else []
-
-
-def _read(name: str, value: Any) -> Any:
-    """Read a value in which distributions may stand.
-
-    Raises:
-        InputError: A table in it is no distribution.
-    """
-    if isinstance(value, Mapping):
-        return read_draw(name, value)
+def _changed(name: str, value: Any, change: Callable[[str, Any], Any]) -> Any:
+    """Replace the distributions in a value by what a function of their dotted names and themselves says."""
+    if isinstance(value, Mapping | Draw):
+        return change(name, value)
     if isinstance(value, list | tuple):
-        return tuple(_read(f"{name}.{key}", each) for key, each in enumerate(value))
+        return tuple(_changed(f"{name}.{key}", each, change) for key, each in enumerate(value))
     return value
 
 
 def _recipe(name: str, make: Callable[[dict[str, Any]], Made], table: Mapping[str, Any]) -> Recipe[Made]:
-    return Recipe(name, make, {key: _read(f"{name}.{key}", value) for key, value in table.items()})
+    """Recipe of a table in which distributions may stand.
+
+    Raises:
+        InputError: A table in it is no distribution.
+    """
+    return Recipe(name, make, Recipe(name, make, table)._table(read_draw))
 
 
-def _kept(name: str, made: Made) -> Recipe[Made]:
-    """Recipe of an object that is always the same."""
-    return Recipe(name, partial(_given, made), {})
+def _table(name: str, value: object, wanted: str) -> dict[str, Any]:
+    """Copy a table of parameters.
+
+    Raises:
+        InputError: It is none.
+    """
+    if not isinstance(value, Mapping):
+        raise InputError(f"{name} = {shown(value)}: must be {wanted}")
+    return dict(value)
 
 
 def _given(made: Made, _: dict[str, Any]) -> Made:
@@ -145,14 +142,8 @@ def robot_recipe(value: Robot | str | Mapping[str, Any]) -> Recipe[Robot]:
         InputError: It is none of these.
     """
     if isinstance(value, Robot):
-        return _kept("robot", value)
-    table = {"kind": value} if isinstance(value, str) else value
-    if not isinstance(table, Mapping):
-        raise InputError(
-            f"robot = {shown(value)}: must be a robot, a name such as 'kneed', or a table of parameters such as "
-            "{'kind': 'kneed', 'thigh_mass': 4.0}"
-        )
-    parameters = dict(table)
+        return Recipe("robot", partial(_given, value), {})
+    parameters = _table("robot", {"kind": value} if isinstance(value, str) else value, _ROBOT)
     return _recipe("robot", partial(robot_named, parameters.pop("kind", Compass.kind)), parameters)
 
 
@@ -168,16 +159,12 @@ def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recip
         InputError: It is none of these.
     """
     if isinstance(value, Terrain):
-        return _kept("terrain", value)
-    table = {"name": value} if isinstance(value, str) else value
+        return Recipe("terrain", partial(_given, value), {})
     preset, own = TASKS[task]
-    if not isinstance(table, Mapping):
-        raise InputError(
-            f"terrain = {shown(value)}: must be a Terrain, the name of a preset such as 'stairs', or a dictionary of "
-            f"parameters of the preset {preset}, or of another one as {{'name': 'stairs', 'rise': 0.01}}"
-        )
-    parameters = dict(table) if "name" in table else {**own, **table}
-    preset = parameters.pop("name", preset)
+    parameters = _table("terrain", {"name": value} if isinstance(value, str) else value, _TERRAIN.format(preset))
+    if "name" not in parameters:
+        parameters = {"name": preset, **own, **parameters}
+    preset = parameters.pop("name")
     if preset in RANDOM:
         parameters.setdefault("seed", SEED)
     return _recipe("terrain", partial(_preset, preset), parameters)
@@ -197,13 +184,9 @@ def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recip
         InputError: It is none of these, or the period of the control loop is drawn.
     """
     if isinstance(value, Disturbances | None):
-        return _kept("disturbances", value or UNDISTURBED)
-    if not isinstance(value, Mapping):
-        raise InputError(
-            f"disturbances = {shown(value)}: must be a mjbiped.Disturbances, or a table of its parameters such as "
-            "{'angle_noise': 0.002, 'torque_limit': {'uniform': [20, 40]}}"
-        )
-    recipe = _recipe("disturbances", Disturbances.from_dict, {"seed": SEED, **value})
+        return Recipe("disturbances", partial(_given, value or UNDISTURBED), {})
+    parameters = _table("disturbances", value, _DISTURBANCES)
+    recipe = _recipe("disturbances", Disturbances.from_dict, {"seed": SEED, **parameters})
     if "disturbances.control_period" in recipe.draws:
         raise InputError("disturbances.control_period cannot be drawn: it is the same in all episodes; give a number")
     return recipe

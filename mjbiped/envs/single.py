@@ -2,64 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, TypedDict, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.envs import feeling
+from mjbiped.envs.observation import bounds
 from mjbiped.envs.pictures import Camera
-from mjbiped.envs.tasks import WalkTask
-from mjbiped.envs.walkers import HIGHEST, SEEN, Walkers
+from mjbiped.envs.tasks import WalkTask, task_of
+from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import PIXELS, SEED, known_name
+from mjbiped.utils.domains import PIXELS, SEED
 
 try:
     import gymnasium
 except ModuleNotFoundError as error:
     raise MjbipedError("Gymnasium is not installed: pip install 'mjbiped[gym]'") from error
 
-TERMS = {"reward_progress": feeling.PROGRESS, "reward_economy": feeling.ECONOMY, "x_position": feeling.HIP_X}
-"""Entries of `info`, by their indices in `feeling`."""
-
-
-class Settings(TypedDict, total=False):
-    """Settings of a task, which `WalkEnv` describes."""
-
-    residual: bool
-    privileged: bool
-    robot: Robot | str | Mapping[str, Any]
-    terrain: Terrain | str | Mapping[str, Any]
-    disturbances: Disturbances | Mapping[str, Any]
-    control_period: float
-    time_limit: float
-
-
-def task_of(name: str, kind: str, settings: Settings) -> WalkTask:
-    """Make the task of a name; settings that are None have their defaults.
-
-    Args:
-        name: One of `mjbiped.envs.TASKS`.
-        kind: Name of the robot where the setting `robot` does not give it.
-        settings: The others.
-
-    Raises:
-        InputError: There is no such setting, or its value is outside its domain.
-    """
-    for key in settings:
-        known_name("setting", key, Settings.__annotations__)
-    given: Any = {key: value for key, value in settings.items() if value is not None}
-    robot = given.setdefault("robot", kind)
-    if isinstance(robot, Mapping):
-        given["robot"] = {"kind": kind, **robot}
-    return WalkTask(name, **given)
+TERMS = "reward_progress", "reward_economy", "x_position"
+"""Fields of `mjbiped.envs.observation.Felt` that are entries of `info`."""
 
 
 def action_space(task: WalkTask) -> Any:
@@ -69,18 +33,8 @@ def action_space(task: WalkTask) -> Any:
 
 def observation_space(task: WalkTask) -> Any:
     """Space of observations, in a privileged task with those of the ground."""
-    seen = SEEN if task.privileged else 0
-    low, high = feeling.bounds(len(task.limits))
-    low, high = np.append(low, [-HIGHEST] * seen), np.append(high, [HIGHEST] * seen)
+    low, high = bounds(len(task.limits), task.privileged)
     return gymnasium.spaces.Box(low, high, dtype=np.float64)
-
-
-def observations(walkers: Walkers) -> NDArray[np.float64]:
-    """Observations of all robots, shape (robots, size of the space)."""
-    felt = walkers.felt
-    if not walkers.task.privileged:
-        return felt.copy()
-    return np.column_stack([felt, [walkers.ground_seen(index) for index in range(len(felt))]])
 
 
 class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
@@ -201,7 +155,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
-        **settings: Unpack[Settings],
+        **settings: Any,
     ) -> None:
         """Make the environment; the class's table describes the arguments.
 
@@ -219,14 +173,13 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
         chosen = task_of(task, kind, settings)
-        self.walkers = Walkers(chosen)
+        self.walkers = Walkers(chosen, scenery=render_mode is not None)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}
         self.action_space = action_space(chosen)
         self.observation_space = observation_space(chosen)
         self._most = np.array(chosen.limits)
-        self._size = PIXELS.check("width", width), PIXELS.check("height", height)
-        self._camera: Camera | None = None
+        self._camera = Camera(PIXELS.check("width", width), PIXELS.check("height", height))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -234,21 +187,21 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """Begin an episode; the same seed gives the same one. There are no options."""
         super().reset(seed=None if seed is None else SEED.check("seed", seed))
         self.walkers.begin(0, self.np_random)
-        return observations(self.walkers)[0], self._info()
+        return self.walkers.observations()[0], self._info(self.walkers.outcome())
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Hold an action for a control period; see the class."""
         walkers = self.walkers
         walkers.act(action, self._most)
         walkers.step()
-        reward, outcome = float(walkers.value(feeling.REWARD)[0]), walkers.outcome(0)
+        reward, outcome = walkers.each[0].reward, walkers.outcome()
         truncated = outcome is Outcome.TIME_LIMIT
         over = outcome is not Outcome.WALKING and not truncated
-        return observations(walkers)[0], reward, over, truncated, self._info()
+        return walkers.observations()[0], reward, over, truncated, self._info(outcome)
 
-    def _info(self) -> dict[str, Any]:
-        told = {name: float(self.walkers.value(at)[0]) for name, at in TERMS.items()}
-        return {**told, "outcome": self.walkers.outcome(0).words, **self.walkers.episode(0).drawn}
+    def _info(self, outcome: Outcome) -> dict[str, Any]:
+        told = {name: getattr(self.walkers.each[0], name) for name in TERMS}
+        return {**told, "outcome": outcome.words, **self.walkers.walker().episode.drawn}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the robot, RGB, shape (height, width, 3); None without `render_mode`.
@@ -259,9 +212,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() needs render_mode='rgb_array', given to gymnasium.make")
             return None
-        if self._camera is None:
-            self._camera = Camera(*self._size)
-        return self._camera.picture(self.walkers.plan(), self.walkers.simulation())
+        return self._camera.picture(self.walkers.walker().run.simulation)
 
     def walk(self) -> Walk:
         """Return the record of the episode so far, with the measures, figures and videos of any walk.
@@ -272,11 +223,5 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
 
     def close(self) -> None:
         """Release the renderer, the threads and the simulations."""
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
+        self._camera.close()
         self.walkers.close()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return all attributes but the camera."""
-        return {**self.__dict__, "_camera": None}

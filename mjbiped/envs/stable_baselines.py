@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.envs.single import Settings
 from mjbiped.envs.vector import WalkVectorEnv
 from mjbiped.errors import InputError, MjbipedError
 
@@ -33,9 +32,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         robots: The environment of Gymnasium.
     """
 
-    def __init__(
-        self, num_envs: int, task: str = "walk_level", *, threads: int | None = None, **settings: Unpack[Settings]
-    ) -> None:
+    def __init__(self, num_envs: int, task: str = "walk_level", *, threads: int | None = None, **settings: Any) -> None:
         """Make the environment; see `WalkVectorEnv` for the arguments.
 
         Raises:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
@@ -59,8 +59,6 @@ KNEES_TIMESTEP, KNEES_TICK = 2e-3, 4e-3
 and with torques held for 20 ms the adaptive controller falls on the first steps."""
 DISTURBANCE = 0.05  # of the rates at an episode's start, as a part of them
 IMITATED_DEG = 2.0  # slope of the passive gait on which episodes begin, degrees
-AHEAD = tuple(0.1 * step for step in range(1, 11))
-"""Places of the ground that a privileged observation shows, ahead of the stance foot, in leg lengths."""
 _CONTROL_PERIOD = domains.Domain(TIMESTEP, 1.0, "s")  # what is recorded in a longer one would find no room
 _SHORTEST_STEP = ScuffingRule().delay  # no step of a walk is shorter, s
 
@@ -139,16 +137,13 @@ class WalkTask:
         """Robot that the controller knows: parameters that are drawn have their medians."""
         return self._recipes[0].middle
 
-    @property
-    def _knees(self) -> bool:
-        return "knee" in self.model.joints
-
     @cached_property
     def engine(self) -> Mujoco:
         """Engine of the task; its control period is the time between two ticks of the controller."""
-        usual = KNEES_TICK if self._knees else self.control_period
-        tick = self._recipes[2].middle.control_period or usual
-        return Mujoco(timestep=KNEES_TIMESTEP if self._knees else TIMESTEP, control_period=tick)
+        usual, timestep = self.control_period, TIMESTEP
+        if "knee" in self.model.joints:
+            usual, timestep = KNEES_TICK, KNEES_TIMESTEP
+        return Mujoco(timestep=timestep, control_period=self._recipes[2].middle.control_period or usual)
 
     @cached_property
     def ticks(self) -> int:
@@ -202,22 +197,13 @@ class WalkTask:
         Raises:
             InputError: A number is outside its domain; of a normal distribution it can be.
         """
-        drawn = self._drawn(random)
-        start = self._start(random)
         robot, terrain, disturbances = self._recipes
-        return Episode(robot.made(drawn), terrain.made(drawn), disturbances.made(drawn), start, drawn)
-
-    def _drawn(self, random: np.random.Generator) -> dict[str, Number]:
-        """Draw the numbers of an episode, in the order of their names."""
-        draws = {name: draw for recipe in self._recipes for name, draw in recipe.draws.items()}
-        return {name: draws[name].value(random) for name in sorted(draws)}
-
-    def _start(self, random: np.random.Generator) -> tuple[float, ...]:
-        """Angles (rad) and rates (rad/s) at an episode's start: the gait's, with disturbed rates of either leg."""
-        start = self.gait.start.tolist()
-        count = len(start) // 2
+        draws = sorted({**robot.draws, **terrain.draws, **disturbances.draws}.items())
+        drawn = {name: draw.value(random) for name, draw in draws}
         stance, swing = random.uniform(1.0 - DISTURBANCE, 1.0 + DISTURBANCE, 2).tolist()
-        return (*start[:count], start[count] * stance, *(rate * swing for rate in start[count + 1 :]))
+        factors = [*[1.0] * len(self.limits), stance, *[swing] * (len(self.limits) - 1)]
+        start = tuple((self.gait.start * factors).tolist())
+        return Episode(robot.made(drawn), terrain.made(drawn), disturbances.made(drawn), start, drawn)
 
     @cached_property
     def controller(self) -> DrivenController:
@@ -248,6 +234,26 @@ class WalkTask:
         return make_plan(
             terms, self.controller, episode.terrain, episode.start, self._description, episode.disturbances
         )
+
+
+def task_of(name: str, kind: str, settings: Mapping[str, Any]) -> WalkTask:
+    """Make the task of a name; settings that are None have their defaults.
+
+    Args:
+        name: One of `TASKS`.
+        kind: Name of the robot where the setting `robot` does not give it.
+        settings: Other fields of `WalkTask` by their names.
+
+    Raises:
+        InputError: There is no such setting, or its value is outside its domain.
+    """
+    for key in settings:
+        domains.known_name("setting", key, [field.name for field in fields(WalkTask)][1:])
+    given = {key: value for key, value in settings.items() if value is not None}
+    robot = given.setdefault("robot", kind)
+    if isinstance(robot, Mapping):
+        given["robot"] = {"kind": kind, **robot}
+    return WalkTask(name, **given)
 
 
 @lru_cache(maxsize=16)

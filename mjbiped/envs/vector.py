@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.envs import feeling
-from mjbiped.envs.single import TERMS, Settings, action_space, observation_space, observations, task_of
+from mjbiped.envs.single import TERMS, action_space, observation_space
+from mjbiped.envs.tasks import task_of
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
@@ -46,7 +46,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         max_episode_steps: int | None = None,
         threads: int | None = None,
         render_mode: None = None,
-        **settings: Unpack[Settings],
+        **settings: Any,
     ) -> None:
         """Make the environment.
 
@@ -82,11 +82,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         self._most = np.array(chosen.limits)
         self._randoms = [seeding.np_random()[0] for _ in range(num_envs)]
         self._steps = np.zeros(num_envs, dtype=np.int64)
-        self._ended: list[int] = []
-        self._walking = np.full(num_envs, Outcome.WALKING.words, dtype=_WORDS.dtype)
-        self._all = np.ones(num_envs, dtype=bool)
-        for shared in (self._walking, self._all):  # by all infos
-            shared.setflags(write=False)
+        self._ended = np.zeros(num_envs, dtype=bool)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -100,12 +96,10 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         Raises:
             InputError: There is not one seed for each robot, or not one entry in the mask.
         """
-        several = entries(seed)
-        if seed is not None and several is None:
-            first = SEED.check("seed", seed)
-            several = tuple(first + k for k in range(self.num_envs))
-        seeds = [None if each is None else SEED.check("seed", each) for each in several or ()]
-        if len(seeds) not in (0, self.num_envs):
+        seeds = entries(seed)
+        if seeds is None:
+            seeds = tuple(seed if seed is None else SEED.check("seed", seed) + k for k in range(self.num_envs))
+        if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected one number, or one for each of the {self.num_envs} robots")
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
@@ -114,14 +108,10 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
                 raise InputError(f"reset_mask: expected {self.num_envs} truth values, of which one at least is true")
         for index, each in enumerate(seeds):
             if each is not None and mask[index]:
-                self._randoms[index] = seeding.np_random(each)[0]
-        for index in np.flatnonzero(mask).tolist():
-            self.walkers.begin(index, self._randoms[index])
-        self._note_drawn()
-        self._steps[mask] = 0
-        self._ended = [index for index in self._ended if not mask[index]]
-        told = self.walkers.told()
-        return observations(self.walkers), self._info(told, told[feeling.OUTCOME])
+                self._randoms[index] = seeding.np_random(SEED.check("seed", each))[0]
+        self._begin(mask)
+        self._ended[mask] = False
+        return self.walkers.observations(), self._info(self.walkers.columns["outcome"])
 
     def step(
         self, actions: NDArray[np.float32]
@@ -131,33 +121,29 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         walkers.act(actions, self._most)
         walkers.step()
         self._steps += 1
-        begun = self._ended
-        for index in begun:
-            walkers.begin(index, self._randoms[index])
-            self._steps[index] = 0
-        if begun:
-            self._note_drawn()
-        told = walkers.told()
-        rewards, outcomes = told[feeling.REWARD], told[feeling.OUTCOME]
+        if self._ended.any():
+            self._begin(self._ended)
+        rewards, outcomes = walkers.columns["reward"].copy(), walkers.columns["outcome"].copy()
         terminated = outcomes != 0.0
-        for index in begun:
-            rewards[index] = 0.0
-        truncated = self._steps >= self._longest
-        truncated &= ~terminated
+        rewards[self._ended] = 0.0
+        truncated = (self._steps >= self._longest) & ~terminated
         outcomes[truncated] = float(Outcome.TIME_LIMIT)
-        self._ended = np.flatnonzero(terminated | truncated).tolist()
-        return observations(walkers), rewards, terminated, truncated, self._info(told, outcomes)
+        self._ended = terminated | truncated
+        return walkers.observations(), rewards, terminated, truncated, self._info(outcomes)
 
-    def _note_drawn(self) -> None:
-        """Note the numbers that were drawn for the robots' episodes, in new arrays: infos keep the old ones."""
-        each = [self.walkers.episode(index).drawn for index in range(self.num_envs)]
+    def _begin(self, mask: NDArray[np.bool_]) -> None:
+        """Begin episodes of some robots, and note what was drawn for all, in new arrays: infos keep the old ones."""
+        for index in np.flatnonzero(mask).tolist():
+            self.walkers.begin(index, self._randoms[index])
+        self._steps[mask] = 0
+        each = [self.walkers.walker(index).episode.drawn for index in range(self.num_envs)]
         self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
 
-    def _info(self, told: NDArray[np.float64], outcomes: NDArray[np.float64]) -> dict[str, Any]:
+    def _info(self, outcomes: NDArray[np.float64]) -> dict[str, Any]:
         """Arrays of `info`, each with the mask that Gymnasium asks for."""
-        info: dict[str, Any] = {**{name: told[at] for name, at in TERMS.items()}, **self._drawn}
-        info["outcome"] = _WORDS[outcomes.astype(np.int64)] if outcomes.any() else self._walking
-        return {**info, **{f"_{name}": self._all for name in info}}
+        info: dict[str, Any] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
+        info["outcome"] = _WORDS[outcomes.astype(np.int64)]
+        return {**info, **dict.fromkeys(map("_{}".format, info), np.ones(self.num_envs, dtype=bool))}
 
     def walk(self, index: int) -> Walk:
         """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""

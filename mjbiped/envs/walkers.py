@@ -1,46 +1,119 @@
-"""Robots that walk episodes of a task, for the environments of dm_control and of Gymnasium."""
+"""Robots that walk episodes of a task, for the environments of dm_control and of Gymnasium.
+
+Between two actions nothing of them is Python where they are machine code, and they are stepped in threads.
+"""
 
 from __future__ import annotations
 
 import math
 import time
 import zlib
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.engines.compiling import compiles
+from mjbiped.engines.mujoco import callback
+from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.engines.mujoco.run import MujocoRun
-from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE, Simulation
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
-from mjbiped.envs import feeling
-from mjbiped.envs.tasks import AHEAD, Episode, WalkTask
-from mjbiped.envs.ticks import Ticks
+from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE
+from mjbiped.engines.mujoco.state import MARK, state_at
+from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
+from mjbiped.envs.observation import AHEAD, HIGHEST, Felt, bounds, diverge, feel, felt_at
+from mjbiped.envs.tasks import Episode, WalkTask
 from mjbiped.errors import InputError, MjbipedError, shown
+from mjbiped.numerics.blocks import dtype_of, numbers, packed, reader
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
 
-SEEN = 1 + len(AHEAD)
-"""Numbers of the privileged part of an observation."""
-HIGHEST = 100.0
-"""Bound to which heights of observed ground are clipped, m."""
 _AHEAD = np.array(AHEAD)
-_NO_EPISODE = "there is no episode yet; call reset() first"
 AFFORDED = 0.1
 """Work over weight and distance (the gait's, at full speed) at which the reward's second term is a half: three times
 the adaptive controller's on level ground."""
 
 
-def _alike(first: Episode, second: Episode) -> bool:
-    """Whether two episodes are those of the same objects, so that their simulation can be used again."""
-    return all(getattr(first, name) is getattr(second, name) for name in ("robot", "terrain", "disturbances"))
+class Row(NamedTuple):
+    """A robot of many, as machine code sees it.
+
+    Attributes:
+        constants: Its walk's, alone in a list; see `mjbiped.engines.mujoco.constants.Constants`.
+        ahead: The same for a look ahead; see `mjbiped.engines.mujoco.step.look_ahead`.
+        model: Its mjModel.
+        data: Its mjData.
+        felt: Its numbers, alone in a list.
+        place: Index of the action in its controller's memory.
+    """
+
+    constants: Any
+    ahead: Any
+    model: Any
+    data: Any
+    felt: Any
+    place: int
 
 
-def _checksum(numbers: NDArray[np.float64]) -> float:
-    """Checksum that tells a robot's state from other numbers."""
-    return float(zlib.crc32(np.ascontiguousarray(numbers).tobytes()))
+row_at = reader(Row)
+
+
+def advance_rows(rows: Any, first: int, last: int, ticks: int) -> None:
+    """Step robots to a later tick of their controllers, and fill in what they feel then.
+
+    Args:
+        rows: All robots.
+        first: Number of the first one that is stepped.
+        last: Number behind the last one.
+        ticks: Number of ticks; 0: only look.
+    """
+    for index in range(first, last):
+        row = row_at(rows, index)
+        c, ahead, felt = constants_at(row.constants, 0), constants_at(row.ahead, 0), felt_at(row.felt, 0)
+        u = state_at(c.state, 0)
+        if ticks and u.mark == MARK and not u.outcome:
+            memory = numbers(c.memory, c.memory_size)
+            for joint in range(c.angles):
+                memory[row.place + joint] = felt.action[joint]
+        advance_ticks(c, row.model, row.data, ticks)
+        look_ahead(c, ahead)
+        seen = state_at(ahead.state, 0)
+        if ticks and seen.outcome and not u.outcome:
+            advance_ticks(c, row.model, row.data, 1)  # so that its own state knows of it
+        if not feel(seen, felt, c.angles) or warned(c):
+            diverge(felt)
+
+
+def _by_addresses(rows: int, first: int, last: int, ticks: int) -> None:
+    """`advance_rows` of packed rows."""
+    advance_rows(rows, first, last, ticks)
+
+
+@cache
+def _machine_code() -> Any:
+    from mjbiped.engines.mujoco import native
+    from mjbiped.numerics import machine
+
+    native.define_stages()
+    return machine.compiled(_by_addresses, "void(int64, int64, int64, int64)")
+
+
+class Walker(NamedTuple):
+    """A robot in its episode.
+
+    Attributes:
+        run: Its walk.
+        episode: What the episode began with.
+        row: What steps it.
+        living: What a packed row points to.
+    """
+
+    run: MujocoRun
+    episode: Episode
+    row: Row
+    living: Any
 
 
 class Walkers:
@@ -48,11 +121,15 @@ class Walkers:
 
     Attributes:
         task: Their task.
-        joints: Number of joints with motors.
+        each: Their numbers, which `step` overwrites.
+        columns: The same as an array with the fields of `Felt`.
         actions: Torques for the next control period, N m, shape (robots, joints); `act` writes them.
+        felt: Observations of the robots, shape (robots, numbers), which `step` overwrites; see `observation.observed`.
     """
 
-    def __init__(self, task: WalkTask, count: int = 1, *, threads: int = 1, recorded: bool = True) -> None:
+    def __init__(
+        self, task: WalkTask, count: int = 1, threads: int = 1, recorded: bool = True, scenery: bool = False
+    ) -> None:
         """Prepare a row without episodes; `begin` sets a robot on the ground.
 
         Args:
@@ -60,21 +137,23 @@ class Walkers:
             count: Number of robots.
             threads: Number of threads that step robots at the same time.
             recorded: Whether the samples of walks are kept.
+            scenery: Whether the ground is drawn in pictures; the walks are the same.
         """
         self.task = task
-        self._recorded, self._threads = recorded, threads
-        self.joints = joints = len(task.model.joints)
-        self._ticks = Ticks(count, feeling.sizes_of(joints), threads=threads, ticks=task.ticks)
-        self.actions = self._ticks.inputs
-        self._out = self._ticks.out
-        self._shapes = ((count, joints), *([(joints,)] if count == 1 else []))  # of actions
-        self._runs: list[MujocoRun | None] = [None] * count
-        self._episodes: list[Episode | None] = [None] * count
-        self._inside, self._bounded = np.tile((-math.inf, math.inf), (count, 1)), False
-        # what is recorded waits in a simulation's own rows until it is taken
-        samples = math.ceil(task.control_period / DEFAULT_SAMPLE_PERIOD) + 1
-        self._taken_every = max(1, BLOCK // samples - 1)
-        self._since_taken = 0
+        self._made = task, count, threads, recorded, scenery
+        self._recorded, self._scenery, self._joints = recorded, scenery, len(task.model.joints)
+        self.each = (Felt * count)()
+        self.columns = np.ctypeslib.as_array(self.each)
+        self.actions = self.columns["action"][:, : self._joints]
+        self.felt: NDArray[np.float64] = self.columns["observation"][:, : len(bounds(self._joints)[0])]
+        self._shapes = (self.actions.shape, *([(self._joints,)] if count == 1 else []))  # of actions
+        self._walkers: list[Walker | None] = [None] * count
+        self._table = np.zeros(count, dtype_of(Row))
+        self._address = self._table.ctypes.data
+        self._native: Any = None
+        parts = max(1, min(threads, count))
+        self._parts = list(pairwise(count * part // parts for part in range(parts + 1)))
+        self._pool = ThreadPoolExecutor(parts, thread_name_prefix="robots")
         self._compiled, self._interpreting = False, 0.0  # time spent on interpreting, s
 
     def begin(self, index: int, random: np.random.Generator) -> None:
@@ -84,36 +163,42 @@ class Walkers:
             index: Number of the robot.
             random: Generator that draws the episode.
         """
-        self._place(index, self.task.episode(random))
+        self.place(index, self.task.episode(random))
 
-    def _place(self, index: int, episode: Episode) -> None:
-        task = self.task
+    def place(self, index: int, episode: Episode) -> None:
+        """Set a robot on the ground at the beginning of an episode, which may be the one that it is in."""
+        task, before, felt = self.task, self._walkers[index], self.each[index]
         plan = task.plan(episode, recorded=self._recorded)
-        before, old = self._runs[index], self._episodes[index]
-        if episode is not old:  # one that begins again goes on as before: others hold its model and data
-            spent = math.inf if len(self._runs) > 1 else self._interpreting
+        if before is None or episode is not before.episode:  # one that begins again: others hold its model and data
+            spent = math.inf if len(self.each) > 1 else self._interpreting
             self._compiled = self._compiled or compiles(plan, spent)
-        same = before.simulation if before is not None and old is not None and _alike(old, episode) else None
-        if same is not None and same.compiled != self._compiled:
-            same = None
-        run = MujocoRun(plan, task.engine, before=same, compile=self._compiled)
-        self._runs[index], self._episodes[index] = run, episode
-        self._ticks.put(index, run.simulation, task.controller.place)
-        self._note_inside(index)
-        kept, target = self._ticks.kept[index], task.target_speed * task.control_period
-        kept[feeling.TARGET] = target
-        kept[feeling.AFFORDED] = AFFORDED * plan.robot.weight * target
-        kept[feeling.SHARE] = min(1.0, task.control_period / task.gait.period)
-        kept[feeling.TICKS] = task.ticks
-        feeling.sense_by(episode.disturbances.sensors, kept)
-        kept[feeling.LAST_WORK] = kept[feeling.LAST_COUNT] = kept[feeling.TICK_NUMBER] = 0.0
-        self.actions[index] = 0.0
-        self._ticks.look(index)
-        kept[feeling.AVERAGE] = target
+        same = None
+        if before is not None and all(a is b for a, b in zip(before.episode[:3], episode[:3], strict=True)):
+            same = before.run.simulation if self._compiled == (before.run.simulation.block is not None) else None
+        run = MujocoRun(plan, task.engine, before=same, scenery=self._scenery, compile=self._compiled)
+        self._connect(index, run, episode)
+        self.columns[index] = 0
+        felt.target = task.target_speed * task.control_period
+        felt.afforded = AFFORDED * plan.robot.weight * felt.target
+        felt.share, felt.ticks = min(1.0, task.control_period / task.gait.period), task.ticks
+        sensors = episode.disturbances.sensors
+        felt.senses = any(sensors[:5])
+        for name, value in sensors._asdict().items():
+            setattr(felt, name, value)
+        self._go(index, index + 1, 0)
+        felt.average = felt.target
 
-    def restart(self, index: int) -> None:
-        """Begin the episode of a robot again, on the same ground and from the same state."""
-        self._place(index, self.episode(index))
+    def _connect(self, index: int, run: MujocoRun, episode: Episode) -> None:
+        """Let the simulation of a run be stepped as that of a robot."""
+        simulation, living = run.simulation, None
+        model, data, ahead = simulation.model, simulation.data, simulation.ahead()
+        row = Row([simulation.constants], [ahead], model, data, [self.each[index]], self.task.controller.place)
+        if self._compiled:
+            block, below = simulation.packed(ahead)
+            where = {"model": model._address, "data": data._address, "felt": self.columns[index : index + 1]}
+            made, more = packed(row._replace(constants=simulation.block, ahead=block, **where))
+            self._table[index], living, self._native = made[0], (block, below, more), simulation.native
+        self._walkers[index] = Walker(run, episode, row, living)
 
     def act(self, actions: ArrayLike, scale: float | NDArray[np.float64] = 1.0) -> None:
         """Choose the actions of the next control period.
@@ -130,9 +215,11 @@ class Walkers:
                 raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
         except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
-            wanted = f"shape {self.actions.shape}, {self.named_joints} of each robot"
+            *first, last = self.task.model.joints
+            joints = f"{', '.join(first)} and {last}"
+            wanted = f"shape {self.actions.shape}, {joints} of each robot"
             if len(self.actions) == 1:
-                wanted = f"{('two', 'three')[self.joints - 2]} numbers, of {self.named_joints}"
+                wanted = f"{('two', 'three')[self._joints - 2]} numbers, of {joints}"
             raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
 
     def step(self) -> None:
@@ -141,113 +228,85 @@ class Walkers:
         Raises:
             MjbipedError: A robot has not begun an episode.
         """
-        if None in self._runs:
-            raise MjbipedError(_NO_EPISODE)
-        ticks, out, began = self._ticks, self._out, time.perf_counter()
-        ticks.advance()
-        if not self._compiled:
+        walkers, ticks, began = [self.walker(k) for k in range(len(self.each))], self.task.ticks, time.perf_counter()
+        if self._compiled:
+            others = [self._pool.submit(self._go, first, last, ticks) for first, last in self._parts[1:]]
+            self._go(*self._parts[0], ticks)
+            for other in others:
+                other.result()
+        else:
+            self._go(0, len(walkers), ticks)
             self._interpreting += time.perf_counter() - began
-        self._since_taken += 1
-        if self._recorded and self._since_taken >= self._taken_every:
-            self._since_taken = 0
-            for index in range(len(out)):
-                self._take(index)
-        if self._bounded:
-            x, (low, high) = out[:, feeling.HIP_X], self._inside.T
-            for index in np.flatnonzero((x <= low) | (x >= high)).tolist():
-                if ticks.move_on(index):
-                    self._note_inside(index)
+        for index, ((run, episode, *_), x) in enumerate(zip(walkers, self.columns["x_position"].tolist(), strict=True)):
+            simulation, (low, high) = run.simulation, run.simulation.inside
+            if self._recorded and simulation.state.samples > BLOCK // 2:  # room for those of the longest period
+                simulation.take(run.recorder)
+            if not low < x < high and simulation.move_on():
+                self._connect(index, run, episode)
 
-    def _note_inside(self, index: int) -> None:
-        """Note the places of a robot's hip between which its present ground suffices."""
-        self._inside[index] = self.simulation(index).inside
-        self._bounded = bool(np.isfinite(self._inside).any())
+    def _go(self, first: int, last: int, ticks: int) -> None:
+        """Step some robots, or only look, in this thread."""
+        walkers = [] if self._compiled else [self.walker(index) for index in range(first, last)]
+        callback.enter(self._native)
+        try:
+            if self._compiled:
+                _machine_code()(self._address, first, last, ticks)
+            else:
+                advance_rows([walker.row for walker in walkers], 0, last - first, ticks)
+        finally:
+            callback.leave(self._native)
+        for walker in walkers:
+            walker.run.simulation.check()
 
-    def _run(self, index: int) -> MujocoRun:
-        run = self._runs[index]
-        if run is None:
-            raise MjbipedError(_NO_EPISODE)
-        return run
+    def walker(self, index: int = 0) -> Walker:
+        """A robot in its episode.
 
-    def _take(self, index: int) -> None:
-        """Move the recorded samples of a robot's walk to its recorder."""
-        run = self._run(index)
-        run.simulation.take(run.recorder)
+        Raises:
+            MjbipedError: It has not begun one.
+        """
+        walker = self._walkers[index]
+        if walker is None:
+            raise MjbipedError("there is no episode yet; call reset() first")
+        return walker
 
-    @property
-    def named_joints(self) -> str:
-        """The joints in words: "ankle and hip"."""
-        *first, last = self.task.model.joints
-        return f"{', '.join(first)} and {last}"
-
-    @property
-    def felt(self) -> NDArray[np.float64]:
-        """Observations of the robots, shape (robots, numbers), which `step` overwrites; see `feeling.observed`."""
-        return self._out[:, feeling.FELT :]
-
-    def value(self, which: int) -> NDArray[np.float64]:
-        """One number of all robots by its index in `feeling`, which `step` overwrites."""
-        return self._out[:, which]
-
-    def told(self) -> NDArray[np.float64]:
-        """Copy all numbers: a row for each index in `feeling`, a column for each robot."""
-        return self._out.T.copy()
-
-    def outcome(self, index: int) -> Outcome:
+    def outcome(self, index: int = 0) -> Outcome:
         """Outcome of a robot's episode; `Outcome.WALKING` while it lasts."""
-        outcome = Outcome(int(self._out[index, feeling.OUTCOME]))
-        return Outcome.TIME_LIMIT if outcome is Outcome.WALKING and self._is_late(index) else outcome
+        outcome = Outcome(int(self.each[index].outcome))
+        late = self.walker(index).run.simulation.data.time > self.task.time_limit - 0.5 * self.task.control_period
+        return Outcome.TIME_LIMIT if outcome is Outcome.WALKING and late else outcome
 
-    def _is_late(self, index: int) -> bool:
-        """Whether a robot has walked for the longest time of an episode."""
-        late: bool = self.simulation(index).data.time > self.task.time_limit - 0.5 * self.task.control_period
-        return late
+    def observations(self) -> NDArray[np.float64]:
+        """Observations of all robots, in a privileged task with those of the ground."""
+        seen = [self.ground_seen(index) for index in range(len(self.each))] if self.task.privileged else []
+        return np.column_stack([self.felt, seen]) if seen else self.felt.copy()
 
-    def ground_seen(self, index: int) -> NDArray[np.float64]:
-        """Privileged part of an observation, shape (`SEEN`,).
+    def ground_seen(self, index: int = 0) -> NDArray[np.float64]:
+        """Privileged part of an observation.
 
         The slope under the stance foot (rad, positive downhill), then the ground's heights over that of the stance foot
         (m) at the places `AHEAD`.
         """
-        plan, out = self.plan(index), self._out[index]
-        places = out[feeling.FOOT_X] + _AHEAD * plan.robot.leg_length
-        heights = plan.terrain.height(places) - self._ticks.now(index).foot_z
-        return np.append(out[feeling.SLOPE], heights).clip(-HIGHEST, HIGHEST)
-
-    def episode(self, index: int = 0) -> Episode:
-        """What a robot's episode began with."""
-        episode = self._episodes[index]
-        if episode is None:
-            raise MjbipedError(_NO_EPISODE)
-        return episode
-
-    def plan(self, index: int = 0) -> Plan:
-        """Plan of a robot's episode."""
-        return self._run(index).plan
-
-    def simulation(self, index: int = 0) -> Simulation:
-        """Simulation of a robot's episode; its model changes on long grounds."""
-        return self._run(index).simulation
+        plan, felt = self.walker(index).run.plan, self.each[index]
+        heights = plan.terrain.height(felt.foot_x + _AHEAD * plan.robot.leg_length) - felt.foot_z
+        return np.append(felt.slope, heights).clip(-HIGHEST, HIGHEST)
 
     def walk(self, index: int = 0) -> Walk:
         """Return the record of a robot's episode so far.
 
         Its outcome is "interrupted" while it walks, and "time limit" once it has walked for the longest time.
         """
-        run = self._run(index)
-        outcome = run.simulation.outcome
-        lasting = Outcome.TIME_LIMIT if self._is_late(index) else Outcome.INTERRUPTED
-        run.outcome = lasting if outcome is Outcome.WALKING else outcome
+        run, outcome = self.walker(index).run, self.outcome(index)
+        run.outcome = Outcome.INTERRUPTED if outcome is Outcome.WALKING else outcome
         run.simulation.finish(run.recorder)
         return run.record()
 
     def state(self, index: int = 0) -> NDArray[np.float64]:
         """Return everything that a robot's future depends on, with its controller's memory, for `set_state`."""
-        simulation, ticks = self.simulation(index), self._ticks
+        simulation = self.walker(index).run.simulation
         whole = np.empty(mujoco.mj_stateSize(simulation.model, WHOLE_STATE))
         mujoco.mj_getState(simulation.model, simulation.data, whole, WHOLE_STATE)
-        numbers = np.concatenate([whole, ticks.kept[index], ticks.out[index]])
-        return np.append(numbers, _checksum(numbers))
+        state = np.concatenate([whole, self.columns[index : index + 1].view(np.float64)])
+        return np.append(state, zlib.crc32(state.tobytes()))
 
     def set_state(self, state: NDArray[np.float64], index: int = 0) -> None:
         """Set a robot back to a state of the same episode; what is recorded goes on from there.
@@ -256,42 +315,36 @@ class Walkers:
             InputError: `state` did not return it: it holds the controller's memory and the quantities that end a
                 walk, which other numbers would contradict.
         """
-        simulation, ticks = self.simulation(index), self._ticks
-        size = mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
-        ends = np.cumsum([size, ticks.kept.shape[1], ticks.out.shape[1]]).tolist()
-        state = np.asarray(state, dtype=np.float64)
-        if state.shape != (ends[-1] + 1,):
-            raise InputError(f"state: expected shape {(ends[-1] + 1,)}, got {state.shape}")
-        if state[-1] != _checksum(state[:-1]):
+        run, episode, *_ = self.walker(index)
+        simulation, felt = run.simulation, self.columns[index : index + 1].view(np.float64)
+        state, size = np.asarray(state, dtype=np.float64), mujoco.mj_stateSize(simulation.model, WHOLE_STATE)
+        if state.shape != (size + len(felt) + 1,):
+            raise InputError(f"state: expected shape {(size + len(felt) + 1,)}, got {state.shape}")
+        if state[-1] != zlib.crc32(state[:-1].tobytes()):
             raise InputError("state: it is none that was got from an episode; give one as it was got, unchanged")
         simulation.data.warning.number[:] = 0
-        whole, ticks_kept, ticks_out, _ = np.split(state, ends)
-        mujoco.mj_setState(simulation.model, simulation.data, whole, WHOLE_STATE)
-        ticks.move_on(index)
-        self._note_inside(index)
-        ticks.look(index)
-        ticks.kept[index], ticks.out[index] = ticks_kept, ticks_out
+        mujoco.mj_setState(simulation.model, simulation.data, state[:size], WHOLE_STATE)
+        if simulation.move_on():
+            self._connect(index, run, episode)
+        felt[:] = state[size:-1]
 
     def close(self) -> None:
         """End the threads, and release the simulations."""
-        self._ticks.close()
-        self._runs, self._episodes = [None] * len(self._runs), [None] * len(self._runs)
+        self._pool.shutdown()
+        self._walkers = [None] * len(self._walkers)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Return settings and episodes, from which `__setstate__` builds the robots again."""
-        episodes: dict[int, Any] = {}
-        for index, run in enumerate(self._runs):
-            if run is not None:
-                self._take(index)
-                episodes[index] = self.episode(index), self.state(index), run.recorder
-        made = self.task, len(self._runs), self._threads, self._recorded
-        return {"made": made, "episodes": episodes}
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what builds the robots again, each in its state."""
+        episodes = {}
+        for index, walker in enumerate(self._walkers):
+            if walker is not None:
+                walker.run.simulation.take(walker.run.recorder)
+                episodes[index] = walker.episode, self.state(index), walker.run.recorder
+        return type(self), self._made, episodes
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Build the robots again, each in its state."""
-        task, count, threads, recorded = state["made"]
-        self.__init__(task, count, threads=threads, recorded=recorded)  # type: ignore[misc]
-        for index, (episode, whole, recorder) in state["episodes"].items():
-            self._place(index, episode)
-            self.set_state(whole, index)
-            self._run(index).recorder = recorder
+    def __setstate__(self, episodes: dict[int, Any]) -> None:
+        """Set the robots into their states."""
+        for index, (episode, state, recorder) in episodes.items():
+            self.place(index, episode)
+            self.set_state(state, index)
+            self.walker(index).run.recorder = recorder

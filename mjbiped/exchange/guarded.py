@@ -9,26 +9,21 @@ from __future__ import annotations
 import json
 import os
 import signal
-import stat
 import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
-from mjbiped.errors import InputError, shortened, shown
+from mjbiped.errors import InputError, shortened
 from mjbiped.exchange.parts import Part, check_lossless, parts_of
 from mjbiped.utils.mujoco import mujoco
-from mjbiped.utils.reading import read_bytes
 
 _LONGEST = 10  # s of processor time; a robot's model takes 0.4, nearly all of them for the import of MuJoCo
-_PATIENCE = 60.0  # s on the clock, for what waits, and for systems without such a limit
+_PATIENCE = 60.0  # s on the clock, for what waits for a pipe, and for systems without such a limit
 _MEMORY = 2 << 30  # bytes of address space; a robot's model takes 0.2 GiB, nearly all of them MuJoCo and NumPy
 _ENDLESS = "has not come to an end"
-_OF_MJCF = ("include", "model")  # elements that name other MJCF files
-_FOLDERS = ("assetdir", "meshdir", "texturedir")
 
 
 class Compiled(NamedTuple):
@@ -52,7 +47,7 @@ def compiled(path: Path) -> Compiled:
         path: A regular file.
 
     Raises:
-        InputError: It names what is no file, MuJoCo cannot read it or fails on it, or its parts are not those of a
+        InputError: MuJoCo cannot read it or fails on it, or its parts are not those of a
             planar robot; the message continues the file's name.
     """
     paths = [str(Path(each).absolute()) for each in sys.path]  # the same mjbiped
@@ -101,47 +96,6 @@ def _part(*values: object) -> Part:
     return part._replace(anchor=np.array(part.anchor), centre=np.array(part.centre), ends=ends)
 
 
-def _check_files(path: Path) -> None:
-    """Refuse an MJCF file that names pipes or devices, directly or in another MJCF file: MuJoCo would wait for them.
-
-    Raises:
-        InputError: It does, or an MJCF file is very long.
-    """
-    files, roots = [path], []
-    for file in files:  # it grows by those that a file names
-        try:
-            roots.append(ElementTree.fromstring(read_bytes(file)))
-        except (ElementTree.ParseError, ValueError, LookupError) as error:
-            if isinstance(error, InputError):
-                raise
-            continue  # MuJoCo says what is wrong
-        named = {each.get("file", "") for tag in _OF_MJCF for each in roots[-1].iter(tag)}
-        files += _files_named(named, {path.parent, file.parent}).difference(files)
-    elements = [element for root in roots for element in root.iter()]
-    folders = {element.get(key, "") for element in elements for key in _FOLDERS}
-    named = {value for element in elements for key, value in element.items() if key.startswith("file")}
-    _files_named(named, {file.parent / folder for file in files for folder in ("", *folders)})
-
-
-def _files_named(names: set[str], folders: set[Path]) -> set[Path]:
-    """Return the regular files of these names in these folders.
-
-    Raises:
-        InputError: One is a pipe or a device.
-    """
-    files = set()
-    for place, name in ((folder / name, name) for folder in folders for name in names):
-        try:
-            kind = place.stat().st_mode
-        except (OSError, ValueError):
-            continue  # it is in another folder, or MuJoCo says that it is missing
-        if stat.S_ISREG(kind):
-            files.add(place)
-        elif not stat.S_ISDIR(kind):
-            raise InputError(f"it names {shown(name)}, which is a device or a pipe; expected a file")
-    return files
-
-
 def main() -> None:
     """Compile a file, and print as JSON what it holds, or why it is refused.
 
@@ -157,7 +111,6 @@ def main() -> None:
             _, hard = resource.getrlimit(kind)
             resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
     try:
-        _check_files(Path(path))
         told: Compiled | str = _told(mujoco.MjModel.from_xml_path(path))
     except InputError as error:
         told = str(error)

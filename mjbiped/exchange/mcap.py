@@ -24,13 +24,17 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
 from mjbiped.exchange.links import WORLD, Link, links_of
-from mjbiped.exchange.messages import JOINT_STATE, MARKER, STRING, TF, definition_of
 from mjbiped.exchange.urdf import urdf_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+MARKER = "visualization_msgs/msg/Marker"
+STRING = "std_msgs/msg/String"
+TF = "tf2_msgs/msg/TFMessage"
 
 _LINE_STRIP = 4  # of visualization_msgs/msg/Marker
 _BEYOND = 1.0  # ground that is drawn before and behind the robot, leg lengths
@@ -46,14 +50,15 @@ def write_recording(walk: Walk, path: Path) -> None:
         InputError: The walk has no samples, or the library is not installed.
         RecordError: The file cannot be written.
     """
-    writer_module = needed("mcap_ros2.writer", "ros", "an MCAP recording")
+    writer_module, types = (
+        needed(name, "ros", "an MCAP recording") for name in ("mcap_ros2.writer", "rosbags.typesys")
+    )
     if not len(walk.samples["time"]):
         raise InputError("the walk has no samples to record; walk with a sample period")
     with saved(path) as unfinished, unfinished.open("wb") as stream:
-        writer = writer_module.Writer(stream)
-        schemas = {
-            kind: writer.register_msgdef(kind, definition_of(kind)) for kind in (STRING, MARKER, JOINT_STATE, TF)
-        }
+        writer, ros = writer_module.Writer(stream), types.get_typestore(types.Stores.ROS2_HUMBLE)
+        definitions = {kind: ros.generate_msgdef(kind, ros_version=2)[0] for kind in (STRING, MARKER, JOINT_STATE, TF)}
+        schemas = {kind: writer.register_msgdef(kind, text) for kind, text in definitions.items()}
         for time, topic, kind, message in _messages(walk):
             writer.write_message(topic, schemas[kind], message, log_time=time)
         told = {"outcome": walk.outcome, "settings": json.dumps(dict(walk.settings))}
@@ -71,16 +76,11 @@ def _messages(walk: Walk) -> Iterator[tuple[int, str, str, Message]]:
     rates = joint_rates(robot, samples)
     for row, time in enumerate(map(_nanoseconds, samples["time"])):
         qpos = samples["qpos"][row].tolist()
-        states = {"name": list(robot.places), "position": qpos, "velocity": rates[row].tolist(), "effort": []}
+        states = {"name": list(robot.places), "position": qpos, "velocity": rates[row].tolist()}
         yield time, "/joint_states", JOINT_STATE, {"header": _header(time), **states}
         places = dict(zip(robot.places, qpos, strict=True))
         yield time, "/tf", TF, {"transforms": [_transform(time, link, places) for link in links]}
-        torques = {
-            "name": list(robot.joints),
-            "effort": samples["torque"][row].tolist(),
-            "position": [],
-            "velocity": [],
-        }
+        torques = {"name": list(robot.joints), "effort": samples["torque"][row].tolist()}
         yield time, "/torques", JOINT_STATE, {"header": _header(time), **torques}
 
 
@@ -112,46 +112,24 @@ def _transform(time: int, link: Link, places: Mapping[str, float]) -> Message:
         "child_frame_id": link.name,
         "transform": {
             "translation": {"x": x + link.place[0], "y": y, "z": z + link.place[1]},
-            "rotation": {"x": 0.0, "y": math.sin(half), "z": 0.0, "w": math.cos(half)},
+            "rotation": {"y": math.sin(half), "w": math.cos(half)},
         },
     }
 
 
 def _ground(terrain: Terrain, hips: NDArray[np.float64], length: float, time: int) -> Message:
-    """The ground under a walk as a line."""
+    """The ground under a walk as a line; what is left out is zero or empty."""
     low, high = float(hips.min()) - _BEYOND * length, float(hips.max()) + _BEYOND * length
-    points = [{"x": x, "y": 0.0, "z": z} for x, z in _profile(terrain, low, high)]
+    points = [{"x": x, "z": z} for x, z in np.transpose(terrain.outline(low, high)).tolist()]
     return {
         "header": _header(time),
         "ns": "ground",
-        "id": 0,
         "type": _LINE_STRIP,
-        "action": 0,
-        "pose": {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}},
-        "scale": {"x": _THICKNESS * length, "y": 0.0, "z": 0.0},
+        "pose": {"orientation": {"w": 1.0}},
+        "scale": {"x": _THICKNESS * length},
         "color": {"r": 0.45, "g": 0.4, "b": 0.35, "a": 1.0},
-        "lifetime": {"sec": 0, "nanosec": 0},
-        "frame_locked": False,
         "points": points,
-        "colors": [],
-        "texture_resource": "",
-        "texture": {"header": _header(time), "format": "", "data": b""},
-        "uv_coordinates": [],
-        "text": "",
-        "mesh_resource": "",
-        "mesh_file": {"filename": "", "data": b""},
-        "mesh_use_embedded_materials": False,
     }
-
-
-def _profile(terrain: Terrain, low: float, high: float) -> Iterator[tuple[float, float]]:
-    """Points of the ground between two places, m; two above each other where there is a step."""
-    starts = [-math.inf, *terrain.x[1:]]
-    for index, (start, stop) in enumerate(zip(starts, [*starts[1:], math.inf], strict=True)):
-        first, last = max(start, low), min(stop, high)
-        if first < last:
-            for x in (first, last):
-                yield x, terrain.z[index] + terrain.gradients[index] * (x - terrain.x[index])
 
 
 def _header(time: int, frame: str = WORLD) -> Message:

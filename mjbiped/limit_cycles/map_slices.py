@@ -15,7 +15,7 @@ from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.passive import PassiveGait
 from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait
-from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, walk_all
+from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
 from mjbiped.limit_cycles.section import OFF, check_scuffing, places_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
@@ -80,6 +80,7 @@ def map_slices(
     points, steps = domains.SLOPES.check("points", points), domains.MAP_STEPS.check("steps", steps)
     rule = chosen(scuffing)
     step = ReturnMap(robot, slope, rule)
+    plane = plane_of(robot, step.slope, rule)
     gait = passive_gait_of(robot, slope)
     check_scuffing(gait, slope, rule)
     fixed = _places(gait.start)
@@ -91,7 +92,7 @@ def map_slices(
     for k, width in enumerate(widths):
         places = np.tile(fixed, (points, 1))
         places[:, k] += width * shares
-        batch = walk_all(step.plane, _states(robot, places, gait.start), 1)
+        batch = walk_all(plane, _states(robot, places, gait.start), 1)
         states, landed = batch.states[:, 0], batch.outcomes == TOUCHDOWN
         if len(fixed) > 1:
             landed &= np.abs(states[:, :2].sum(axis=1)) < OFF  # not on a bent knee

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -314,11 +314,6 @@ class ReturnMap:
         domains.check_kind("scuffing", self.scuffing, ScuffingRule)
         check_rule(self.robot, self.scuffing)
 
-    @cached_property
-    def plane(self) -> Plane:
-        """Robot, plane and rule in the form that compiled functions take."""
-        return plane_of(self.robot, self.slope, self.scuffing)
-
     def walk(self, state: ArrayLike, steps: int) -> Steps:
         """Walk from a state just after an impact, with both feet on the plane.
 
@@ -336,7 +331,7 @@ class ReturnMap:
         if np.diff(start[1:angles]).any() or (bends < 0.0 if self.robot.knee_opens else bends != 0.0).any():
             raise InputError("state: just after an impact the swing leg is straight: q3 = q2 and dq3 = dq2")
         steps = domains.MAP_STEPS.check("steps", steps)
-        batch = walk_all(self.plane, start[None], steps, room=steps)
+        batch = walk_all(plane_of(self.robot, self.slope, self.scuffing), start[None], steps, room=steps)
         done = int(batch.counts[0])
         outcome = Outcome(int(batch.outcomes[0])).name.lower()
         return Steps(batch.states[0, :done], batch.periods[0, :done], outcome)

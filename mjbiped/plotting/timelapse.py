@@ -66,7 +66,7 @@ def rows_of(walk: Walk) -> list[Row]:
     rows = []
     for index in range(count):
         first = start + index * length
-        _, z = outline(walk.terrain, first, first + length)
+        _, z = walk.terrain.outline(first, first + length)
         inside = (qpos[:, 0] >= first) & (qpos[:, 0] <= first + length)
         highest = float(z.max())
         if inside.any():  # at most two legs over the ground: where a robot that diverges gets to, nothing is drawn
@@ -75,16 +75,6 @@ def rows_of(walk: Walk) -> list[Row]:
         low = float(z.min()) - _BELOW / scale
         rows.append(Row(first, first + length, low, high, (high - low) * scale))
     return rows
-
-
-def outline(terrain: Terrain, start: float, stop: float) -> tuple[Array, Array]:
-    """Profile between two places, with both ends of every segment and step: x and z in m."""
-    x, z = [start], [terrain.height_at(start)]
-    for index in range(1, len(terrain.x)):
-        if start < terrain.x[index] < stop:
-            x += [terrain.x[index]] * 2
-            z += [terrain.heights_before[index], terrain.z[index]]
-    return np.array([*x, stop]), np.array([*z, terrain.height_at(stop)])
 
 
 def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
@@ -160,7 +150,7 @@ def _draw_sticks(
 
 def _draw_ground(axes: Axes, terrain: Terrain, row: Row, scale: float) -> None:
     """Fill the ground, mark changes of slope and steps, and label both where there is room."""
-    x, z = outline(terrain, row.start, row.stop)
+    x, z = terrain.outline(row.start, row.stop)
     axes.fill_between(x, z, row.low, color=GROUND, linewidth=0, zorder=1)
     axes.plot(x, z, color=SHADE, linewidth=0.9, zorder=3)
     if math.isfinite(terrain.end) and row.start < terrain.end < row.stop:

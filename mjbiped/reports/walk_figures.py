@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
-from mjbiped.plotting.timelapse import outline
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, lines_of, signals_of
@@ -115,7 +114,7 @@ def _over_ground(walk: Walk) -> Shown:
     """Draw the ground, the posture at each touchdown, and the posture of the current moment."""
     qpos, rows, panels = walk.samples["qpos"], walk.touchdowns, Panels()
     low, high = float(qpos[:, 0].min()) - _BEYOND, float(qpos[:, 0].max()) + _BEYOND
-    x, z = outline(walk.terrain, low, high)
+    x, z = walk.terrain.outline(low, high)
     bottom, start = float(z.min()) - 0.25, float(qpos[0, 0]) - 0.8
     panels.add(
         x={"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]},

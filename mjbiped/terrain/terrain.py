@@ -326,6 +326,15 @@ class Terrain(Presets):
             z += [before, after] if rise else [after]
         return [*x, self.end], [*z, self.height_at(self.end)]
 
+    def outline(self, start: float, stop: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Profile between two places, with both ends of every segment and step: x and z in m."""
+        x, z = [start], [self.height_at(start)]
+        for place, before, after in zip(self.x[1:], self.heights_before[1:], self.z[1:], strict=True):
+            if start < place < stop:
+                x += [place, place]
+                z += [before, after]
+        return np.array([*x, stop]), np.array([*z, self.height_at(stop)])
+
     def stretches(self) -> Iterator[range]:
         """Iterate over runs of segments without a step in between, each as a range of indices."""
         starts = [0, *(i for i, rise in enumerate(self.rises) if rise), len(self.x)]

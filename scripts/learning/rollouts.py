@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mjbiped.controllers.slope_estimator import slope_change
-from mjbiped.envs import feeling
+from mjbiped.envs import observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.records.record import Walk
@@ -52,7 +52,7 @@ class Rollouts:
             walkers.begin(index, np.random.default_rng(seeds[index % len(seeds)]))
         each = np.repeat(weights, len(seeds), axis=0)
         slope, returned, walking = np.zeros(self._robots), np.zeros(self._robots), np.ones(self._robots, dtype=bool)
-        parts = feeling.observed(walkers.joints)
+        parts = observation.observed(walkers.actions.shape[1])
         for _ in range(self._task.max_steps):
             part = {name: walkers.felt[:, where] for name, where in parts.items()}
             touched = part["touchdown"][:, 0] > 0.0
@@ -64,8 +64,8 @@ class Rollouts:
             np.multiply(told, self._most, out=walkers.actions)
             walkers.step()
             self.steps += int(walking.sum())
-            returned[walking] += walkers.value(feeling.REWARD)[walking]
-            walking &= walkers.value(feeling.OUTCOME) == 0.0
+            returned[walking] += walkers.columns["reward"][walking]
+            walking &= walkers.columns["outcome"] == 0.0
             if not walking.any():
                 break
         return returned.reshape(shape)

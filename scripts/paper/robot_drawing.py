@@ -18,7 +18,6 @@ from scipy.optimize import brentq
 
 import mjbiped
 from mjbiped.plotting import style as plot_style
-from mjbiped.plotting import timelapse as plot_timelapse
 from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION
 
 Point: TypeAlias = NDArray[np.float64]
@@ -98,7 +97,7 @@ def legs(axes: Axes, stance: Point, swing: Point, hip: Point) -> list[Point]:
 
 def ground(axes: Axes, terrain: mjbiped.Terrain, start: float, stop: float) -> None:
     """The profile and what is under it."""
-    x, z = plot_timelapse.outline(terrain, start, stop)
+    x, z = terrain.outline(start, stop)
     axes.fill_between(x, z, BOTTOM, color=GROUND, linewidth=0, zorder=1)
     axes.plot(x, z, color=SHADE, linewidth=1.4, zorder=2)
 

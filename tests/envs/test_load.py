@@ -155,7 +155,7 @@ def test_zero_residual_is_bitwise_the_walk() -> None:
     record = env.physics.walk()
     settings, task = record.settings, env.task.settings
     other = mjbiped.walk(
-        task.controller.base, record.terrain, engine=task.engine, initial=settings["initial"], steps=settings["steps"]
+        task.controller.inner, record.terrain, engine=task.engine, initial=settings["initial"], steps=settings["steps"]
     )
     assert record.steps >= 3
     for name, column in record.samples.items():

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mjbiped.envs import IDS, TASKS, feeling
+from mjbiped.envs import IDS, TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 
@@ -18,7 +18,7 @@ def test_its_numbers_are_those_of_the_tasks() -> None:
     free, residual = WalkTask("walk_level"), WalkTask("walk_level", residual=True)
     for number in (*free.limits, *residual.limits, *free.peak):
         assert f"{number:.4g} N m" in PAGE
-    for name in (*IDS, *TASKS, *feeling.observed(3)):
+    for name in (*IDS, *TASKS, *observation.observed(3)):
         assert f"`{name}`" in PAGE
     # the last columns of the reward's table: means over the first episode with its random start, to its two digits
     means = np.array([mean_terms(robot) for robot in ("compass", "kneed")])
@@ -33,5 +33,5 @@ def mean_terms(robot: str) -> Any:
     terms = []
     for _ in range(1000):
         walkers.step()
-        terms.append((walkers.value(feeling.PROGRESS)[0], walkers.value(feeling.ECONOMY)[0]))
+        terms.append((walkers.columns["reward_progress"][0], walkers.columns["reward_economy"][0]))
     return np.mean(terms, axis=0)

@@ -89,7 +89,7 @@ def test_seeds_are_drawn_unless_given() -> None:
 def test_the_controller_knows_the_medians() -> None:
     task = WalkTask("walk_level", residual=True, robot={"leg_mass": {"uniform": [4.0, 8.0]}, "hip_mass": 1.0})
     assert task.model == mjbiped.Compass(leg_mass=6.0, hip_mass=1.0)
-    assert task.controller.base.robot is task.model
+    assert task.controller.inner.robot is task.model
     assert task.gait == mjbiped.find_passive_gait(task.model, np.radians(2.0))
     assert task.peak[0] == pytest.approx(35.55 * 1.3)  # 13 kg beside 10
 

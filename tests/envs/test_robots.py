@@ -10,7 +10,7 @@ from gymnasium.vector import SyncVectorEnv
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
-from mjbiped.envs import feeling
+from mjbiped.envs import observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
 
@@ -44,7 +44,7 @@ def test_what_is_felt_is_what_the_sensors_show_the_controller(robot: str) -> Non
     """The arguments of a law in plain Python, at ticks and at touchdowns, are the observations before them."""
     task = WalkTask("walk_stairs", residual=True, robot=robot, disturbances=NOISE)
     told: list[tuple[float, ...]] = []
-    base = task.controller.base
+    base = task.controller.inner
     assert isinstance(base, AdaptiveController | KneedController)
     last = [0.0] * (2 * len(task.limits))
 
@@ -64,13 +64,13 @@ def test_what_is_felt_is_what_the_sensors_show_the_controller(robot: str) -> Non
 
     noting = Noting(base.robot, base.gait)
     walkers = begun(task)
-    parts = feeling.observed(len(task.limits))
+    parts = observation.observed(len(task.limits))
     names = ("joint_angles", "joint_rates", "time_since_touchdown", "last_touchdown")
     felt = [np.concatenate([walkers.felt[0, parts[name]] for name in names])]
     for _ in range(80):
         walkers.step()
         felt.append(np.concatenate([walkers.felt[0, parts[name]] for name in names]))
-    episode = walkers.episode()
+    episode = walkers.walker().episode
     mjbiped.walk(
         noting,
         episode.terrain,
@@ -95,7 +95,7 @@ def test_python_callbacks_give_the_same_with_knees(monkeypatch: pytest.MonkeyPat
     task = WalkTask("walk_random", robot="kneed", disturbances={"rate_noise": 0.05})
     actions = random_actions(task, 30)
     compiled = walked(begun(task), actions)
-    monkeypatch.setattr("mjbiped.engines.mujoco.ticks._usable", lambda _: None)
+    monkeypatch.setattr("mjbiped.control.compiled.compilable_law", lambda _: None)
     assert walked(begun(task), actions).tobytes() == compiled.tobytes()
 
 

