@@ -142,8 +142,11 @@ def diverge(felt: Felt) -> None:
         felt.observation[index] = 0.0
 
 
-def _sense(now: State, felt: Felt, joints: int) -> None:
-    """Note angles and rates now and angles at the last touchdown, as the sensors show them."""
+def _sense(now: State, felt: Any, joints: int) -> None:
+    """Note angles and rates now and angles at the last touchdown, as the sensors show them: `felt` is a `Felt`.
+
+    Its fields bear the names of `Sensors`.
+    """
     shown = felt.readings
     for joint in range(joints):
         shown[joint], shown[MOST + joint] = now.angles[joint], now.turning[joint]
