@@ -46,6 +46,14 @@ ROOMS = {
         _WALKS,
     ),
     _HYBRID + "forces.py": ("engines/hybrid/test_impulses.py", _WALKS, _EQUATIONS),
+    _HYBRID + "impacts.py": (
+        "engines/hybrid/test_sliding.py",
+        "engines/hybrid/test_feet.py",
+        "dynamics/test_edges.py",
+        "dynamics/test_landing.py",
+        _WALKS,
+    ),
+    _HYBRID + "landing.py": ("dynamics/test_landing.py", "engines/mujoco/test_faults_mended.py"),
     _HYBRID + "resets.py": (
         "engines/hybrid/test_sliding.py",
         "engines/hybrid/test_kneed_impacts.py",

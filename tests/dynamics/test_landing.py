@@ -17,8 +17,8 @@ from simulations import hybrid_run
 import mjbiped
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
+from mjbiped.engines.hybrid.impacts import lay_down, set_down
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
-from mjbiped.engines.hybrid.resets import lay_down, set_down
 from mjbiped.engines.hybrid.state import Constants, State, swing_foot
 from mjbiped.robots.chain import Array
 from mjbiped.rules.foot_servo import GREATEST_ERROR

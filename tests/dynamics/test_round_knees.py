@@ -13,8 +13,9 @@ from simulations import hybrid_run
 
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
+from mjbiped.engines.hybrid.impacts import stop_swing_foot, strike_knee
 from mjbiped.engines.hybrid.motion import enter_mode, rates
-from mjbiped.engines.hybrid.resets import exchange_legs, stop_swing_foot, strike_knee
+from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
 from mjbiped.robots.round_kneed import RoundKneed

@@ -27,23 +27,21 @@ from mjbiped.engines.hybrid.guards import (
     SHORTEST_STEP,
     first_event,
 )
-from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
-from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
-from mjbiped.engines.hybrid.progress import is_tame, lags, watch
-from mjbiped.engines.hybrid.resets import (
+from mjbiped.engines.hybrid.impacts import (
     hit_face,
-    lands,
     lay_down,
     lay_flat,
     release_foot,
     set_down,
     slide_on,
-    stands_still,
     strike_knee,
     stub,
     tip_over,
-    transfer_support,
 )
+from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
+from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
+from mjbiped.engines.hybrid.progress import is_tame, lags, watch
+from mjbiped.engines.hybrid.resets import lands, stands_still, transfer_support
 from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory, touches
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome

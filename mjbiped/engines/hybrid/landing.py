@@ -16,6 +16,9 @@ from mjbiped.rules.foot_servo import servo_torque
 from mjbiped.terrain.profile import height_of
 from mjbiped.terrain.segments import GROUND_FRICTION
 
+MISSED = 1e-6
+"""Of the leg's length: a foot that lands so far off the ground has not been followed."""
+
 SLOW = 1e-3
 """Slip, m/s, below which friction grows with it: edges slide with some 0.1 m/s."""
 

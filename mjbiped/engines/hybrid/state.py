@@ -340,6 +340,9 @@ class Constants:
     control_period: float
 
 
+TOGETHER = 1e-8
+"""Feet that are so near to each other stand at one place, m."""
+
 constants_at, state_at, pushes_at, _linkage_at = reader(Constants), reader(State), reader(Pushes), reader(Linkage)
 
 
@@ -417,3 +420,10 @@ def pushed(w: Any) -> tuple[float, float]:
 def hip(c: Any, w: Any, y: Any) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
     return _place(c, w, y, HIP)
+
+
+def ahead_of_stance(c: Any, w: Any) -> float:
+    """How far the swing foot is ahead of the stance foot, m; 0 where they stand together."""
+    y = numbers(w.y, c.size)
+    ahead = float(swing_foot(c, w, y)[0] - stance_foot(c, w, y)[0])
+    return 0.0 if abs(ahead) < TOGETHER else ahead

@@ -7,7 +7,7 @@ import pytest
 from simulations import hybrid_simulation
 
 from mjbiped.engines.hybrid.guards import on_its_segment
-from mjbiped.engines.hybrid.resets import slide_on
+from mjbiped.engines.hybrid.impacts import slide_on
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
 
