@@ -7,7 +7,6 @@ for Newton's method, and fast enough for diagrams of a million steps. docs/gaits
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -209,7 +208,7 @@ def walk_all(
     walks, count = starts.shape
     # buffers are of one batch alone
     buffers = buffer_constants(1, 1, 0, math.inf)
-    constants, below = packed(dataclasses.replace(plane.constants, **buffers))
+    constants, below = packed(plane.constants.but(**buffers))
     first = state_of(plane.constants, [0.0] * count, [], (0.0, 0.0, 0), math.inf)
     first.next_step = plane.step
     share_arrays(first)

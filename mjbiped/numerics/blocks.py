@@ -37,6 +37,9 @@ class Block:
         def __getattr__(self, name: str) -> Any:
             """Any field."""
 
+        def __setattr__(self, name: str, value: Any) -> None:
+            """Change a field."""
+
     def __init__(self, **fields: Any) -> None:
         """Let floats be floats in machine code, and all else integers and addresses."""
         vars(self).update(fields)

@@ -16,7 +16,7 @@ from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
 from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
 from mjbiped.engines.hybrid.records import write_sample
-from mjbiped.engines.hybrid.state import touches
+from mjbiped.engines.hybrid.state import Constants, State, touches
 from mjbiped.numerics.blocks import numbers, row
 
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
@@ -25,7 +25,7 @@ NO_WORK = 1e-14  # J in a step: rounding
 FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
 
 
-def accumulate(c: Any, w: Any, h: float) -> bool:
+def accumulate(c: Constants, w: State, h: float) -> bool:
     """Take a step of length h into work, peaks, forces and samples; the law was last asked at its end.
 
     Returns:
@@ -54,14 +54,14 @@ def accumulate(c: Any, w: Any, h: float) -> bool:
     return _take_samples(c, w, h)
 
 
-def note_peaks(c: Any, w: Any, stage: int) -> None:
+def note_peaks(c: Constants, w: State, stage: int) -> None:
     """Keep the greatest magnitudes of the torques, with those at a stage."""
     peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, c.given)
     for joint in range(c.joints):
         peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
 
-def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
+def _greatest_torque(c: Constants, w: State, joint: int) -> tuple[float, float]:
     """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
 
     Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
@@ -82,7 +82,7 @@ def _greatest_torque(c: Any, w: Any, joint: int) -> tuple[float, float]:
     return greatest, PLACES[last]
 
 
-def _torque_at(c: Any, w: Any, i: int, joint: int) -> float:
+def _torque_at(c: Constants, w: State, i: int, joint: int) -> float:
     """Magnitude of a joint's torque at the i-th stage in the order of their places, N m."""
     return float(abs(row(w.given, IN_ORDER[i], c.given)[joint]))
 
@@ -105,7 +105,7 @@ def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, f
     return falling + bend * before, bend, before, after
 
 
-def _add_work(c: Any, w: Any, h: float, acts: bool) -> None:
+def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
     """Add the work of a step; where no torque acts there is none."""
     y, out = numbers(w.y, c.size), numbers(w.out, c.size)
     for component in range(c.size - c.joints, c.size):
@@ -119,7 +119,7 @@ def _add_work(c: Any, w: Any, h: float, acts: bool) -> None:
         w.work_positive += 0.5 * (variation + net)
 
 
-def _note_peak_within(c: Any, w: Any, h: float, joint: int, place: float) -> None:
+def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float) -> None:
     """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
     It is climbed to in sixteenths of the step from the place, a share of the step, at which the torque seemed greatest.
@@ -142,7 +142,7 @@ def _note_peak_within(c: Any, w: Any, h: float, joint: int, place: float) -> Non
     peaks[joint] = max(peaks[joint], found)
 
 
-def _torque_within(c: Any, w: Any, h: float, piece: int, joint: int) -> float:
+def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> float:
     """A joint's torque so many sixteenths into the step, N m."""
     x = piece / PIECES
     write_state_at(c, w, x)
@@ -150,7 +150,7 @@ def _torque_within(c: Any, w: Any, h: float, piece: int, joint: int) -> float:
     return float(numbers(w.sampled, c.given)[joint])
 
 
-def write_torques(c: Any, w: Any, t: float, y: Any) -> float:
+def write_torques(c: Constants, w: State, t: float, y: Any) -> float:
     """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
     given = numbers(w.sampled, c.given)
     take_angles(c, w, y)
@@ -161,7 +161,7 @@ def write_torques(c: Any, w: Any, t: float, y: Any) -> float:
     return float(asked)
 
 
-def _turns(c: Any, w: Any, component: int, h: float) -> bool:
+def _turns(c: Constants, w: State, component: int, h: float) -> bool:
     """Whether a joint's power seems to change its sign in the step, or to come near to it between two stages.
 
     Between stages it may change its sign twice: a parabola through three of them shows the dip, if not how deep it is.
@@ -188,7 +188,7 @@ def _turns(c: Any, w: Any, component: int, h: float) -> bool:
     return False
 
 
-def _total_variation(c: Any, w: Any, component: int) -> float:
+def _total_variation(c: Constants, w: State, component: int) -> float:
     """Sum of a work integral's ups and downs over the step."""
     last, x, total = numbers(w.y, c.size)[component], 0.0, 0.0
     power = rate_at(c, w, component, 0.0)
@@ -210,7 +210,7 @@ def _total_variation(c: Any, w: Any, component: int) -> float:
     return float(total + abs(numbers(w.out, c.size)[component] - last))
 
 
-def _note_flexion(c: Any, w: Any, h: float) -> None:
+def _note_flexion(c: Constants, w: State, h: float) -> None:
     """Keep the greatest flexion of the swing knee, also where it lies within the step."""
     y, out, n, thigh, shank = numbers(w.y, c.size), numbers(w.out, c.size), c.angles, c.thigh, c.shank
     w.flexion = max(w.flexion, y[shank] - y[thigh], out[shank] - out[thigh])
@@ -221,7 +221,7 @@ def _note_flexion(c: Any, w: Any, h: float) -> None:
     w.flexion = max(w.flexion, value_at(c, w, shank, x) - value_at(c, w, thigh, x))
 
 
-def _note_tip(c: Any, w: Any, h: float) -> None:
+def _note_tip(c: Constants, w: State, h: float) -> None:
     """Keep how long the stance foot has stood on an edge, and how far it has tipped, also within the step."""
     y, out, rate = numbers(w.y, c.size), numbers(w.out, c.size), c.angles + c.foot
     w.one_sided += h
@@ -232,7 +232,7 @@ def _note_tip(c: Any, w: Any, h: float) -> None:
         w.tipped = max(w.tipped, abs(value_at(c, w, c.foot, x)))
 
 
-def _last_before_turn(c: Any, w: Any, rate: int, other: int) -> float:
+def _last_before_turn(c: Constants, w: State, rate: int, other: int) -> float:
     """Share of the step up to which a rate, relative to another one if there is one, keeps its sign."""
     y, x, end = numbers(w.y, c.size), 0.0, 1.0
     sign = y[rate] - (y[other] if other >= 0 else 0.0)
@@ -246,7 +246,7 @@ def _last_before_turn(c: Any, w: Any, rate: int, other: int) -> float:
     return x
 
 
-def _take_samples(c: Any, w: Any, h: float) -> bool:
+def _take_samples(c: Constants, w: State, h: float) -> bool:
     """Take the samples that lie in the step; whether the motion is one where they are taken."""
     end, y = w.clock + w.elapsed + h, numbers(w.spare, c.size)
     while w.sample * c.sample_period < end:
@@ -261,7 +261,7 @@ def _take_samples(c: Any, w: Any, h: float) -> bool:
     return True
 
 
-def take_sample(c: Any, w: Any, time: float, t: float, y: Any) -> None:
+def take_sample(c: Constants, w: State, time: float, t: float, y: Any) -> None:
     """Write a row of the samples, with the torques of the law in a state at time t since the support transfer."""
     asked = write_torques(c, w, t, y)
     write_sample(c, w, time, y, asked)

@@ -14,7 +14,7 @@ from typing import Any
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE, rate_at
 from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.engines.hybrid.motion import stance_force, write_state_at
-from mjbiped.engines.hybrid.state import linkage_of
+from mjbiped.engines.hybrid.state import Constants, State, linkage_of
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
@@ -24,7 +24,7 @@ _BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
 SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
 
 
-def note_ground_force(c: Any, w: Any, y: Any, rates: Any) -> None:
+def note_ground_force(c: Constants, w: State, y: Any, rates: Any) -> None:
     """Keep the least F_n and the greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
     F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out.
@@ -42,14 +42,14 @@ def note_ground_force(c: Any, w: Any, y: Any, rates: Any) -> None:
     note_force(c, w, w.along_now, w.normal_now)
 
 
-def note_force(c: Any, w: Any, along: float, normal: float) -> None:
+def note_force(c: Constants, w: State, along: float, normal: float) -> None:
     """Keep the least F_n and the greatest |F_t / F_n| of a force along and normal to the stance foot's ground, N."""
     w.normal_force = min(w.normal_force, normal)
     if normal > LIGHT_CONTACT * c.weight:
         w.friction = max(w.friction, abs(along) / normal)
 
 
-def note_least_force(c: Any, w: Any, h: float) -> None:
+def note_least_force(c: Constants, w: State, h: float) -> None:
     """Keep the least F_n inside the step: that of some moments, and of the parabolas through the least of them."""
     y, dq, ddq = numbers(w.spare, c.size), numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     last = before = 0.0
@@ -74,7 +74,7 @@ def parabola_top(left: float, middle: float, right: float) -> float:
     return middle - lean * lean / (4.0 * bend)
 
 
-def note_pressures(c: Any, w: Any, before: float, h: float) -> None:
+def note_pressures(c: Constants, w: State, before: float, h: float) -> None:
     """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
 
     The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
@@ -95,7 +95,7 @@ def note_pressures(c: Any, w: Any, before: float, h: float) -> None:
         note_pressure(pressure, torque, normal, light, c.length, time)
 
 
-def note_impact(c: Any, w: Any) -> None:
+def note_impact(c: Constants, w: State) -> None:
     """Take the impulse that has led to the state, if one has, into the gait step's normal force and friction."""
     along, normal, time = w.impulse_along, w.impulse_normal, AVERAGED * c.pace
     if along != 0.0 or normal != 0.0:

@@ -7,7 +7,6 @@ The functions are plain Python, called as such for a controller in plain Python,
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.dynamics.integrate import STAGES
@@ -42,7 +41,15 @@ from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, T
 from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
 from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.resets import lands, stands_still, transfer_support
-from mjbiped.engines.hybrid.state import constants_at, pushes_of, state_at, to_memory, touches
+from mjbiped.engines.hybrid.state import (
+    Constants,
+    State,
+    constants_at,
+    pushes_of,
+    state_at,
+    to_memory,
+    touches,
+)
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
@@ -65,7 +72,7 @@ SLIDING_STEP = 2e-3  # longest integration step while a surface pushes the swing
 NOW = 1e-9  # times so close are the same, s
 
 
-def advance(c: Any, w: Any) -> None:
+def advance(c: Constants, w: State) -> None:
     """Walk until the outcome is decided, the buffers have no room for one more step, or `w.pause` is reached.
 
     After a pause the next call goes on where this one stopped, be it in the middle of a gait step: the walk is bitwise
@@ -90,7 +97,7 @@ def advance_at(c: int, w: int) -> None:
     advance(constants_at(c, 0), state_at(w, 0))
 
 
-def gait_step(c: Any, w: Any) -> bool:
+def gait_step(c: Constants, w: State) -> bool:
     """Move from just after a support transfer to the next touchdown; whether there was one. The state is then in `w.y`.
 
     Where there was none, the outcome is decided, or the engine pauses.
@@ -131,7 +138,7 @@ def gait_step(c: Any, w: Any) -> bool:
     return False
 
 
-def _goes_on(c: Any, w: Any) -> bool:
+def _goes_on(c: Constants, w: State) -> bool:
     """Whether the gait step goes on: the walk has not ended, makes progress, and need not pause."""
     if w.outcome != WALKING:
         return False
@@ -143,7 +150,7 @@ def _goes_on(c: Any, w: Any) -> bool:
     return bool(w.evaluations < w.pause)
 
 
-def _step_length(c: Any, w: Any) -> float:
+def _step_length(c: Constants, w: State) -> float:
     """Length of the next integration step, s: at most up to the time at which the law is no longer smooth."""
     whole = w.limit - w.elapsed
     step = min(w.next_step, SLIDING_STEP if touches(w) else c.longest_step)
@@ -153,7 +160,7 @@ def _step_length(c: Any, w: Any) -> float:
     return float(0.5 * whole if step < whole else whole)
 
 
-def _shorten(c: Any, w: Any, h: float, error: float) -> None:
+def _shorten(c: Constants, w: State, h: float, error: float) -> None:
     """Shorten the step of length h that was rejected; the walk ends if it could hardly be shorter."""
     step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
     if step < SHORTEST_STEP or not is_motion(c, numbers(w.y, c.size)):
@@ -164,7 +171,7 @@ def _shorten(c: Any, w: Any, h: float, error: float) -> None:
     w.next_step = step
 
 
-def _lengthen(c: Any, w: Any, h: float, error: float) -> None:
+def _lengthen(c: Constants, w: State, h: float, error: float) -> None:
     """Choose the next length after a step of length h that was accepted."""
     if error < FULL or (error < KEPT and h >= c.longest_step):  # the rule below would give the same
         grown = GREATEST * h
@@ -179,7 +186,7 @@ def _eighth_root(x: float) -> float:
     return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
-def _move(c: Any, w: Any, elapsed: float) -> None:
+def _move(c: Constants, w: State, elapsed: float) -> None:
     """Make the step's end the state, at a time since the support transfer, s."""
     w.elapsed, w.time = elapsed, w.clock + elapsed
     y, out = numbers(w.y, c.size), numbers(w.out, c.size)
@@ -187,7 +194,7 @@ def _move(c: Any, w: Any, elapsed: float) -> None:
         y[i] = out[i]
 
 
-def _reset(c: Any, w: Any, event: int) -> bool:
+def _reset(c: Constants, w: State, event: int) -> bool:
     """Apply the reset map of an event, which may end the walk; whether the support transfer follows."""
     if event == TOUCHDOWN:
         if stands_still(c, w):
@@ -225,7 +232,7 @@ def _reset(c: Any, w: Any, event: int) -> bool:
     return False
 
 
-def begin(c: Any, w: Any) -> None:
+def begin(c: Constants, w: State) -> None:
     """Compute rates, torques and forces of a state that no step has led to, and forces of an impact before it."""
     start_step(c, w)
     if w.locked == RESTING and w.stop_press < 0.0:
@@ -240,7 +247,7 @@ def begin(c: Any, w: Any) -> None:
     note_impact(c, w)
 
 
-def _look_ahead(c: Any, w: Any) -> None:
+def _look_ahead(c: Constants, w: State) -> None:
     """Find the time of the next discontinuity of the law, at which an integration step has to end.
 
     Controller ticks, and beginnings and ends of pushes, that are due now take place first.
@@ -267,7 +274,7 @@ def _look_ahead(c: Any, w: Any) -> None:
     w.limit = min(there, c.stall_time)
 
 
-def _begin_or_end_push(c: Any, w: Any) -> None:
+def _begin_or_end_push(c: Constants, w: State) -> None:
     """A push of constant force begins, or ends."""
     pushes = pushes_of(c)
     if not w.pushing:

@@ -23,7 +23,7 @@ from mjbiped.engines.hybrid.meeting import (
     write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
-from mjbiped.engines.hybrid.state import ground_of, hip, linkage_of, swing_foot, touches
+from mjbiped.engines.hybrid.state import Constants, State, ground_of, hip, linkage_of, swing_foot, touches
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
@@ -36,7 +36,7 @@ SHORTEST_STEP = 1e-12  # s; if the error of so short a step is too great, the wa
 POLISHED = 1e-7  # s; the last correction of a touchdown's time, by one term of the Taylor series, is at most this
 
 
-def first_event(c: Any, w: Any, h: float, here: Place, there: Place) -> tuple[int, float]:
+def first_event(c: Constants, w: State, h: float, here: Place, there: Place) -> tuple[int, float]:
     """Find the first event of a step, and take the step again so that it ends there.
 
     Args:
@@ -74,7 +74,7 @@ def first_event(c: Any, w: Any, h: float, here: Place, there: Place) -> tuple[in
     return _end_of_contact(c, w, h, event)
 
 
-def _end_of_contact(c: Any, w: Any, h: float, event: int) -> tuple[int, float]:
+def _end_of_contact(c: Constants, w: State, h: float, event: int) -> tuple[int, float]:
     """Look whether a pushed swing foot, a knee that rests on its stop, a heel or a toe first loses its contact.
 
     What a foot in contact would have met later in the step, it then does not.
@@ -90,7 +90,7 @@ def _end_of_contact(c: Any, w: Any, h: float, event: int) -> tuple[int, float]:
     return event, h
 
 
-def _tips(w: Any) -> bool:
+def _tips(w: State) -> bool:
     """Whether the stance foot would have to tip somewhere in the step."""
     margins = numbers(w.margins, STAGES_WITH_DENSE)
     least = margins[STAGES]
@@ -99,7 +99,7 @@ def _tips(w: Any) -> bool:
     return bool(least < 0.0)
 
 
-def _happened(c: Any, w: Any, x: float, event: int) -> bool:
+def _happened(c: Constants, w: State, x: float, event: int) -> bool:
     """Whether the walk has ended, the knee has struck its stop, or a foot lies flat, at the share x of the step."""
     if event == KNEE_STRIKE:
         return value_at(c, w, c.shank, x) < value_at(c, w, c.thigh, x)
@@ -111,7 +111,7 @@ def _happened(c: Any, w: Any, x: float, event: int) -> bool:
     return body_ends(c, w, numbers(w.spare, c.size)) != NOTHING
 
 
-def _bisected(c: Any, w: Any, h: float, event: int) -> float:
+def _bisected(c: Constants, w: State, h: float, event: int) -> float:
     """Share of the step at which an event has happened that has by its end, from its dense output."""
     x, end = 0.0, 1.0
     while (end - x) * h > CLOSELY:
@@ -123,7 +123,7 @@ def _bisected(c: Any, w: Any, h: float, event: int) -> float:
     return end
 
 
-def _contact_ends(c: Any, w: Any, event: int) -> bool:
+def _contact_ends(c: Constants, w: State, event: int) -> bool:
     """Whether a contact has ended at the step's end: the guard of an event that only a step taken again can tell."""
     if event == EDGE:
         return not on_its_segment(c, w, numbers(w.out, c.size))
@@ -132,7 +132,7 @@ def _contact_ends(c: Any, w: Any, event: int) -> bool:
     return bool((w.press if event == FOOT_RELEASED else w.stop_press) < 0.0)
 
 
-def _retaken(c: Any, w: Any, h: float, event: int, width: float) -> float:
+def _retaken(c: Constants, w: State, h: float, event: int, width: float) -> float:
     """Take the step again so that it ends just after the end of a contact; returns its length, s."""
     low, high = 0.0, h
     while high - low > width:
@@ -146,7 +146,7 @@ def _retaken(c: Any, w: Any, h: float, event: int, width: float) -> float:
     return high
 
 
-def _end_on(c: Any, w: Any, h: float, event: int) -> float:
+def _end_on(c: Constants, w: State, h: float, event: int) -> float:
     """Take the step again so that it ends on its event; returns its length, s.
 
     Newton's method on steps of the full order, for the dense output is of a lower one, and at last a Taylor term.
@@ -171,7 +171,7 @@ def _end_on(c: Any, w: Any, h: float, event: int) -> float:
     return h
 
 
-def _gap(c: Any, w: Any, event: int) -> tuple[float, float]:
+def _gap(c: Constants, w: State, event: int) -> tuple[float, float]:
     """What the event's guard measures at the step's end, and its rate: distances in m, or angles in rad."""
     y, n = numbers(w.out, c.size), c.angles
     if event == KNEE_STRIKE:
@@ -192,14 +192,14 @@ def _gap(c: Any, w: Any, event: int) -> tuple[float, float]:
     return clearance_of(c, w, y, w.landing, foot_x, foot_z), rate
 
 
-def on_its_segment(c: Any, w: Any, y: Any) -> bool:
+def on_its_segment(c: Constants, w: State, y: Any) -> bool:
     """Whether a foot that slides on the ground is, in a state, still on the segment where it came down."""
     starts, segment, (x, _) = numbers(c.x, c.segments), w.slid_segment, swing_foot(c, w, y)
     begun = segment == 0 or starts[segment] <= x
     return bool(begun and (segment + 1 == c.segments or x <= starts[segment + 1]))
 
 
-def body_ends(c: Any, w: Any, y: Any) -> int:
+def body_ends(c: Constants, w: State, y: Any) -> int:
     """`FALLEN` if the hip is too low, `BEYOND_END` if it is beyond the ground's end, else `NOTHING`."""
     x, z = hip(c, w, y)
     ground = ground_of(c)

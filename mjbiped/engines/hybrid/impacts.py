@@ -8,7 +8,6 @@ slides there without friction until it is lifted, leaves its stretch of ground, 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics.equations import load_impact, solve, unfold
 from mjbiped.dynamics.linkage import ROOM, SYSTEM, momentum
@@ -27,6 +26,8 @@ from mjbiped.dynamics.modes import (
 from mjbiped.engines.hybrid.landing import MISSED, hold_edge, level_angle, push_from_ground, set_edge
 from mjbiped.engines.hybrid.motion import enter_mode, take_angles
 from mjbiped.engines.hybrid.state import (
+    Constants,
+    State,
     ahead_of_stance,
     from_memory,
     ground_of,
@@ -45,7 +46,7 @@ FELL = int(Outcome.FELL)
 SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
 
 
-def strike_knee(c: Any, w: Any) -> None:
+def strike_knee(c: Constants, w: State) -> None:
     """The knee strikes its stop and locks, and the controller is told."""
     y, n = numbers(w.y, c.size), c.angles
     q, before, after = numbers(w.strike_q, ROOM), numbers(w.strike_dq, ROOM), numbers(w.struck_dq, ROOM)
@@ -67,7 +68,7 @@ def strike_knee(c: Any, w: Any) -> None:
     from_memory(c, w)
 
 
-def _load(c: Any, w: Any) -> None:
+def _load(c: Constants, w: State) -> None:
     """Write the equations of an impact in which the stance foot stands."""
     y, q, dq = numbers(w.y, c.size), numbers(w.q, ROOM), numbers(w.dq, ROOM)
     for i in range(c.angles):
@@ -75,13 +76,13 @@ def _load(c: Any, w: Any) -> None:
     load_impact(linkage_of(c, w), w, q, dq)
 
 
-def _finish(c: Any, w: Any) -> None:
+def _finish(c: Constants, w: State) -> None:
     """Solve such an impact; rates and the stance foot's impulse are then in the state."""
     solve(w)
     _take(c, w)
 
 
-def _take(c: Any, w: Any) -> None:
+def _take(c: Constants, w: State) -> None:
     """Take rates and the stance foot's impulse from the solution of an impact; that of a surface acts beside it."""
     y, result, rates, linkage = numbers(w.y, c.size), numbers(w.right, SYSTEM), numbers(w.ddq, ROOM), linkage_of(c, w)
     before_along, before_normal = momentum(linkage, w, numbers(w.q, ROOM), numbers(w.dq, ROOM))
@@ -94,7 +95,7 @@ def _take(c: Any, w: Any) -> None:
     w.impulse_along, w.impulse_normal = along - before_along, normal - before_normal
 
 
-def _take_pushed(c: Any, w: Any) -> None:
+def _take_pushed(c: Constants, w: State) -> None:
     """The same where a surface pushes the swing foot, the first that holds the robot: that is not the stance foot's."""
     along, normal = pushed(w)
     impulse = numbers(w.right, SYSTEM)[w.size]
@@ -103,7 +104,7 @@ def _take_pushed(c: Any, w: Any) -> None:
     w.impulse_normal -= normal * impulse
 
 
-def tip_over(c: Any, w: Any) -> None:
+def tip_over(c: Constants, w: State) -> None:
     """The stance foot begins to turn about the edge at which the ground's force has come to act."""
     w.edge = TOE if numbers(w.moments, 1)[0] < 0.0 else HEEL
     enter_mode(c, w)
@@ -111,7 +112,7 @@ def tip_over(c: Any, w: Any) -> None:
     w.foot_x, w.foot_z = w.foot_x - (x - w.foot_x), w.foot_z - (z - w.foot_z)
 
 
-def lay_flat(c: Any, w: Any) -> None:
+def lay_flat(c: Constants, w: State) -> None:
     """The stance foot comes down on all of its sole, in a plastic impact."""
     y = numbers(w.y, c.size)
     y[c.foot] = 0.0
@@ -130,7 +131,7 @@ def lay_flat(c: Any, w: Any) -> None:
     enter_mode(c, w)
 
 
-def set_down(c: Any, w: Any) -> bool:
+def set_down(c: Constants, w: State) -> bool:
     """An edge of the swing foot comes down, in a plastic impact with friction; False: all of the sole does."""
     if c.foot < 0 or set_edge(c, w) < MISSED * c.length:
         w.down = FLAT
@@ -149,7 +150,7 @@ def set_down(c: Any, w: Any) -> bool:
     return True
 
 
-def _hit_edge(c: Any, w: Any, sticks: bool) -> None:
+def _hit_edge(c: Constants, w: State, sticks: bool) -> None:
     """Solve the impact of an edge that slides, or sticks; the impulse along the normal comes first, then that along."""
     linkage, level, dq = linkage_of(c, w), level_angle(c, w, w.landing), numbers(w.dq, ROOM)
     sine, cosine, right = math.sin(level), math.cos(level), numbers(w.right, SYSTEM)
@@ -166,14 +167,14 @@ def _hit_edge(c: Any, w: Any, sticks: bool) -> None:
     solve(w)
 
 
-def lay_down(c: Any, w: Any) -> None:
+def lay_down(c: Constants, w: State) -> None:
     """The landing foot lies flat: it no longer turns."""
     w.slap = w.elapsed - w.down_since
     w.down = FLAT
     enter_mode(c, w)
 
 
-def hit_face(c: Any, w: Any) -> None:
+def hit_face(c: Constants, w: State) -> None:
     """The swing foot meets a vertical face: a plastic impact without friction; the stance foot stays."""
     w.face = 1.0 if numbers(c.x, c.segments)[w.landing] == w.face_x else -1.0
     w.pushed_x, w.pushed_z = -w.face, 0.0
@@ -181,7 +182,7 @@ def hit_face(c: Any, w: Any) -> None:
     stop_swing_foot(c, w)
 
 
-def stop_swing_foot(c: Any, w: Any) -> None:
+def stop_swing_foot(c: Constants, w: State) -> None:
     """A plastic, frictionless impact of the swing foot along (pushed_x, pushed_z); the stance foot stays.
 
     A locked knee stays locked, and one that rests on its stop does so if the impact presses it on.
@@ -195,7 +196,7 @@ def stop_swing_foot(c: Any, w: Any) -> None:
     _take_pushed(c, w)
 
 
-def _hit(c: Any, w: Any, stop: bool) -> None:
+def _hit(c: Constants, w: State, stop: bool) -> None:
     """Solve an impact of the swing foot on a surface, and of the knee's stop if the knee rests on it."""
     _load(c, w)
     along, normal = pushed(w)
@@ -208,7 +209,7 @@ def _hit(c: Any, w: Any, stop: bool) -> None:
         numbers(w.right, SYSTEM)[c.shank] = numbers(w.right, SYSTEM)[c.thigh]  # to the last digit
 
 
-def stub(c: Any, w: Any) -> None:
+def stub(c: Constants, w: State) -> None:
     """The ground stops a swing foot that cannot become the stance foot, which slides on it from now on.
 
     Where the foot is ahead of the stance foot, the robot falls: such an impact has no map.
@@ -225,7 +226,7 @@ def stub(c: Any, w: Any) -> None:
     stop_swing_foot(c, w)
 
 
-def slide_on(c: Any, w: Any) -> None:
+def slide_on(c: Constants, w: State) -> None:
     """A sliding foot comes to another segment: off a step, on along a change of slope, or, falling, into a riser."""
     ground = ground_of(c)
     x, z = swing_foot(c, w, numbers(w.y, c.size))
@@ -239,7 +240,7 @@ def slide_on(c: Any, w: Any) -> None:
         stub(c, w)
 
 
-def release_foot(c: Any, w: Any, over_the_top: bool) -> None:
+def release_foot(c: Constants, w: State, over_the_top: bool) -> None:
     """A foot that slides leaves the surface that no longer presses on it, or its face at the top."""
     if over_the_top or w.press < 0.0:
         w.face = 0.0

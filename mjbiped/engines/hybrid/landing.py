@@ -10,7 +10,7 @@ from typing import Any
 
 from mjbiped.dynamics.linkage import END, speed
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE, hold_angle, hold_contact, push_contact
-from mjbiped.engines.hybrid.state import ground_of, linkage_of, pushed, swing_foot
+from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, pushed, swing_foot
 from mjbiped.numerics.blocks import numbers
 from mjbiped.rules.foot_servo import servo_torque
 from mjbiped.terrain.profile import height_of
@@ -23,12 +23,12 @@ SLOW = 1e-3
 """Slip, m/s, below which friction grows with it: edges slide with some 0.1 m/s."""
 
 
-def level_angle(c: Any, w: Any, segment: int) -> float:
+def level_angle(c: Constants, w: State, segment: int) -> float:
     """Angle of the swing foot's sole that lies flat on a segment of the terrain, from the stance foot's ground, rad."""
     return float(numbers(c.angle, c.segments)[segment] - w.slope)
 
 
-def clearance_of(c: Any, w: Any, y: Any, segment: int, x: float, z: float) -> float:
+def clearance_of(c: Constants, w: State, y: Any, segment: int, x: float, z: float) -> float:
     """Height of the swing foot at (x, z) over a segment of the terrain, m; of one that is a body, of its lower edge."""
     clearance = z - height_of(ground_of(c), segment, x)
     if c.foot >= 0:
@@ -37,7 +37,7 @@ def clearance_of(c: Any, w: Any, y: Any, segment: int, x: float, z: float) -> fl
     return float(clearance)
 
 
-def clearance_rate(c: Any, w: Any, y: Any, segment: int, speed_x: float, speed_z: float) -> float:
+def clearance_rate(c: Constants, w: State, y: Any, segment: int, speed_x: float, speed_z: float) -> float:
     """Rate of that clearance, m/s, of a swing foot with a velocity, m/s."""
     rate = speed_z - numbers(c.gradient, c.segments)[segment] * speed_x
     if c.foot >= 0:
@@ -46,7 +46,7 @@ def clearance_rate(c: Any, w: Any, y: Any, segment: int, speed_x: float, speed_z
     return float(rate)
 
 
-def _edge_below(c: Any, tilt: float) -> tuple[float, float]:
+def _edge_below(c: Constants, tilt: float) -> tuple[float, float]:
     """How far a tilted sole's lower edge is below its flat one, m, and the derivative by the tilt (rad), m.
 
     A sole that is so short that friction would jam it (Painleve's paradox) comes down flat at once.
@@ -58,7 +58,7 @@ def _edge_below(c: Any, tilt: float) -> tuple[float, float]:
     return reach * sine - c.height * (1.0 - cosine), sign * (reach * cosine - c.height * sine)
 
 
-def set_edge(c: Any, w: Any) -> float:
+def set_edge(c: Constants, w: State) -> float:
     """Turn a swing foot that has come down to where its edge is on the ground; returns how high its ankle stands, m.
 
     An ankle that comes over a change of slope may be lower than the edge of its foot lets it: the foot then turns.
@@ -74,7 +74,7 @@ def set_edge(c: Any, w: Any) -> float:
     return float(above)
 
 
-def hold_edge(c: Any, w: Any, q: Any, dq: Any) -> None:
+def hold_edge(c: Constants, w: State, q: Any, dq: Any) -> None:
     """Hold the edge of the swing foot that is down, which slides with friction, and a stance foot that lies flat."""
     linkage, level = linkage_of(c, w), level_angle(c, w, w.landing)
     sine, cosine = math.sin(level), math.cos(level)
@@ -88,14 +88,14 @@ def hold_edge(c: Any, w: Any, q: Any, dq: Any) -> None:
         hold_angle(w, c.foot)
 
 
-def push_from_ground(c: Any, w: Any, ratio: float) -> None:
+def push_from_ground(c: Constants, w: State, ratio: float) -> None:
     """Let the ground push the swing foot along its normal, and against the slip by a share of the normal force."""
     slope = numbers(c.angle, c.segments)[w.landing]
     w.pushed_x = math.sin(slope) - ratio * math.cos(slope)
     w.pushed_z = math.cos(slope) + ratio * math.sin(slope)
 
 
-def servo(c: Any, w: Any) -> float:
+def servo(c: Constants, w: State) -> float:
     """Torque of the swing ankle's servo on its leg, N m."""
     q, dq, foot = numbers(w.q, c.angles), numbers(w.dq, c.angles), c.foot
     return servo_torque(c.foot_stiffness, c.foot_damping, q[foot + 1] - q[foot], dq[foot + 1] - dq[foot])

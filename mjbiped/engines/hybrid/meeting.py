@@ -16,7 +16,7 @@ from mjbiped.dynamics.integrate import STAGES, value_at
 from mjbiped.dynamics.linkage import END, ROOM
 from mjbiped.dynamics.modes import FLAT
 from mjbiped.engines.hybrid.landing import clearance_of
-from mjbiped.engines.hybrid.state import ground_of, linkage_of, stance_foot, swing_foot
+from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, stance_foot, swing_foot
 from mjbiped.numerics.blocks import numbers, row
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.terrain.profile import height_of, segment_near
@@ -34,7 +34,7 @@ FACE_WIDTH = 1e-8  # a foot so close to the face that it struck stays on its own
 CORNER = 1e-6  # a foot that meets a face so close below its edge has landed on top, m
 
 
-def acceleration_bound(c: Any, w: Any) -> float:
+def acceleration_bound(c: Constants, w: State) -> float:
     """Bound of the swing foot's acceleration in the step, m/s^2, from its ends."""
     n, linkage = c.angles, linkage_of(c, w)
     along, ahead = row(w.levers, END, ROOM), row(w.levers, END + 1, ROOM)
@@ -52,7 +52,7 @@ def acceleration_bound(c: Any, w: Any) -> float:
     return float(MARGIN * max(start, end) + linkage.gravity)
 
 
-def segment_under(c: Any, w: Any, x: float) -> int:
+def segment_under(c: Constants, w: State, x: float) -> int:
     """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
     if abs(x - w.face_x) < FACE_WIDTH:
         return int(w.face_segment)
@@ -60,26 +60,26 @@ def segment_under(c: Any, w: Any, x: float) -> int:
     return int(w.segment)
 
 
-def write_angles_at(c: Any, w: Any, x: float) -> None:
+def write_angles_at(c: Constants, w: State, x: float) -> None:
     """Write the angles at the share x of the step into `w.spare`."""
     y, out, spare = numbers(w.y, c.size), numbers(w.out, c.size), numbers(w.spare, c.size)
     for i in range(c.angles):
         spare[i] = y[i] if x == 0.0 else out[i] if x == 1.0 else value_at(c, w, i, x)
 
 
-def foot_within(c: Any, w: Any, x: float) -> tuple[float, float]:
+def foot_within(c: Constants, w: State, x: float) -> tuple[float, float]:
     """Place x, z of the swing foot at the share x of the step, m."""
     write_angles_at(c, w, x)
     return swing_foot(c, w, numbers(w.spare, c.size))
 
 
-def foot_over_ground_within(c: Any, w: Any, x: float) -> Place:
+def foot_over_ground_within(c: Constants, w: State, x: float) -> Place:
     """Where the swing foot is at the share x of the step; see `foot_over_ground`."""
     write_angles_at(c, w, x)
     return foot_over_ground(c, w, numbers(w.spare, c.size))
 
 
-def foot_over_ground(c: Any, w: Any, y: Any) -> Place:
+def foot_over_ground(c: Constants, w: State, y: Any) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot in a state."""
     foot_x, foot_z = swing_foot(c, w, y)
     segment = int(w.face_segment) if w.face != 0.0 else segment_under(c, w, foot_x)
@@ -89,7 +89,7 @@ def foot_over_ground(c: Any, w: Any, y: Any) -> Place:
     return foot_x - stance_foot(c, w, y)[0], clearance, segment
 
 
-def happens(c: Any, w: Any, t: float, ahead: float, clearance: float) -> bool:
+def happens(c: Constants, w: State, t: float, ahead: float, clearance: float) -> bool:
     """Whether the awaited event has occurred: the rule enables the foot's contact or, later, it is below ground."""
     if w.contact_enabled:
         return clearance <= 0.0
@@ -108,7 +108,7 @@ def cannot_be_enabled(reach: float, room: float, here: Place, there: Place) -> b
     return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
 
 
-def decided_by_ends(c: Any, w: Any, h: float, here: Place, there: Place) -> bool:
+def decided_by_ends(c: Constants, w: State, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends prove that the swing foot meets nothing in it; may enable its contact by the rule."""
     if w.sliding or w.down != FLAT or (not w.contact_enabled and w.elapsed + h <= c.delay):
         return True
@@ -118,7 +118,7 @@ def decided_by_ends(c: Any, w: Any, h: float, here: Place, there: Place) -> bool
     return _decided(c, w, w.elapsed + h, room, here, there)
 
 
-def _decided(c: Any, w: Any, t: float, room: float, here: Place, there: Place) -> bool:
+def _decided(c: Constants, w: State, t: float, room: float, here: Place, there: Place) -> bool:
     """Whether the foot can have met nothing up to t; its contact is then enabled, if the rule says so by now.
 
     The contact of a foot that keeps clear of the ground may as well be enabled at the end of the interval as within it.
@@ -134,7 +134,7 @@ def _decided(c: Any, w: Any, t: float, room: float, here: Place, there: Place) -
     return False
 
 
-def foot_event(c: Any, w: Any, h: float, until: float) -> tuple[int, float]:
+def foot_event(c: Constants, w: State, h: float, until: float) -> tuple[int, float]:
     """The first event of the swing foot up to the share `until` of the step, and its share.
 
     The foot's contact is enabled on the way, where the rule says so.
@@ -165,7 +165,7 @@ def foot_event(c: Any, w: Any, h: float, until: float) -> tuple[int, float]:
 
 
 def _interval(
-    c: Any, w: Any, h: float, bound: float, x: float, end: float, here: Place
+    c: Constants, w: State, h: float, bound: float, x: float, end: float, here: Place
 ) -> tuple[int, float, float, Place]:
     """The first event between two shares of the step, halved until the foot's bound tells all of its first part.
 
@@ -198,7 +198,7 @@ def _interval(
         end = 0.5 * (x + end)
 
 
-def _draws_in(c: Any, w: Any, x: float) -> bool:
+def _draws_in(c: Constants, w: State, x: float) -> bool:
     """Whether the scuffing rule draws in the foot that comes down at the share x of the step; its contact is then off.
 
     The rule ends the contact when the foot comes nearer than the reach, which matters only where the foot comes down.
@@ -212,7 +212,7 @@ def _draws_in(c: Any, w: Any, x: float) -> bool:
     return True
 
 
-def _crossing(c: Any, w: Any, h: float, x: float, end: float, here: Place, there: Place) -> float:
+def _crossing(c: Constants, w: State, h: float, x: float, end: float, here: Place, there: Place) -> float:
     """Share of the step at which the foot meets a segment that it is above at x and not above at `end`.
 
     The false position, in the variant of Illinois (Dowell and Jarratt 1971): it keeps the root between x and end.
@@ -237,7 +237,7 @@ def _crossing(c: Any, w: Any, h: float, x: float, end: float, here: Place, there
     return middle
 
 
-def _narrowed(c: Any, w: Any, h: float, x: float, end: float) -> tuple[float, float]:
+def _narrowed(c: Constants, w: State, h: float, x: float, end: float) -> tuple[float, float]:
     """Shares of the step just before and just after something happens, `RESOLVED` apart."""
     while (end - x) * h > RESOLVED:
         middle = 0.5 * (x + end)
@@ -251,7 +251,7 @@ def _narrowed(c: Any, w: Any, h: float, x: float, end: float) -> tuple[float, fl
     return x, end
 
 
-def _kind(c: Any, w: Any, before: float, after: float) -> int:
+def _kind(c: Constants, w: State, before: float, after: float) -> int:
     """What a foot that is below ground after the share `before` has met; a face that it hit is noted in the state."""
     ground = ground_of(c)
     own = foot_over_ground_within(c, w, before)[2]
@@ -267,5 +267,5 @@ def _kind(c: Any, w: Any, before: float, after: float) -> int:
     return FACE_IMPACT
 
 
-def _over_the_top(c: Any, w: Any, x: float) -> bool:
+def _over_the_top(c: Constants, w: State, x: float) -> bool:
     return bool(foot_within(c, w, x)[1] >= w.face_top)

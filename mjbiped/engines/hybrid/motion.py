@@ -11,7 +11,7 @@ from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
 from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, ground_force, stand
 from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
 from mjbiped.engines.hybrid.landing import hold_edge, servo
-from mjbiped.engines.hybrid.state import linkage_of, pushed, sole_angle, to_memory, touches
+from mjbiped.engines.hybrid.state import Constants, State, linkage_of, pushed, sole_angle, to_memory, touches
 from mjbiped.numerics.blocks import call, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
@@ -19,7 +19,7 @@ from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
 
-def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
+def rates(c: Constants, w: State, t: float, y: Any, dy: Any) -> None:
     """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
     n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
@@ -45,7 +45,7 @@ def rates(c: Any, w: Any, t: float, y: Any, dy: Any) -> None:
     w.stage += 1
 
 
-def _rest(c: Any, w: Any) -> None:
+def _rest(c: Constants, w: State) -> None:
     """Let all angles and rates be zero."""
     for values in (w.q, w.dq):
         for i in range(c.angles):
@@ -55,7 +55,7 @@ def _rest(c: Any, w: Any) -> None:
             numbers(values, c.told)[i] = 0.0
 
 
-def take_angles(c: Any, w: Any, y: Any) -> bool:
+def take_angles(c: Constants, w: State, y: Any) -> bool:
     """Write angles and rates of a state into `w.q` and `w.dq`, and those that a law is told.
 
     Returns:
@@ -73,14 +73,14 @@ def take_angles(c: Any, w: Any, y: Any) -> bool:
     return tame
 
 
-def ask(c: Any, w: Any, t: float, y: Any, given: Any) -> None:
+def ask(c: Constants, w: State, t: float, y: Any, given: Any) -> None:
     """Ask the law for torques and rates of its states in a state whose angles `take_angles` has taken."""
     to_memory(c, w, y)
     memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
     call(c.torque, c.parameters, memory, min(max(t, w.after), w.before), told, told_rates, given)
 
 
-def bound_ankle(c: Any, w: Any, given: Any) -> float:
+def bound_ankle(c: Constants, w: State, given: Any) -> float:
     """Let the sole transmit what it can of the first of the torques; returns the normal force on the stance foot, N."""
     asked, force = given[0], _normal_force(c, w, given)
     if asked == 0.0:
@@ -90,14 +90,14 @@ def bound_ankle(c: Any, w: Any, given: Any) -> float:
     return force
 
 
-def _normal_force(c: Any, w: Any, given: Any) -> float:
+def _normal_force(c: Constants, w: State, given: Any) -> float:
     """Normal force on the stance foot under torques, N."""
     _move(c, w, given)
     _, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
     return normal
 
 
-def _move(c: Any, w: Any, given: Any) -> None:
+def _move(c: Constants, w: State, given: Any) -> None:
     """Write the accelerations under torques into `w.ddq`, with the state in `w.q` and `w.dq`."""
     linkage, q, dq = linkage_of(c, w), numbers(w.q, ROOM), numbers(w.dq, ROOM)
     _write_forces(c, w, given)
@@ -122,7 +122,7 @@ def _move(c: Any, w: Any, given: Any) -> None:
         w.stop_press = forces[first]
 
 
-def _write_forces(c: Any, w: Any, given: Any) -> None:
+def _write_forces(c: Constants, w: State, given: Any) -> None:
     """Write the generalised forces of torques, and of a push at the hip, into `w.ddq`, N m.
 
     The ankle acts between the stance leg and the ground, or its foot, each other joint between two segments.
@@ -145,7 +145,7 @@ def _write_forces(c: Any, w: Any, given: Any) -> None:
             forces[i] += w.push * (along[i] * cosine - ahead[i] * sine)
 
 
-def stance_force(c: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
+def stance_force(c: Constants, w: State, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
     """Force on the stance foot along its ground and normal to it, N.
 
     What pushes the hip or the swing foot does not push the stance foot.
@@ -161,7 +161,7 @@ def stance_force(c: Any, w: Any, q: Any, dq: Any, ddq: Any) -> tuple[float, floa
     return along, normal
 
 
-def _bear(c: Any, w: Any, given: Any) -> None:
+def _bear(c: Constants, w: State, given: Any) -> None:
     """Note how the ground bears a stance foot that is a body, in the current stage of a step.
 
     About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
@@ -178,7 +178,7 @@ def _bear(c: Any, w: Any, given: Any) -> None:
     numbers(w.margins, STAGES_WITH_DENSE)[w.stage] = margin
 
 
-def enter_mode(c: Any, w: Any) -> None:
+def enter_mode(c: Constants, w: State) -> None:
     """Let the linkage move as knee and stance foot are now."""
     w.free = c.angles
     if c.foot >= 0 and w.down == FLAT:
@@ -192,13 +192,13 @@ def enter_mode(c: Any, w: Any) -> None:
         y[i], y[c.angles + i] = w.follows * y[w.free - 1], w.follows * y[c.angles + w.free - 1]
 
 
-def start_step(c: Any, w: Any) -> None:
+def start_step(c: Constants, w: State) -> None:
     """Compute the rates of the state in `w.y`, which no step has led to."""
     w.stage = 0
     rates(c, w, w.elapsed, numbers(w.y, c.size), row(w.k, 0, c.size))
 
 
-def attempt(c: Any, w: Any, h: float) -> float:
+def attempt(c: Constants, w: State, h: float) -> float:
     """Integrate one step of length h from `w.y` to `w.out`.
 
     Returns:
@@ -209,7 +209,7 @@ def attempt(c: Any, w: Any, h: float) -> float:
     return integrate.step(rates, c, w, w.elapsed, h)
 
 
-def carry_over(c: Any, w: Any) -> None:
+def carry_over(c: Constants, w: State) -> None:
     """Let the rates and torques at the end of a step be those at the start of the next."""
     start, end = row(w.k, 0, c.size), row(w.k, STAGES, c.size)
     for i in range(c.size):
@@ -222,7 +222,7 @@ def carry_over(c: Any, w: Any) -> None:
         at_stages[0] = at_stages[STAGES]
 
 
-def ensure_dense(c: Any, w: Any, h: float) -> None:
+def ensure_dense(c: Constants, w: State, h: float) -> None:
     """Compute the step's dense output, unless it is there; forces of contacts stay those at the step's end."""
     if w.has_dense:
         return
@@ -233,7 +233,7 @@ def ensure_dense(c: Any, w: Any, h: float) -> None:
     w.evaluations += STAGES_WITH_DENSE - STAGES - 1
 
 
-def is_motion(c: Any, y: Any) -> bool:
+def is_motion(c: Constants, y: Any) -> bool:
     """Whether angles and rates are numbers."""
     total = 0.0
     for i in range(2 * c.angles):
@@ -241,7 +241,7 @@ def is_motion(c: Any, y: Any) -> bool:
     return math.isfinite(total)
 
 
-def write_state_at(c: Any, w: Any, x: float) -> None:
+def write_state_at(c: Constants, w: State, x: float) -> None:
     """Write the state at the share x of the step into `w.spare`."""
     spare = numbers(w.spare, c.size)
     for i in range(c.size):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics.linkage import ROOM, SYSTEM, partner
 from mjbiped.dynamics.modes import FLAT, FREE, LOCKED, RESTING, bend_stance_knee, land, opens
@@ -12,6 +11,8 @@ from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.engines.hybrid.motion import enter_mode, take_angles
 from mjbiped.engines.hybrid.records import estimated_slope, write_posture, write_touchdown
 from mjbiped.engines.hybrid.state import (
+    Constants,
+    State,
     ahead_of_stance,
     flat_linkage,
     from_memory,
@@ -29,7 +30,7 @@ DIVERGED, FINISHED, LEFT_TERRAIN = (
 )
 
 
-def transfer_support(c: Any, w: Any) -> None:
+def transfer_support(c: Constants, w: State) -> None:
     """Impact, support transfer, the controller's touchdown, and a row of the record.
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
@@ -69,7 +70,7 @@ def transfer_support(c: Any, w: Any) -> None:
         w.outcome = LEFT_TERRAIN
 
 
-def exchange_legs(c: Any, w: Any, slope: float) -> None:
+def exchange_legs(c: Constants, w: State, slope: float) -> None:
     """Impact of a touchdown on a slope (rad), and the legs exchange their roles; the state is then in `w.y`.
 
     The new swing knee rests on its stop, or is free: if it is bent, or if the impact opens a knee that its stop holds.
@@ -95,7 +96,7 @@ def exchange_legs(c: Any, w: Any, slope: float) -> None:
     enter_mode(c, w)
 
 
-def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
+def _stand_on(c: Constants, w: State, segment: int, foot_x: float) -> None:
     """Stand the robot on its next foot, at x (m) on a segment of the terrain; the gait step's time begins."""
     note_face(c, w, int(w.foot_segment), w.foot_x)
     w.clock, w.after, w.before = w.time, 0.0, math.inf
@@ -105,7 +106,7 @@ def _stand_on(c: Any, w: Any, segment: int, foot_x: float) -> None:
     w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(ground_of(c), segment, foot_x), segment
 
 
-def note_face(c: Any, w: Any, own: int, x: float) -> None:
+def note_face(c: Constants, w: State, own: int, x: float) -> None:
     """Note the vertical face beside which the new swing foot has stood, at x (m) on the segment `own`.
 
     A foot at the base of a riser lies within rounding of its face, on either side of it. It stays on the side of the
@@ -121,7 +122,7 @@ def note_face(c: Any, w: Any, own: int, x: float) -> None:
                 w.face_x, w.face_top, w.face_segment = face, top, own
 
 
-def begin_gait_step(c: Any, w: Any) -> None:
+def begin_gait_step(c: Constants, w: State) -> None:
     """Reset what is told of one gait step alone."""
     w.contact_enabled, w.foot_angle = c.contact, numbers(w.y, c.size)[0]
     w.face, w.sliding, w.slid_segment = 0.0, False, -1
@@ -136,7 +137,7 @@ def begin_gait_step(c: Any, w: Any) -> None:
         q[i] = dq[i] = after[i] = math.nan
 
 
-def stands_still(c: Any, w: Any) -> bool:
+def stands_still(c: Constants, w: State) -> bool:
     """Whether the swing foot that meets the ground stands beside the stance foot, and nothing moves.
 
     There is then no impact. Nor need the ground hold the foot: while both legs are straight and side by side, no rate
@@ -152,7 +153,7 @@ def stands_still(c: Any, w: Any) -> bool:
     return True
 
 
-def lands(c: Any, w: Any) -> bool:
+def lands(c: Constants, w: State) -> bool:
     """Whether the swing foot that has come down becomes the stance foot.
 
     It does where the scuffing rule has drawn in the others, and ahead of the stance foot with a locked, straight knee.

@@ -6,7 +6,6 @@ docs/hybrid.md explains the method, `mjbiped.engines.hybrid.gait_step` implement
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -235,7 +234,7 @@ class Machine:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
         self.code = as_machine_code(controller)
-        self.constants, *below = packed(dataclasses.replace(constants, **self.code.law._asdict()))
+        self.constants, *below = packed(constants.but(**self.code.law._asdict()))
         self.state, *further = packed(state)
         self._kept = below, further
         self._advance = engine_code()

@@ -193,7 +193,7 @@ def walk_of(
         pushes=[plan.disturbances.schedule],
         **buffer_constants(ROWS if compiled else 1, 1 + (_STALLS if compiled else 2) * longest, states, period),
         **rule_constants(robot, terms.scuffing, terms.steps, terms.distance),
-        tolerance=tolerance,
+        tolerance=float(tolerance),
         control_period=plan.disturbances.period(None, 0.0),
     )
     q, dq = (tuple(map(float, each)) for each in (plan.q, plan.dq))

@@ -7,14 +7,13 @@ one machine code, serve all robots and all laws.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes
 from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
 from mjbiped.dynamics.modes import FLAT, LOCKED
-from mjbiped.numerics.blocks import Floats, numbers, reader
+from mjbiped.numerics.blocks import Block, Floats, numbers, reader
 from mjbiped.terrain.profile import Profile
 
 
@@ -216,8 +215,7 @@ class State(Motion):
     looked: float = 0.0
 
 
-@dataclass(slots=True)
-class Constants:
+class Constants(Block):
     """Robot, law, ground, rules and limits of a walk.
 
     Attributes:
@@ -281,64 +279,6 @@ class Constants:
         control_period: Time between two ticks of a controller that ticks, s.
     """
 
-    linkages: list[Linkage]
-    angles: int
-    joints: int
-    states: int
-    size: int
-    judged: int
-    told: int
-    given: int
-    thigh: int
-    shank: int
-    foot: int
-    upper: float
-    lower: float
-    between: float
-    knee_opens: bool
-    lands_bent: bool
-    torque: Callable[..., None] | int
-    touchdown: Callable[..., None] | int
-    slope_estimate: Callable[..., float] | int
-    next_discontinuity: Callable[..., float] | int
-    tick: Callable[..., None] | int
-    knee_strike: Callable[..., None] | int
-    parameters: Any
-    support: int
-    segments: int
-    x: Floats
-    z: Floats
-    gradient: Floats
-    angle: Floats
-    pushes: Sequence[Pushes]
-    row_buffer: Any
-    row_room: int
-    sample_buffer: Any
-    sample_room: int
-    sample_width: int
-    length: float
-    behind: float
-    ahead: float
-    heel: float
-    toe: float
-    height: float
-    foot_stiffness: float
-    foot_damping: float
-    weight: float
-    legs: int
-    contact: bool
-    reach: float
-    delay: float
-    stall_time: float
-    pace: float
-    end: float
-    steps: float
-    distance: float
-    tolerance: float
-    longest_step: float
-    sample_period: float
-    control_period: float
-
 
 TOGETHER = 1e-8
 """Feet that are so near to each other stand at one place, m."""
@@ -346,83 +286,83 @@ TOGETHER = 1e-8
 constants_at, state_at, pushes_at, _linkage_at = reader(Constants), reader(State), reader(Pushes), reader(Linkage)
 
 
-def linkage_of(c: Any, w: Any) -> Any:
+def linkage_of(c: Constants, w: State) -> Any:
     """The robot as its stance foot stands, flat or on an edge, and with an edge of the swing foot down, or none."""
     return _linkage_at(c.linkages, (w.edge if w.edge >= 0 else 2) + 3 * (w.down if w.down >= 0 else 2))
 
 
-def flat_linkage(c: Any) -> Any:
+def flat_linkage(c: Constants) -> Any:
     """The robot on a flat foot."""
     return _linkage_at(c.linkages, 0)
 
 
-def ground_of(c: Any) -> Profile:
+def ground_of(c: Constants) -> Profile:
     """The terrain's profile."""
     return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments), c.segments)
 
 
-def pushes_of(c: Any) -> Any:
+def pushes_of(c: Constants) -> Any:
     """Pushes at the hip."""
     return pushes_at(c.pushes, 0)
 
 
-def to_memory(c: Any, w: Any, y: Any) -> None:
+def to_memory(c: Constants, w: State, y: Any) -> None:
     """Write the controller's integrated states, as they are in a state of motion, into its memory."""
     memory, first = numbers(w.memory, c.states), 2 * c.angles
     for i in range(c.states):
         memory[i] = y[first + i]
 
 
-def from_memory(c: Any, w: Any) -> None:
+def from_memory(c: Constants, w: State) -> None:
     """Take the controller's integrated states from its memory, after it has changed them."""
     y, memory, first = numbers(w.y, c.size), numbers(w.memory, c.states), 2 * c.angles
     for i in range(c.states):
         y[first + i] = memory[i]
 
 
-def sole_angle(c: Any, y: Any) -> float:
+def sole_angle(c: Constants, y: Any) -> float:
     """Angle by which the sole of the stance foot has tipped off the ground in a state, rad."""
     return float(y[c.foot]) if c.foot >= 0 else 0.0
 
 
-def pivot(c: Any, w: Any, y: Any) -> tuple[float, float]:
+def pivot(c: Constants, w: State, y: Any) -> tuple[float, float]:
     """Place x, z, m, from which the linkage stands: stance foot, centre of a round one's arc, or edge of a foot."""
     rolled = _linkage_at(c.linkages, 0).radius * (y[0] - w.foot_angle)
     return w.foot_x + rolled * w.cosine, w.foot_z - rolled * w.sine
 
 
-def _place(c: Any, w: Any, y: Any, which: int) -> tuple[float, float]:
+def _place(c: Constants, w: State, y: Any, which: int) -> tuple[float, float]:
     along, normal = point(_linkage_at(c.linkages, 0), w, y, which)
     x, z = pivot(c, w, y)
     return x + along * w.cosine + normal * w.sine, z - along * w.sine + normal * w.cosine
 
 
-def stance_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
+def stance_foot(c: Constants, w: State, y: Any) -> tuple[float, float]:
     """Place x, z, m, of the stance foot: of a round one the centre of its arc, of one that is a body the ankle."""
     return _place(c, w, y, BASE)
 
 
-def swing_foot(c: Any, w: Any, y: Any) -> tuple[float, float]:
+def swing_foot(c: Constants, w: State, y: Any) -> tuple[float, float]:
     """Place x, z of the swing foot, m; of a round one the centre of its arc, of one that is a body the ankle."""
     return _place(c, w, y, END)
 
 
-def touches(w: Any) -> bool:
+def touches(w: State) -> bool:
     """Whether a surface pushes the swing foot: a face, or the ground under the foot or one of its edges."""
     return bool(w.face != 0.0 or w.sliding or w.down != FLAT)
 
 
-def pushed(w: Any) -> tuple[float, float]:
+def pushed(w: State) -> tuple[float, float]:
     """Direction in which that surface pushes, along the stance foot's ground and normal to it."""
     return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
 
 
-def hip(c: Any, w: Any, y: Any) -> tuple[float, float]:
+def hip(c: Constants, w: State, y: Any) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
     return _place(c, w, y, HIP)
 
 
-def ahead_of_stance(c: Any, w: Any) -> float:
+def ahead_of_stance(c: Constants, w: State) -> float:
     """How far the swing foot is ahead of the stance foot, m; 0 where they stand together."""
     y = numbers(w.y, c.size)
     ahead = float(swing_foot(c, w, y)[0] - stance_foot(c, w, y)[0])

@@ -1,6 +1,7 @@
 """The book-keeping of a step: no change of a power's sign is missed, and all that is kept is what samples say."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +13,10 @@ from controllers import AdaptiveController
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
 from mjbiped.engines.hybrid.accounting import _total_variation, _turns
 
-ONE = SimpleNamespace(size=1)
+ONE: Any = SimpleNamespace(size=1)
 
 
-def rates(power: np.polynomial.Polynomial) -> SimpleNamespace:
+def rates(power: np.polynomial.Polynomial) -> Any:
     """What a step leaves of a power: that of its stages, of which eight are looked at."""
     k = [[0.0] for _ in range(STAGES_WITH_DENSE)]
     for stage, place in zip(IN_ORDER, PLACES, strict=True):
@@ -63,5 +64,5 @@ def test_a_turn_counts_in_the_first_and_in_the_last_sixteenth_of_a_step_too(turn
     """The work turn^2 - (x - turn)^2 rises by turn^2, and falls by (1 - turn)^2; in Hermite's form a x + x (1 - x)."""
     a = 2.0 * turn - 1.0
     dense = [[sign * a], [sign], *[[0.0]] * 5]
-    w = SimpleNamespace(y=[0.0], out=[sign * a], dense=dense)
+    w: Any = SimpleNamespace(y=[0.0], out=[sign * a], dense=dense)
     assert _total_variation(ONE, w, 0) == pytest.approx(turn**2 + (1.0 - turn) ** 2, rel=1e-9)
