@@ -12,12 +12,13 @@ import ctypes
 import dataclasses
 from collections.abc import Callable, MutableSequence, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-Numbers: TypeAlias = Sequence[float]
+Kind = TypeVar("Kind")
+Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 """Floats that are only read."""
 
 Floats: TypeAlias = MutableSequence[float] | NDArray[np.float64]
@@ -139,7 +140,7 @@ def give_back(values: Any, changed: Numbers) -> None:
     values[:] = changed
 
 
-def first(values: Any, count: int) -> Numbers:
+def first(values: Any, count: int) -> Sequence[float]:
     """The first floats of an array: for Python a copy, for machine code what stands there."""
     return tuple(values[:count])
 
@@ -149,10 +150,10 @@ def row(values: Any, index: int, count: int) -> MutableSequence[float]:  # noqa:
     return values[index]  # type: ignore[no-any-return]
 
 
-def reader(kind: type) -> Callable[[Any, int], Any]:
+def reader(kind: type[Kind]) -> Callable[[Any, int], Kind]:
     """The function (blocks, index) -> one block of a list, or of those at an address one behind the other."""
 
-    def entry(blocks: Any, index: int) -> Any:
+    def entry(blocks: Sequence[Kind], index: int) -> Kind:
         return blocks[index]
 
     entry.kind = kind  # type: ignore[attr-defined]  # for `machine`

@@ -8,7 +8,6 @@ and no step has to end on them.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, rate_at, value_at
 from mjbiped.dynamics.linkage import ROOM
@@ -17,7 +16,7 @@ from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_
 from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
 from mjbiped.engines.hybrid.records import write_sample
 from mjbiped.engines.hybrid.state import Constants, State, touches
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.blocks import Floats, numbers, row
 
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 UNLOADED = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
@@ -150,7 +149,7 @@ def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> 
     return float(numbers(w.sampled, c.given)[joint])
 
 
-def write_torques(c: Constants, w: State, t: float, y: Any) -> float:
+def write_torques(c: Constants, w: State, t: float, y: Floats) -> float:
     """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
     given = numbers(w.sampled, c.given)
     take_angles(c, w, y)
@@ -261,7 +260,7 @@ def _take_samples(c: Constants, w: State, h: float) -> bool:
     return True
 
 
-def take_sample(c: Constants, w: State, time: float, t: float, y: Any) -> None:
+def take_sample(c: Constants, w: State, time: float, t: float, y: Floats) -> None:
     """Write a row of the samples, with the torques of the law in a state at time t since the support transfer."""
     asked = write_torques(c, w, t, y)
     write_sample(c, w, time, y, asked)

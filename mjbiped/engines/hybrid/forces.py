@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
 
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE, rate_at
 from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.engines.hybrid.motion import stance_force, write_state_at
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.blocks import Floats, numbers, row
 from mjbiped.records.pressure import BINS, note_pressure
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
@@ -24,7 +23,7 @@ _BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
 SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
 
 
-def note_ground_force(c: Constants, w: State, y: Any, rates: Any) -> None:
+def note_ground_force(c: Constants, w: State, y: Floats, rates: Floats) -> None:
     """Keep the least F_n and the greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
 
     F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out.

@@ -7,8 +7,6 @@ output is not one of the mode's. The swing foot's meeting with the ground stands
 
 from __future__ import annotations
 
-from typing import Any
-
 from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE, value_at
 from mjbiped.dynamics.linkage import END, ROOM, speed
 from mjbiped.dynamics.modes import FREE, RESTING
@@ -24,7 +22,7 @@ from mjbiped.engines.hybrid.meeting import (
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, hip, linkage_of, swing_foot, touches
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.blocks import Floats, numbers, row
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
 
@@ -192,14 +190,14 @@ def _gap(c: Constants, w: State, event: int) -> tuple[float, float]:
     return clearance_of(c, w, y, w.landing, foot_x, foot_z), rate
 
 
-def on_its_segment(c: Constants, w: State, y: Any) -> bool:
+def on_its_segment(c: Constants, w: State, y: Floats) -> bool:
     """Whether a foot that slides on the ground is, in a state, still on the segment where it came down."""
     starts, segment, (x, _) = numbers(c.x, c.segments), w.slid_segment, swing_foot(c, w, y)
     begun = segment == 0 or starts[segment] <= x
     return bool(begun and (segment + 1 == c.segments or x <= starts[segment + 1]))
 
 
-def body_ends(c: Constants, w: State, y: Any) -> int:
+def body_ends(c: Constants, w: State, y: Floats) -> int:
     """`FALLEN` if the hip is too low, `BEYOND_END` if it is beyond the ground's end, else `NOTHING`."""
     x, z = hip(c, w, y)
     ground = ground_of(c)

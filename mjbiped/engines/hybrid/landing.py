@@ -6,12 +6,11 @@ The edge slides on the ground with Coulomb's friction, while the servo of the an
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics.linkage import END, speed
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE, hold_angle, hold_contact, push_contact
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, pushed, swing_foot
-from mjbiped.numerics.blocks import numbers
+from mjbiped.numerics.blocks import Floats, Numbers, numbers
 from mjbiped.rules.foot_servo import servo_torque
 from mjbiped.terrain.profile import height_of
 from mjbiped.terrain.segments import GROUND_FRICTION
@@ -28,7 +27,7 @@ def level_angle(c: Constants, w: State, segment: int) -> float:
     return float(numbers(c.angle, c.segments)[segment] - w.slope)
 
 
-def clearance_of(c: Constants, w: State, y: Any, segment: int, x: float, z: float) -> float:
+def clearance_of(c: Constants, w: State, y: Floats, segment: int, x: float, z: float) -> float:
     """Height of the swing foot at (x, z) over a segment of the terrain, m; of one that is a body, of its lower edge."""
     clearance = z - height_of(ground_of(c), segment, x)
     if c.foot >= 0:
@@ -37,7 +36,7 @@ def clearance_of(c: Constants, w: State, y: Any, segment: int, x: float, z: floa
     return float(clearance)
 
 
-def clearance_rate(c: Constants, w: State, y: Any, segment: int, speed_x: float, speed_z: float) -> float:
+def clearance_rate(c: Constants, w: State, y: Floats, segment: int, speed_x: float, speed_z: float) -> float:
     """Rate of that clearance, m/s, of a swing foot with a velocity, m/s."""
     rate = speed_z - numbers(c.gradient, c.segments)[segment] * speed_x
     if c.foot >= 0:
@@ -74,7 +73,7 @@ def set_edge(c: Constants, w: State) -> float:
     return float(above)
 
 
-def hold_edge(c: Constants, w: State, q: Any, dq: Any) -> None:
+def hold_edge(c: Constants, w: State, q: Numbers, dq: Numbers) -> None:
     """Hold the edge of the swing foot that is down, which slides with friction, and a stance foot that lies flat."""
     linkage, level = linkage_of(c, w), level_angle(c, w, w.landing)
     sine, cosine = math.sin(level), math.cos(level)

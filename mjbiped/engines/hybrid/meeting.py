@@ -10,14 +10,14 @@ no more than `MARGIN` times as much as at the step's ends, could not have reache
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from mjbiped.dynamics.integrate import STAGES, value_at
 from mjbiped.dynamics.linkage import END, ROOM
 from mjbiped.dynamics.modes import FLAT
 from mjbiped.engines.hybrid.landing import clearance_of
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, stance_foot, swing_foot
-from mjbiped.numerics.blocks import numbers, row
+from mjbiped.numerics.blocks import Floats, numbers, row
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.terrain.profile import height_of, segment_near
 
@@ -79,7 +79,7 @@ def foot_over_ground_within(c: Constants, w: State, x: float) -> Place:
     return foot_over_ground(c, w, numbers(w.spare, c.size))
 
 
-def foot_over_ground(c: Constants, w: State, y: Any) -> Place:
+def foot_over_ground(c: Constants, w: State, y: Floats) -> Place:
     """Distance ahead of the stance foot (m), clearance (m) and segment of the swing foot in a state."""
     foot_x, foot_z = swing_foot(c, w, y)
     segment = int(w.face_segment) if w.face != 0.0 else segment_under(c, w, foot_x)

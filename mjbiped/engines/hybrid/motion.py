@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.dynamics import integrate
 from mjbiped.dynamics.equations import accelerate, load, settle
@@ -12,14 +11,14 @@ from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, ground_force, stand
 from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
 from mjbiped.engines.hybrid.landing import hold_edge, servo
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of, pushed, sole_angle, to_memory, touches
-from mjbiped.numerics.blocks import call, numbers, row
+from mjbiped.numerics.blocks import Floats, Numbers, call, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
 
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
 
-def rates(c: Constants, w: State, t: float, y: Any, dy: Any) -> None:
+def rates(c: Constants, w: State, t: float, y: Floats, dy: Floats) -> None:
     """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
     n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
@@ -55,7 +54,7 @@ def _rest(c: Constants, w: State) -> None:
             numbers(values, c.told)[i] = 0.0
 
 
-def take_angles(c: Constants, w: State, y: Any) -> bool:
+def take_angles(c: Constants, w: State, y: Floats) -> bool:
     """Write angles and rates of a state into `w.q` and `w.dq`, and those that a law is told.
 
     Returns:
@@ -73,14 +72,14 @@ def take_angles(c: Constants, w: State, y: Any) -> bool:
     return tame
 
 
-def ask(c: Constants, w: State, t: float, y: Any, given: Any) -> None:
+def ask(c: Constants, w: State, t: float, y: Floats, given: Floats) -> None:
     """Ask the law for torques and rates of its states in a state whose angles `take_angles` has taken."""
     to_memory(c, w, y)
     memory, told, told_rates = numbers(w.memory, c.states), numbers(w.told, c.told), numbers(w.told_rates, c.told)
     call(c.torque, c.parameters, memory, min(max(t, w.after), w.before), told, told_rates, given)
 
 
-def bound_ankle(c: Constants, w: State, given: Any) -> float:
+def bound_ankle(c: Constants, w: State, given: Floats) -> float:
     """Let the sole transmit what it can of the first of the torques; returns the normal force on the stance foot, N."""
     asked, force = given[0], _normal_force(c, w, given)
     if asked == 0.0:
@@ -90,14 +89,14 @@ def bound_ankle(c: Constants, w: State, given: Any) -> float:
     return force
 
 
-def _normal_force(c: Constants, w: State, given: Any) -> float:
+def _normal_force(c: Constants, w: State, given: Floats) -> float:
     """Normal force on the stance foot under torques, N."""
     _move(c, w, given)
     _, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
     return normal
 
 
-def _move(c: Constants, w: State, given: Any) -> None:
+def _move(c: Constants, w: State, given: Floats) -> None:
     """Write the accelerations under torques into `w.ddq`, with the state in `w.q` and `w.dq`."""
     linkage, q, dq = linkage_of(c, w), numbers(w.q, ROOM), numbers(w.dq, ROOM)
     _write_forces(c, w, given)
@@ -122,7 +121,7 @@ def _move(c: Constants, w: State, given: Any) -> None:
         w.stop_press = forces[first]
 
 
-def _write_forces(c: Constants, w: State, given: Any) -> None:
+def _write_forces(c: Constants, w: State, given: Floats) -> None:
     """Write the generalised forces of torques, and of a push at the hip, into `w.ddq`, N m.
 
     The ankle acts between the stance leg and the ground, or its foot, each other joint between two segments.
@@ -145,7 +144,7 @@ def _write_forces(c: Constants, w: State, given: Any) -> None:
             forces[i] += w.push * (along[i] * cosine - ahead[i] * sine)
 
 
-def stance_force(c: Constants, w: State, q: Any, dq: Any, ddq: Any) -> tuple[float, float]:
+def stance_force(c: Constants, w: State, q: Numbers, dq: Numbers, ddq: Numbers) -> tuple[float, float]:
     """Force on the stance foot along its ground and normal to it, N.
 
     What pushes the hip or the swing foot does not push the stance foot.
@@ -161,7 +160,7 @@ def stance_force(c: Constants, w: State, q: Any, dq: Any, ddq: Any) -> tuple[flo
     return along, normal
 
 
-def _bear(c: Constants, w: State, given: Any) -> None:
+def _bear(c: Constants, w: State, given: Floats) -> None:
     """Note how the ground bears a stance foot that is a body, in the current stage of a step.
 
     About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
@@ -233,7 +232,7 @@ def ensure_dense(c: Constants, w: State, h: float) -> None:
     w.evaluations += STAGES_WITH_DENSE - STAGES - 1
 
 
-def is_motion(c: Constants, y: Any) -> bool:
+def is_motion(c: Constants, y: Floats) -> bool:
     """Whether angles and rates are numbers."""
     total = 0.0
     for i in range(2 * c.angles):

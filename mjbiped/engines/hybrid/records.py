@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.dynamics.linkage import ROOM
 from mjbiped.dynamics.modes import LOCKED
 from mjbiped.engines.hybrid.state import Constants, State, hip, sole_angle
-from mjbiped.numerics.blocks import call_for_float, numbers, row
+from mjbiped.numerics.blocks import Floats, call_for_float, numbers, row
 from mjbiped.records.columns import tables_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
@@ -47,7 +47,7 @@ def columns_of(kind: type[Robot], table: str) -> NDArray[np.int64]:
     return np.concatenate([getattr(layout, name) + np.arange(column.width) for name, column in own.items()])
 
 
-def write_posture(c: Constants, w: State, y: Any) -> None:
+def write_posture(c: Constants, w: State, y: Floats) -> None:
     """Write the posture `qpos` of a state into `w.posture`: hip, upper segments of both legs, what is below."""
     posture, offsets = numbers(w.posture, POSTURE), numbers(w.offsets, ROOM)
     left = w.stance if c.angles > 1 else 0
@@ -70,7 +70,7 @@ def estimated_slope(c: Constants, w: State) -> float:
     return call_for_float(c.slope_estimate, c.parameters, numbers(w.memory, c.states))
 
 
-def write_sample(c: Constants, w: State, time: float, y: Any, asked: float) -> None:
+def write_sample(c: Constants, w: State, time: float, y: Floats, asked: float) -> None:
     """Write a row of the samples.
 
     Args:
@@ -99,7 +99,7 @@ def write_sample(c: Constants, w: State, time: float, y: Any, asked: float) -> N
         to[SAMPLE.width + i] = y[2 * c.angles + i]
 
 
-def write_touchdown(c: Constants, w: State, slope: float, dq_before: Any, estimate_before: float) -> None:
+def write_touchdown(c: Constants, w: State, slope: float, dq_before: Floats, estimate_before: float) -> None:
     """Write the row of a touchdown.
 
     Args:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from mjbiped.disturbances.pushes import Pushes
 from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
 from mjbiped.dynamics.modes import FLAT, LOCKED
-from mjbiped.numerics.blocks import Block, Floats, numbers, reader
+from mjbiped.numerics.blocks import Block, Floats, Numbers, numbers, reader
 from mjbiped.terrain.profile import Profile
 
 
@@ -126,7 +125,7 @@ class State(Motion):
     spare: Floats
     k: list[list[float]]
     dense: list[list[float]]
-    memory: Floats
+    memory: Numbers
     q: Floats
     dq: Floats
     told: Floats
@@ -286,12 +285,12 @@ TOGETHER = 1e-8
 constants_at, state_at, pushes_at, _linkage_at = reader(Constants), reader(State), reader(Pushes), reader(Linkage)
 
 
-def linkage_of(c: Constants, w: State) -> Any:
+def linkage_of(c: Constants, w: State) -> Linkage:
     """The robot as its stance foot stands, flat or on an edge, and with an edge of the swing foot down, or none."""
     return _linkage_at(c.linkages, (w.edge if w.edge >= 0 else 2) + 3 * (w.down if w.down >= 0 else 2))
 
 
-def flat_linkage(c: Constants) -> Any:
+def flat_linkage(c: Constants) -> Linkage:
     """The robot on a flat foot."""
     return _linkage_at(c.linkages, 0)
 
@@ -301,12 +300,12 @@ def ground_of(c: Constants) -> Profile:
     return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments), c.segments)
 
 
-def pushes_of(c: Constants) -> Any:
+def pushes_of(c: Constants) -> Pushes:
     """Pushes at the hip."""
     return pushes_at(c.pushes, 0)
 
 
-def to_memory(c: Constants, w: State, y: Any) -> None:
+def to_memory(c: Constants, w: State, y: Numbers) -> None:
     """Write the controller's integrated states, as they are in a state of motion, into its memory."""
     memory, first = numbers(w.memory, c.states), 2 * c.angles
     for i in range(c.states):
@@ -320,29 +319,29 @@ def from_memory(c: Constants, w: State) -> None:
         y[first + i] = memory[i]
 
 
-def sole_angle(c: Constants, y: Any) -> float:
+def sole_angle(c: Constants, y: Numbers) -> float:
     """Angle by which the sole of the stance foot has tipped off the ground in a state, rad."""
     return float(y[c.foot]) if c.foot >= 0 else 0.0
 
 
-def pivot(c: Constants, w: State, y: Any) -> tuple[float, float]:
+def pivot(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
     """Place x, z, m, from which the linkage stands: stance foot, centre of a round one's arc, or edge of a foot."""
     rolled = _linkage_at(c.linkages, 0).radius * (y[0] - w.foot_angle)
     return w.foot_x + rolled * w.cosine, w.foot_z - rolled * w.sine
 
 
-def _place(c: Constants, w: State, y: Any, which: int) -> tuple[float, float]:
+def _place(c: Constants, w: State, y: Numbers, which: int) -> tuple[float, float]:
     along, normal = point(_linkage_at(c.linkages, 0), w, y, which)
     x, z = pivot(c, w, y)
     return x + along * w.cosine + normal * w.sine, z - along * w.sine + normal * w.cosine
 
 
-def stance_foot(c: Constants, w: State, y: Any) -> tuple[float, float]:
+def stance_foot(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
     """Place x, z, m, of the stance foot: of a round one the centre of its arc, of one that is a body the ankle."""
     return _place(c, w, y, BASE)
 
 
-def swing_foot(c: Constants, w: State, y: Any) -> tuple[float, float]:
+def swing_foot(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
     """Place x, z of the swing foot, m; of a round one the centre of its arc, of one that is a body the ankle."""
     return _place(c, w, y, END)
 
@@ -357,7 +356,7 @@ def pushed(w: State) -> tuple[float, float]:
     return w.pushed_x * w.cosine - w.pushed_z * w.sine, w.pushed_x * w.sine + w.pushed_z * w.cosine
 
 
-def hip(c: Constants, w: State, y: Any) -> tuple[float, float]:
+def hip(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
     """Place x, z of the hip, m, at the end of the stance leg's line."""
     return _place(c, w, y, HIP)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.feet import stands
 from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.state import State
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.records.pressure import note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 
@@ -64,7 +64,7 @@ def least_normal_force(u: State) -> float:
     return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
 
 
-def read_contacts(c: Constants, u: State, readings: Any) -> Felt:
+def read_contacts(c: Constants, u: State, readings: Numbers) -> Felt:
     """Note what the feet feel in the step just resolved; returns what the swing foot does."""
     leg = swing_leg(c, u)
     stance, swing = felt(c, u, readings, stance_leg(c, u)), felt(c, u, readings, leg)

@@ -19,7 +19,7 @@ from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.ground import SILL
 from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, leg_at, stance_leg, swing_index
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.blocks import numbers, whole_numbers
+from mjbiped.numerics.blocks import Floats, numbers, whole_numbers
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 
 SUNK = 5e-4  # greatest depth of a standing foot in the ground, m
@@ -42,7 +42,7 @@ def write_contact_bits(c: Constants, u: State) -> None:
         _let_collide(c, contype, stance, u.q, STANCE, lands)
 
 
-def _let_collide(c: Constants, contype: Any, leg: Leg, q: Any, bit: int, lands: bool) -> None:
+def _let_collide(c: Constants, contype: Any, leg: Leg, q: Floats, bit: int, lands: bool) -> None:
     """Let a leg's foot collide: as one that lands, or as one that stands."""
     contype[leg.foot] = bit
     if c.box:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.legs import Leg, foot_of, sole_angle
 from mjbiped.engines.mujoco.state import State
+from mjbiped.numerics.blocks import Numbers
 
 READING = 11
 """Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
@@ -44,7 +45,7 @@ class Felt(NamedTuple):
     shear: float = 0.0
 
 
-def felt(c: Constants, u: State, readings: Any, leg: Leg) -> Felt:
+def felt(c: Constants, u: State, readings: Numbers, leg: Leg) -> Felt:
     """Sum the contacts of a leg's foot over the slots of its contact sensor.
 
     The axes of a contact's frame are its normal, which points from the foot into the ground, the robot's lateral axis,

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.blocks import numbers
+from mjbiped.numerics.blocks import Floats, numbers
 from mjbiped.robots.bodies import Foot
 from mjbiped.rules.foot_servo import GREATEST_ERROR, servo_torque
 from mjbiped.terrain.profile import height_over_ground, segment_under
@@ -40,7 +39,7 @@ def for_feet(options: Options, foot: Foot) -> Options:
     return replace(options, timestep=min(options.timestep, LONGEST), lands=False, ground=ground)
 
 
-def gaps(c: Constants, leg: Leg, q: Any) -> tuple[float, float]:
+def gaps(c: Constants, leg: Leg, q: Floats) -> tuple[float, float]:
     """Heights of heel and toe over the ground, m."""
     heel_x, heel_z, toe_x, toe_z = heel_and_toe(leg, q)
     return height_over_ground(c, heel_x, heel_z), height_over_ground(c, toe_x, toe_z)
@@ -65,7 +64,7 @@ def stand_flat(u: State, new: float) -> None:
     u.stood = new
 
 
-def intrusion(c: Constants, leg: Leg, q: Any) -> float:
+def intrusion(c: Constants, leg: Leg, q: Floats) -> float:
     """How high edges of the ground stand over the line from a foot's heel to its toe, m; 0: none does."""
     (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
     starts, heights, rises = numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.rises, c.segments)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.state import State, X, Z
-from mjbiped.numerics.blocks import Block, reader
+from mjbiped.numerics.blocks import Block, Floats, reader
 
 
 class Leg(Block):
@@ -40,7 +39,7 @@ class Leg(Block):
 leg_at = reader(Leg)
 
 
-def stance_leg(c: Constants, u: State) -> Any:
+def stance_leg(c: Constants, u: State) -> Leg:
     """The leg that stands."""
     return leg_at(c.legs, int(u.stance))
 
@@ -50,12 +49,12 @@ def swing_index(c: Constants, u: State) -> int:
     return int((int(u.stance) + 1) % c.leg_count)
 
 
-def swing_leg(c: Constants, u: State) -> Any:
+def swing_leg(c: Constants, u: State) -> Leg:
     """The leg that stands next."""
     return leg_at(c.legs, swing_index(c, u))
 
 
-def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
+def foot_of(leg: Leg, q: Floats) -> tuple[float, float]:
     """Place of a leg's foot, x and z in m, by the robot's coordinates: of one with a sole, of that below the ankle."""
     x, z = end_of_leg(leg, q[X], q[Z], q[leg.hip], q[leg.knee] if leg.knee >= 0 else 0.0)
     if leg.sole < 0:
@@ -64,12 +63,12 @@ def foot_of(leg: Leg, q: Any) -> tuple[float, float]:
     return x - leg.height * math.sin(angle), z - leg.height * math.cos(angle)
 
 
-def sole_angle(leg: Leg, q: Any) -> float:
+def sole_angle(leg: Leg, q: Floats) -> float:
     """Angle of a foot's sole, as a slope, rad."""
     return float(q[leg.hip] + leg.offset + q[leg.sole])
 
 
-def heel_and_toe(leg: Leg, q: Any) -> tuple[float, float, float, float]:
+def heel_and_toe(leg: Leg, q: Floats) -> tuple[float, float, float, float]:
     """Places of the ends of a sole, x and z of the heel and of the toe, m."""
     (x, z), angle = foot_of(leg, q), sole_angle(leg, q)
     sine, cosine = math.sin(angle), math.cos(angle)
@@ -87,7 +86,7 @@ def end_of_leg(leg: Leg, x: float, z: float, angle: float, flexion: float) -> tu
     return x - leg.lower * math.sin(lower), z - leg.lower * math.cos(lower)
 
 
-def angles_of(c: Constants, q: Any, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
+def angles_of(c: Constants, q: Floats, count: int, tilt: float, slope: float) -> tuple[float, float, float]:
     """Stance leg, swing thigh and swing shank from a slope's normal, rad; a straight leg is thigh and shank in one.
 
     A stance leg whose knee is bent has the angle of the line from its foot to the hip.
@@ -105,13 +104,13 @@ def angles_of(c: Constants, q: Any, count: int, tilt: float, slope: float) -> tu
     return upper_angle(c, q, count) + tilt - slope, thigh - slope, shank - slope
 
 
-def upper_angle(c: Constants, q: Any, count: int) -> float:
+def upper_angle(c: Constants, q: Floats, count: int) -> float:
     """Angle from the vertical of the upper segment of the leg that stands after so many touchdowns, rad."""
     leg, laps = leg_at(c.legs, count % c.leg_count), count // c.leg_count
     return float(q[leg.hip] + (leg.offset + laps * leg.lap))
 
 
-def rates_of(c: Constants, rates: Any, stance: int, share: float) -> tuple[float, float, float]:
+def rates_of(c: Constants, rates: Floats, stance: int, share: float) -> tuple[float, float, float]:
     """Rates of these angles, rad/s; `share` is that of the stance knee's rate."""
     standing, swinging = leg_at(c.legs, stance), leg_at(c.legs, (stance + 1) % c.leg_count)
     thigh = rates[swinging.hip]
@@ -119,7 +118,7 @@ def rates_of(c: Constants, rates: Any, stance: int, share: float) -> tuple[float
     return turning_of(standing, rates, share), thigh, shank
 
 
-def turning_of(leg: Leg, rates: Any, share: float) -> float:
+def turning_of(leg: Leg, rates: Floats, share: float) -> float:
     """Rate of a stance leg's line from foot to hip, rad/s: its thigh's, while the knee is locked."""
     rate: float = rates[leg.hip]
     return rate + share * rates[leg.knee] if leg.knee >= 0 else rate

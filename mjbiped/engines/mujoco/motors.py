@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import Any
 
 from mjbiped.disturbances.pushes import following
 from mjbiped.engines.mujoco import leapfrog, servo
@@ -13,7 +12,7 @@ from mjbiped.engines.mujoco.feet import swing_foot_torque
 from mjbiped.engines.mujoco.legs import angles_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.blocks import borrowed, call, call_for_float, first, give_back, numbers
+from mjbiped.numerics.blocks import Floats, borrowed, call, call_for_float, first, give_back, numbers
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import Outcome
 
@@ -92,7 +91,7 @@ def push(c: Constants, u: State) -> None:
         u.push = u.push_left / step if enough else force
 
 
-def _tick(c: Constants, u: State, memory: Any) -> None:
+def _tick(c: Constants, u: State, memory: Floats) -> None:
     """One tick of the digital controller: its events and its law, whose torques and rates are held from now on."""
     n, row, rates = c.angles, numbers(c.row, c.row_width), numbers(c.rates, c.states)
     told, since = u.transferred != 0.0, u.time - u.ticked

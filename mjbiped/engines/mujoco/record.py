@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from mjbiped.engines.mujoco.bearing import least_normal_force
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.blocks import call_for_float, numbers
+from mjbiped.numerics.blocks import Floats, call_for_float, numbers
 
 
 def write_touchdown(c: Constants, u: State) -> None:
@@ -53,7 +52,7 @@ def keep_touchdown(c: Constants, u: State) -> None:
         u.rows += 1.0
 
 
-def take_sample(c: Constants, u: State, memory: Any) -> None:
+def take_sample(c: Constants, u: State, memory: Floats) -> None:
     """Write down the state now, with the torque that is held from now on, if there is room and no law fails of it.
 
     Args:
@@ -84,14 +83,14 @@ def take_sample(c: Constants, u: State, memory: Any) -> None:
     u.samples += 1.0
 
 
-def _write(row: Any, at: int, values: Any, count: int) -> int:
+def _write(row: Floats, at: int, values: Floats, count: int) -> int:
     """Write the first numbers of an array into a row; returns the index behind them."""
     for index in range(count):
         row[at + index] = values[index]
     return at + count
 
 
-def _write_posture(c: Constants, u: State, row: Any, at: int) -> int:
+def _write_posture(c: Constants, u: State, row: Floats, at: int) -> int:
     """Write the robot's coordinates in the record's order; returns the index behind them."""
     order = numbers(c.order, c.nq)
     for index in range(c.nq):

@@ -12,7 +12,7 @@ import ctypes
 from collections.abc import MutableSequence
 from typing import Any
 
-from mjbiped.numerics.blocks import reader
+from mjbiped.numerics.blocks import Floats, reader
 from mjbiped.records.pressure import BINS
 
 COORDINATES = 6
@@ -175,6 +175,6 @@ Pressure = MutableSequence[float]
 state_at = reader(State)
 
 
-def put(into: Any, three: tuple[float, float, float]) -> None:
+def put(into: Floats, three: tuple[float, float, float]) -> None:
     """Write three angles, or their rates."""
     into[0], into[1], into[2] = three
