@@ -75,10 +75,8 @@ def test_its_torques_make_its_accelerations_on_the_sole(law: BoundedKneedControl
     motion = np.array(room[MOTION : MOTION + 3])
     robot = law.robot
     chains = robot.chains_on(bent)
-    beside = float(chains[3].across[0])
     pull = robot.input_matrix @ [ankle, hip, knee] - chains[3].coriolis_matrix(np.array(q), np.array(dq)) @ dq
     pull -= chains[3].gravity_vector(np.array(q), slope)
-    pull[0] += beside * math.cos(q[0] + slope)
     ddq = np.linalg.solve(chains[3].mass_matrix(np.array(q)), pull)
     scale = max(1.0, *np.abs(motion), *np.abs(asked[MOTION : MOTION + 3]))  # rounding, of numbers of this size
     np.testing.assert_allclose(ddq, motion, rtol=0, atol=1e-11 * scale)
@@ -133,7 +131,7 @@ def test_it_climbs_stairs_on_which_the_paper_s_law_falls(
     walk, clipped = (
         mjbiped.walk(each, STAIRS, engine=engine, steps=16) for each in (law, KneedController(law.robot, gait))
     )
-    assert clipped.outcome == "fell"
+    assert clipped.outcome in ("fell", "slipped")
     assert walk.verdict == "through"
     if engine == "hybrid":  # the law leans on its share of the sole
         assert walk.summary()["share_of_time_at_sole_bound"] == 0.0
@@ -190,7 +188,6 @@ def test_a_compass_is_refused(gait: OptimisedGait) -> None:
 def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedController) -> None:
     memory = standing(law, 0.3)
     chains = law.robot.chains_on(0.3)
-    beside = float(chains[3].across[0])
     found = np.array(memory[BENT_FREE : BENT_FREE + 16])
     np.testing.assert_allclose(found[:9], chains[3].weights.ravel(), rtol=1e-14)
     np.testing.assert_allclose(found[9:12], chains[3].moments, rtol=1e-14)
