@@ -192,7 +192,7 @@ def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedCo
     np.testing.assert_allclose(found[:9], chains[3].weights.ravel(), rtol=1e-14)
     np.testing.assert_allclose(found[9:12], chains[3].moments, rtol=1e-14)
     np.testing.assert_allclose(found[13:], chains[3].reach, rtol=1e-14)
-    assert found[12] == pytest.approx(beside, rel=1e-14)
+    assert found[12] == pytest.approx(float(chains[3].across[0]), rel=1e-14)
     assert memory[LEAN] > 0.0
 
 
