@@ -17,8 +17,9 @@ from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reade
     TICKS,  # so far
     TOUCHDOWNS,  # so far
     SIDE,  # 1: the left leg stands, -1: the right one
+    TICKED,  # time of the last tick in this gait step, s; negative: no tick since the touchdown or knee strike
     BEGUN,  # first of the torques that the motors have at the tick's beginning, N m, one for each joint
-) = range(4)
+) = range(5)
 
 SHOWN = 3 * MOST
 """Room for what the sensors show."""
@@ -71,9 +72,12 @@ law_at, sensors_at = reader(Law), reader(Sensors)
 def tick(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
     """Read the sensors, ask the controller, and set the torques that are held until the next tick.
 
+    The controller's states have changed by the rates of the tick before all the time: now the mean of both ticks' rates
+    counts, unless a touchdown or a knee strike lies between the ticks.
+
     Args:
         loop: The `Loop`.
-        memory: Memory, whose part behind the controller's is changed in place.
+        memory: Memory, changed in place.
         t: Time since the support transfer, s.
         q: Angles, rad.
         dq: Their rates, rad/s.
@@ -88,8 +92,12 @@ def tick(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
         call(law.torque, law.parameters, memory, t, q, dq, given)
     for joint in range(loop.joints):
         _drive(loop, memory, joint, given[joint])
+    since = t - memory[at + TICKED] if memory[at + TICKED] >= 0.0 else 0.0
     for index in range(loop.states):
-        memory[at + loop.rates + index] = given[loop.joints + index]
+        rate, held = given[loop.joints + index], at + loop.rates + index
+        memory[index] += 0.5 * since * (rate - memory[held])
+        memory[held] = rate
+    memory[at + TICKED] = t
     memory[at + TICKS] += 1.0
 
 
@@ -133,6 +141,7 @@ def touchdown(loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbe
         dq: Their rates, rad/s.
     """
     number, n, law, shown = _exchanged(loop, memory), len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
+    memory[loop.size + TICKED] = -1.0
     if not loop.senses:
         call(law.touchdown, law.parameters, memory, q_before, q, dq)
         return
@@ -153,6 +162,7 @@ def knee_strike(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> 
         dq: Their rates, rad/s.
     """
     n, law, shown = len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
+    memory[loop.size + TICKED] = -1.0
     if not loop.senses:
         call(law.knee_strike, law.parameters, memory, t, q, dq)
         return

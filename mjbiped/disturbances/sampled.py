@@ -80,4 +80,4 @@ class SampledController(LawController):
         own = memory[: self.loop.size]
         self.inner.start(own, q, dq)
         memory[: self.loop.size] = own
-        memory[self.loop.size + loop.SIDE] = 1.0
+        memory[self.loop.size + loop.SIDE], memory[self.loop.size + loop.TICKED] = 1.0, -1.0

@@ -45,6 +45,7 @@ from mjbiped.engines.hybrid.state import (
     Constants,
     State,
     constants_at,
+    from_memory,
     pushes_of,
     state_at,
     to_memory,
@@ -263,6 +264,7 @@ def _look_ahead(c: Constants, w: State) -> None:
         w.look += STAGES
         take_angles(c, w, y)
         call(c.tick, c.parameters, memory, t, numbers(w.told, c.told), numbers(w.told_rates, c.told))
+        from_memory(c, w)
     if time > w.next_push - NOW:
         _begin_or_end_push(c, w)
     event = min(w.next_tick, w.next_push) - w.clock
