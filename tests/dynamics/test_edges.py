@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from lagrange import lagrange
 from simulations import hybrid_run
 
 import mjbiped
@@ -57,23 +58,16 @@ def derived(edge: int) -> dict[str, Callable[..., Any]]:
     hip = ankle + along(x[2], leg.length)
     end = hip - along(x[3], leg.length)
     bodies = [
-        (foot.mass, foot.inertia, 4, ankle),
-        (leg.mass, leg.inertia, 2, hip - along(x[2], leg.centre)),
-        (ROBOT.hip_mass, 0.0, 4, hip),
-        (leg.mass, leg.inertia, 3, hip - along(x[3], leg.centre)),
-        (foot.mass, 0.0, 4, end),
+        (foot.mass, foot.inertia, v[4], ankle),
+        (leg.mass, leg.inertia, v[2], hip - along(x[2], leg.centre)),
+        (ROBOT.hip_mass, 0, 0, hip),
+        (leg.mass, leg.inertia, v[3], hip - along(x[3], leg.centre)),
+        (foot.mass, 0, 0, end),
     ]
-    T, V = sp.Integer(0), sp.Integer(0)
-    for mass, inertia, segment, place in bodies:
-        speed = place.jacobian(x) * v
-        T += mass * speed.dot(speed) / 2 + inertia * v[segment] ** 2 / 2
-        V += mass * ROBOT.gravity * place[1]
-    M = sp.hessian(T, list(v))
-    p = M * v
-    rest = p.jacobian(x) * v - sp.Matrix([T]).jacobian(x).T + sp.Matrix([V]).jacobian(x).T
+    laws = lagrange(x, v, bodies, ROBOT.gravity)
     found = {
-        "M": M,
-        "rest": rest,
+        "M": laws["M"],
+        "rest": laws["h"] + laws["g"],
         "hip": hip.jacobian(x),
         "end": end.jacobian(x),
     }

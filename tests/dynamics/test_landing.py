@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from lagrange import lagrange
 from simulations import hybrid_run
 
 import mjbiped
@@ -58,21 +59,15 @@ def derived(edge: int, down: int) -> dict[str, Callable[..., Any]]:
     end = hip - along(x[3], leg.length)
     landing = end - along(x[5], foot.height, -beside[down])
     bodies = [
-        (foot.mass, foot.inertia, 4, ankle),
-        (leg.mass, leg.inertia, 2, hip - along(x[2], leg.centre)),
-        (ROBOT.hip_mass, 0.0, 2, hip),
-        (leg.mass, leg.inertia, 3, hip - along(x[3], leg.centre)),
-        (foot.mass, foot.inertia, 5, end),
+        (foot.mass, foot.inertia, v[4], ankle),
+        (leg.mass, leg.inertia, v[2], hip - along(x[2], leg.centre)),
+        (ROBOT.hip_mass, 0, 0, hip),
+        (leg.mass, leg.inertia, v[3], hip - along(x[3], leg.centre)),
+        (foot.mass, foot.inertia, v[5], end),
     ]
-    T, V = sp.Integer(0), sp.Integer(0)
-    for mass, inertia, segment, place in bodies:
-        speed = place.jacobian(x) * v
-        T += mass * speed.dot(speed) / 2 + inertia * v[segment] ** 2 / 2
-        V += mass * ROBOT.gravity * place[1]
-    M = sp.hessian(T, list(v))
-    rest = (M * v).jacobian(x) * v - sp.Matrix([T]).jacobian(x).T + sp.Matrix([V]).jacobian(x).T
-    rows = landing.jacobian(x)
-    found = {"M": M, "rest": rest, "rows": rows, "turning": (rows * v).jacobian(x) * v}
+    laws, rows = lagrange(x, v, bodies, ROBOT.gravity), landing.jacobian(x)
+    rest = laws["h"] + laws["g"]
+    found = {"M": laws["M"], "rest": rest, "rows": rows, "turning": (rows * v).jacobian(x) * v}
     return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
 
 

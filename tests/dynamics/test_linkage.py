@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from lagrange import lagrange
 
 from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
 from mjbiped.robots.chain import Array, Chain, chain_by
@@ -54,18 +55,10 @@ def derived() -> dict[str, Callable[..., object]]:
         )
         for levers in LEVERS
     ]
-    moving = [(mass, place.jacobian(q) * dq) for mass, place in zip(MASSES, places, strict=True)]
-    T = sum(m * v.dot(v) / 2 for m, v in moving) + INERTIAS[0] * dq[0] ** 2 / 2 + INERTIAS[2] * dq[1] ** 2 / 2
-    V = sum(m * GRAVITY * place[1] for m, place in zip(MASSES, places, strict=True))
-    momentum = sum((m * v for m, v in moving), sp.zeros(2, 1))
-    expressions = {
-        "M": sp.hessian(T, list(dq)),
-        "h": sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T,
-        "g": sp.Matrix([V]).jacobian(q).T,
-        "V": V,
-        "momentum by rates": momentum.jacobian(dq),
-        "momentum by angles": momentum.jacobian(q),
-    }
+    turning = (dq[0], sp.Integer(0), dq[1])
+    expressions = lagrange(q, dq, list(zip(MASSES, INERTIAS, turning, places, strict=True)), GRAVITY)
+    momentum = expressions.pop("momentum")
+    expressions |= {"momentum by rates": momentum.jacobian(dq), "momentum by angles": momentum.jacobian(q)}
     return {name: sp.lambdify((q, dq, slope), expression) for name, expression in expressions.items()}
 
 

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from lagrange import lagrange
 from simulations import hybrid_run
 
 from mjbiped.control.unpowered import Unpowered
@@ -52,30 +53,16 @@ def derived() -> dict[str, Callable[..., object]]:
     hip = knee + ROBOT.thigh_length * up(q[1])
     other = hip - ROBOT.thigh_length * up(q[2])
     end = other - arc * up(q[3])
+    shank, thigh = (ROBOT.shank_mass, ROBOT.shank_inertia), (ROBOT.thigh_mass, ROBOT.thigh_inertia)
     parts = [
-        (
-            ROBOT.shank_mass,
-            ROBOT.shank_inertia,
-            0,
-            knee - ROBOT.shank_centre * up(q[0]) + ROBOT.shank_offset * ahead(q[0]),
-        ),
-        (ROBOT.thigh_mass, ROBOT.thigh_inertia, 1, hip - ROBOT.thigh_centre * up(q[1])),
-        (ROBOT.hip_mass, 0.0, 1, hip),
-        (ROBOT.thigh_mass, ROBOT.thigh_inertia, 2, hip - ROBOT.thigh_centre * up(q[2])),
-        (
-            ROBOT.shank_mass,
-            ROBOT.shank_inertia,
-            3,
-            other - ROBOT.shank_centre * up(q[3]) + ROBOT.shank_offset * ahead(q[3]),
-        ),
+        (*shank, dq[0], knee - ROBOT.shank_centre * up(q[0]) + ROBOT.shank_offset * ahead(q[0])),
+        (*thigh, dq[1], hip - ROBOT.thigh_centre * up(q[1])),
+        (ROBOT.hip_mass, 0, 0, hip),
+        (*thigh, dq[2], hip - ROBOT.thigh_centre * up(q[2])),
+        (*shank, dq[3], other - ROBOT.shank_centre * up(q[3]) + ROBOT.shank_offset * ahead(q[3])),
     ]
-    T = sum(m * (x.jacobian(q) * dq).dot(x.jacobian(q) * dq) / 2 + own * dq[j] ** 2 / 2 for m, own, j, x in parts)
-    V = sum(m * ROBOT.gravity * x[1] for m, _, _, x in parts)
     expressions = {
-        "M": sp.hessian(T, list(dq)),
-        "h": sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T,
-        "g": sp.Matrix([V]).jacobian(q).T,
-        "V": V,
+        **lagrange(q, dq, parts, ROBOT.gravity),
         "end": end - centre,
         "joints": sp.Matrix.hstack(hip, other),
         "places": sp.Matrix.hstack(*(x for *_, x in parts)),

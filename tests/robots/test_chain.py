@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lagrange import lagrange
 from scipy.integrate import solve_ivp
 from simulations import UNEQUAL
 
@@ -40,34 +41,30 @@ def derived(n: int) -> dict[str, Callable[..., object]]:
     hip = knee + up(lt, stance_thigh)
     swing_knee = hip - up(lt, swing_thigh)
     swing_foot = swing_knee - up(ls, swing_shank)
-    places = [
-        (ms, knee - up(cs, stance_shank)),
-        (mt, hip - up(ct, stance_thigh)),
-        (mh, hip),
-        (mt, hip - up(ct, swing_thigh)),
-        (ms, swing_knee - up(cs, swing_shank)),
+    bodies = [
+        (ms, js, dq[angles[0]], knee - up(cs, stance_shank)),
+        (mt, jt, dq[angles[1]], hip - up(ct, stance_thigh)),
+        (mh, 0, 0, hip),
+        (mt, jt, dq[angles[2]], hip - up(ct, swing_thigh)),
+        (ms, js, dq[angles[3]], swing_knee - up(cs, swing_shank)),
     ]
-    spins = [(js, dq[angles[0]]), (jt, dq[angles[1]]), (jt, dq[angles[2]]), (js, dq[angles[3]])]
-
     free, velocities = sp.Matrix([*foot, *q]), sp.Matrix([*dfoot, *dq])
-    moving = [(mass, place.jacobian(free) * velocities) for mass, place in places]
-    kinetic = sum(m * v.dot(v) / 2 for m, v in moving) + sum(inertia * rate**2 / 2 for inertia, rate in spins)
+    laws = lagrange(free, velocities, bodies, g)
     pinned = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}
-    T = kinetic.subs(pinned)
-    V = sum(m * g * place[1] for m, place in places).subs(pinned)
-    # Lagrange: d/dt (dT/d dq) - dT/dq + dV/dq = M ddq + h
-    h = sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T - V]).jacobian(q).T
-    spin = sum(m * (r[1] * v[0] - r[0] * v[1]) for (m, r), (_, v) in zip(places, moving, strict=True))
+    speeds = [place.jacobian(free) * velocities for *_, place in bodies]
+    spin = sum(
+        m * (r[1] * v[0] - r[0] * v[1]) + inertia * rate
+        for (m, inertia, rate, r), v in zip(bodies, speeds, strict=True)
+    )
     expressions = {
-        "M": sp.hessian(T, list(dq)),
-        "h": h,
-        "V": V,
+        "M": laws["M"][2:, 2:],
+        "h": (laws["h"] + laws["g"])[2:, :].subs(pinned),
+        "V": laws["V"].subs(pinned),
         "swing_foot": swing_foot.subs(pinned),
-        "free_mass": sp.hessian(kinetic, list(velocities)),
+        "free_mass": laws["M"],
         "swing_foot_jacobian": swing_foot.jacobian(free).subs(pinned),
-        # angular momentum about the origin, clockwise as the angles
-        "spin": (spin + sum(inertia * rate for inertia, rate in spins)).subs(dict.fromkeys(foot, 0)),
-        "momentum": sum((m * v for m, v in moving), sp.zeros(2, 1)),
+        "spin": spin.subs(dict.fromkeys(foot, 0)),  # about the origin, clockwise as the angles
+        "momentum": laws["momentum"],
     }
     arguments = (parameters, list(q), list(velocities))
     return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}

@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lagrange import Body, lagrange
 
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Array, Compass, acceleration
@@ -49,45 +50,34 @@ def derived() -> dict[str, Callable[..., Array]]:
     def direction(angle: sp.Expr) -> sp.Matrix:
         return sp.Matrix([sp.sin(angle), sp.cos(angle)])
 
-    def kinetic(points: list[tuple[sp.Expr, sp.Matrix]], coordinates: sp.Matrix, velocities: sp.Matrix) -> sp.Expr:
-        moving = [(mass, point.jacobian(coordinates) * velocities) for mass, point in points]
-        return sum(mass * v.dot(v) / 2 for mass, v in moving) + J * (dq[0] ** 2 + dq[1] ** 2) / 2
+    def bodies(hip: sp.Matrix) -> list[Body]:
+        first, second = hip - b * direction(theta1), hip - b * direction(theta2)
+        return [(m, J, dq[0], first), (mH, 0, 0, hip), (m, J, dq[1], second)]
 
     # stance foot pinned at the origin
     hip = (a + b) * direction(theta1)
-    points = [(m, a * direction(theta1)), (mH, hip), (m, hip - b * direction(theta2))]
-    T = kinetic(points, q, dq)
-    V = sum((mass * g * point[1] for mass, point in points), sp.Integer(0))
-    M = sp.hessian(T, list(dq))
-    C = sp.zeros(2, 2)
+    laws = lagrange(q, dq, bodies(hip), g)
+    M, C = laws["M"], sp.zeros(2, 2)
     for k in range(2):
         for j in range(2):
             for i in range(2):  # Christoffel symbols
                 christoffel = sp.diff(M[k, j], q[i]) + sp.diff(M[k, i], q[j]) - sp.diff(M[i, j], q[k])
                 C[k, j] += christoffel * dq[i] / 2
-    gravity = sp.Matrix([V]).jacobian(q).T
-    # Lagrange's equations without C: d/dt (dT/d dq) - dT/dq + dV/dq = M ddq + h
-    h = sp.Matrix([T]).jacobian(dq).jacobian(q) * dq - sp.Matrix([T]).jacobian(q).T + gravity
 
     # unpinned robot: the hip is free
     free = sp.Matrix([x, z, *q])
     velocities = sp.Matrix([dx, dz, *dq])
     centre = sp.Matrix([x, z])
-    legs = [(m, centre - b * direction(theta1)), (mH, centre), (m, centre - b * direction(theta2))]
-    free_mass = sp.hessian(kinetic(legs, free, velocities), list(velocities))
     feet = [centre - (a + b) * direction(theta) for theta in (theta1, theta2)]
 
     arguments = (parameters, list(q), list(dq))
     expressions = {
-        "M": M,
+        **laws,
+        "h": laws["h"] + laws["g"],  # without C
         "C": C,
-        "g": gravity,
-        "h": h,
-        "T": T,
-        "V": V,
         "hip_jacobian": hip.jacobian(q),
         "swing_foot": hip - (a + b) * direction(theta2),
-        "free_mass": free_mass,
+        "free_mass": lagrange(free, velocities, bodies(centre), g)["M"],
         "swing_foot_jacobian": feet[1].jacobian(free),
     }
     return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}
