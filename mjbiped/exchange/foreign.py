@@ -11,7 +11,7 @@ import numpy as np
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
 from mjbiped.errors import InputError, prefixed, shown
 from mjbiped.exchange.guarded import compiled
-from mjbiped.exchange.parts import Part, Vector
+from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -51,10 +51,9 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
     path = Path(path)
     with prefixed(f"{shown(str(path))}: "):
         require_file(path)
-        parts, gravity, loss = compiled(path)
-        robot = _robot_of(parts, gravity)
-        if loss:
-            raise InputError(loss)
+        model = compiled(path)
+        robot = _robot_of(parts_of(model), float(np.linalg.norm(model.opt.gravity)))
+        check_lossless(model)
         return robot
 
 
