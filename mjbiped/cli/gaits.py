@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli import kinds, options, sections, summaries
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
 from mjbiped.cli.walkers import robot_of
@@ -39,7 +39,7 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: ob
     robot, slope = robot_of(ctx, values), math.radians(slope_deg)
     found: Any = passive_gait_of(robot, slope)
     results.draw("gait:plot_gait", found)
-    results.end(*(tables.kneed_gait_told if "knee" in robot.joints else tables.gait_told)(found))
+    results.end(summaries.gait_summary(found))
 
 
 @click.command("reference", cls=sections.SectionCommand)
@@ -80,7 +80,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     robot: Any = robot_of(ctx, values)
     found = find_reference(robot, **values)
     results.draw("gait:plot_gait", found)
-    results.end(*tables.reference_told(found))
+    results.end(summaries.reference_summary(found))
 
 
 @click.command("stability", cls=sections.SectionCommand)
@@ -112,4 +112,4 @@ def stability(record: Path, results: Results, controller: str | None) -> None:
     done = Walk.load(record)
     found = evaluated(done, recorded_controller(done, controller))
     results.draw("stability:plot_stability", {record.stem: found})
-    results.end(*tables.stability_told(found))
+    results.end(summaries.stability_summary(found))
