@@ -9,7 +9,7 @@ import numpy as np
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import known_name
+from mjbiped.utils.domains import Words
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
@@ -30,15 +30,13 @@ class Options:
     timestep: Annotated[float, domains.TIMESTEP] = DEFAULT_TIMESTEP
     contact_timestep: Annotated[float, domains.CONTACT_TIMESTEP] = DEFAULT_CONTACT_TIMESTEP
     control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
-    ground: str = "auto"
+    ground: Annotated[str, Words(GROUND_KINDS)] = AUTO
     lands: bool = True
-    stance_knee: str = LOCKED
+    stance_knee: Annotated[str, Words(STANCE_KNEES)] = LOCKED
 
     def __post_init__(self) -> None:
         """Check what does not depend on a walk."""
         domains.check_fields(self)
-        known_name("ground", self.ground, GROUND_KINDS)
-        known_name("stance_knee", self.stance_knee, STANCE_KNEES)
         if not isinstance(self.lands, bool):
             raise InputError(f"lands = {shown(self.lands)}: must be True or False")
         if self.control_period is not None:
