@@ -14,6 +14,7 @@ from mjbiped.cli.sections import results
 from mjbiped.cli.walkers import robot_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
+from mjbiped.gaits.steps import Goal
 from mjbiped.records.record import Walk
 from mjbiped.utils import domains
 
@@ -43,24 +44,7 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: ob
 
 
 @click.command("reference", cls=sections.SectionCommand)
-@sections.options(
-    "Gait",
-    ("--speed", domains.SPEED, "Mean speed on level ground, m/s.", SPEED),
-    (
-        "--clearance",
-        domains.CLEARANCE,
-        "Height that the swing foot reaches in the step, m; 0 for no demand on its path.",
-        0.06,
-    ),
-    (
-        "--retraction/--no-retraction",
-        bool,
-        "Move the foot no further forward once it is there; without it the same height costs less.",
-        True,
-    ),
-    ("--torque-limit", domains.TORQUE, "Greatest torque of each joint, N m; no limit unless given."),
-    ("--friction", domains.NEEDED_FRICTION, "Greatest coefficient of friction that the gait needs.", FRICTION),
-)
+@options.field_options("Gait", Goal, speed=SPEED, clearance=0.06, retraction=True, torque_limit=None, friction=FRICTION)
 @options.robot_options
 @results(*options.PLOT, *options.PRINTED)
 @click.pass_context

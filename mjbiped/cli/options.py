@@ -50,12 +50,19 @@ def described(kind: type) -> dict[str, str]:
     return found
 
 
-def field_options(section: str, kind: type, *names: str) -> Callable[[Function], Function]:
-    """Return options that set fields of a dataclass, whose annotations say what is valid, and whose docstring why."""
+def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Callable[[Function], Function]:
+    """Return options that set fields of a dataclass, whose annotations say what is valid, and whose docstring why.
+
+    Args:
+        section: Section of the help.
+        kind: The dataclass.
+        *names: Fields with the defaults that they have there.
+        **defaults: Other fields, with their defaults.
+    """
     texts, domain_of = described(kind), domains.annotated(kind)
     rows: list[Row] = []
-    for name in names:
-        word, default = f"--{name.replace('_', '-')}", getattr(kind, name)
+    for name, default in {**{name: getattr(kind, name) for name in names}, **defaults}.items():
+        word = f"--{name.replace('_', '-')}"
         valid: Any = bool
         if not isinstance(default, bool):
             domain, optional = domain_of[name]
