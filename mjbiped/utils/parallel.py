@@ -110,4 +110,9 @@ def _begin() -> None:
     tqdm.set_lock(threading.RLock())
     parent = multiprocessing.parent_process()
     assert parent is not None
-    threading.Thread(target=lambda: os._exit(parent.join() or 1), daemon=True).start()
+
+    def end_with_parent() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
