@@ -19,7 +19,7 @@ from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
@@ -114,7 +114,9 @@ def gain_option(section: str) -> Callable[[Function], Function]:
     return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
-mujoco_options = field_options(MUJOCO, Mujoco, "timestep", "contact_timestep", "control_period", "lands", "stance_knee")
+mujoco_options = field_options(
+    MUJOCO, Options, "timestep", "contact_timestep", "control_period", "lands", "stance_knee"
+)
 
 
 def scuffing_option(section: str) -> Callable[[Function], Function]:

@@ -21,7 +21,17 @@ LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms
 
 @dataclass(frozen=True)
 class Options:
-    """Settings of the MuJoCo engine; see `mjbiped.engines.mujoco.engine.Mujoco`.
+    """Settings of the MuJoCo engine; `mjbiped.engines.mujoco.engine.Mujoco` says more of them.
+
+    Attributes:
+        timestep: Longest physics step, s.
+        contact_timestep: Physics step during an impact, s.
+        control_period: Time between ticks of the controller, s; each physics step unless given.
+        ground: "auto", "heightfield" or "boxes".
+        lands: Whether a physics step ends at each touchdown; without, all keep the timestep (0.1 ms or less), and
+            contacts alone tell.
+        stance_knee: What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are
+            recorded.
 
     Raises:
         InputError: A value is outside its domain.
