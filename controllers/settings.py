@@ -35,7 +35,7 @@ class PaperSettings(LawController):
         gait: Gait that is imitated.
         position_gain: K1 = diag(k, k), 1/s.
         velocity_gain: K2 = diag(k, k), 1/s.
-        adaptation_gain: gamma_1 = gamma_2.
+        adaptation_gain: gamma_1 = gamma_2 of the slope estimator.
         replanning_delay: zeta in (0, 1], the transition's time in gait periods; None switches re-planning off.
         replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
             from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance

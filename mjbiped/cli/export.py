@@ -11,7 +11,7 @@ import click
 
 from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.files import Results
-from mjbiped.cli.sections import SectionCommand, is_given, refuse, results, section
+from mjbiped.cli.sections import SectionCommand, refuse, results, section
 from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import shown
 from mjbiped.exchange.formats import MODULES, check_format
@@ -31,7 +31,7 @@ _OF_SCENES = "Scene"
 @options.robot_options
 @results(options.QUIET)
 @click.pass_context
-def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Results, **values: object) -> None:
+def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Results, **values: Any) -> None:
     """Write a scene, a robot or a record to FILE, for other programs.
 
     The suffix of FILE says what is written. SOURCE is a record, an .npz file, or a TERRAIN as for `mjbiped walk`.
@@ -55,44 +55,24 @@ def export(ctx: click.Context, /, source: Sequence[str], file: Path, results: Re
     if len(source) > 1:
         raise click.UsageError(f"{len(source)} sources are given, {' and '.join(source)}; give one, then FILE.")
     named = source[0] if source else ""
+    walk = None
     if named.endswith(_RECORD):
-        for parameter in ctx.command.params:
-            if parameter.name not in ("source", "file", "quiet") and is_given(ctx, str(parameter.name)):
-                raise click.UsageError(
-                    f"{parameter.opts[0]} is for a TERRAIN; the record {named} has all that it needs."
-                )
-        _of_record(Walk.load(named), file, results)
-    else:
-        _of_robot(ctx, named, file, results, values)
-    results.end({}, [])
-
-
-def _of_record(walk: Walk, file: Path, results: Results) -> None:
-    """Export what a record holds."""
+        of_terrains = [each for each in ctx.command.params if each.name not in ("source", "file", "quiet")]
+        refuse(ctx, of_terrains, "a TERRAIN", f"the record {named}")
+        walk = Walk.load(named)
+    robot = robot_of(ctx, values) if walk is None else walk.robot
     if file.suffix in MODULES:
+        if walk is None:
+            raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
         results.out = check_format(file)
         results.save(walk)
     elif file.suffix == _ROBOT:
-        results.write("robot", file, partial(export_urdf, walk.robot))
-    else:
-        initial = walk.settings["initial"]
-        results.write("scene", file, partial(export_scene, walk.robot, walk.terrain, initial=initial))
-
-
-def _of_robot(ctx: click.Context, ground: str, file: Path, results: Results, values: dict[str, Any]) -> None:
-    """Export a robot of the command's options.
-
-    Raises:
-        click.UsageError: FILE is of a walk; or a robot is given a ground, or what belongs to one.
-    """
-    if file.suffix in MODULES:
-        raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
-    robot = robot_of(ctx, values)
-    if file.suffix == _ROBOT:
-        if ground:
-            raise click.UsageError(f"{file} is of a robot alone; leave {shown(ground)} out, or give a record.")
+        if walk is None and named:
+            raise click.UsageError(f"{file} is of a robot alone; leave {shown(named)} out, or give a record.")
         refuse(ctx, section(ctx, _OF_SCENES), f"scenes ({_SCENE})", str(file))
         results.write("robot", file, partial(export_urdf, robot))
     else:
-        terrain = terrain_of(ground or "mixed", values["seed"])
-        results.write("scene", file, partial(export_scene, robot, terrain, initial=values["initial"]))
+        terrain = terrain_of(named or "mixed", values["seed"]) if walk is None else walk.terrain
+        initial = values["initial"] if walk is None else walk.settings["initial"]
+        results.write("scene", file, partial(export_scene, robot, terrain, initial=initial))
+    results.end({}, [])

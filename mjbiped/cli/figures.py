@@ -12,7 +12,6 @@ from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.ending import INTERRUPTED
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
-from mjbiped.errors import MjbipedError
 from mjbiped.utils.progress import progress_bar
 
 SET = {
@@ -38,8 +37,7 @@ SET = {
 @click.command("figures", cls=sections.SectionCommand)
 @click.argument("folder", type=kinds.Folder())
 @results(options.WIDTH, *options.PRINTED)
-@click.pass_context
-def figures(ctx: click.Context, /, folder: Path, results: Results) -> None:
+def figures(folder: Path, results: Results) -> None:
     """Draw the whole set of figures into FOLDER, as PDF for slides and papers.
 
     Gaits, return maps, bifurcations, basins, walks, both engines compared, and Theorem 1, with straight legs and with
@@ -51,6 +49,8 @@ def figures(ctx: click.Context, /, folder: Path, results: Results) -> None:
       mjbiped figures slides
       mjbiped figures paper --plot-width single
     """  # noqa: D301 (click reads the backspace)
+    from mjbiped.cli.main import main  # which imports this command by its name
+
     folder.mkdir(parents=True, exist_ok=True)
     shared = ("--plot-width", results.plot_width, "--quiet")
     done: list[dict[str, str | float]] = []
@@ -59,32 +59,14 @@ def figures(ctx: click.Context, /, folder: Path, results: Results) -> None:
             bar.set_postfix_str(name, refresh=False)
             told = [word.format(folder=folder) for word in command.split()] + ["--plot", str(folder / f"{name}.pdf")]
             began = time.perf_counter()
-            status = _run(ctx, [*told, *shared], results)
+            status = main.main([*told, *shared], standalone_mode=False)  # which says what is wrong
             if status == INTERRUPTED:
+                results.fail(INTERRUPTED, f"interrupted in mjbiped {told[0]}; the figures before it are written")
                 break
-            if status == 0:
+            if status:
+                results.fail(status, f"mjbiped {told[0]} failed")
+            else:
                 results.written |= {Path(word).name: word for word in told if word.startswith(f"{folder}/")}
                 done.append({"command": f"mjbiped {shlex.join(told)}", "seconds": time.perf_counter() - began})
             bar.update()
     results.end({"figures": done}, [f"{each['seconds']:6.1f} s  {each['command']}" for each in done])
-
-
-def _run(ctx: click.Context, words: list[str], results: Results) -> int:
-    """Run a command, and return its exit status; its failures are among the results."""
-    from mjbiped.cli.main import main  # which imports this command by its name
-
-    try:
-        command = main.commands[words[0]]
-        with command.make_context(words[0], words[1:], parent=ctx) as inner:
-            command.invoke(inner)
-    except click.exceptions.Exit as stop:  # it has said why
-        if stop.exit_code:
-            results.fail(stop.exit_code, f"mjbiped {words[0]} failed")
-        return stop.exit_code
-    except MjbipedError as error:
-        results.fail(2, f"mjbiped {words[0]}: {error}")
-        return 2
-    except KeyboardInterrupt:
-        results.fail(INTERRUPTED, f"interrupted in mjbiped {words[0]}; the figures before it are written")
-        return INTERRUPTED
-    return 0

@@ -116,13 +116,17 @@ class Results:
         self._status = max(self._status, status)
 
     def end(
-        self, summary: Mapping[str, Any], shown: Iterable[RenderableType], files: Sequence[Path] | None = None
+        self,
+        summary: Mapping[str, Any],
+        shown: Iterable[RenderableType] | None = None,
+        files: Sequence[Path] | None = None,
     ) -> None:
         """Print the results, and end the command if there were failures.
 
         Args:
             summary: All results, for JSON.
-            shown: Tables and sentences; a text is a line of its own, however long.
+            shown: Tables and sentences, a text being a line of its own, however long; a table of the results unless
+                given.
             files: Files that were written; those of `written` unless given.
         """
         paths = list(self.written.values()) if files is None else [str(file) for file in files]
@@ -131,6 +135,10 @@ class Results:
 
             click.echo(as_json({**summary, "files": self.written if files is None else paths}))
         elif not self.quiet:
+            if shown is None:
+                from mjbiped.cli.tables import summary_table
+
+                shown = [summary_table(summary)]
             for each in shown:
                 if isinstance(each, str):
                     click.echo(click.format_filename(each))

@@ -8,12 +8,13 @@ from typing import Any
 
 import click
 
-from mjbiped.cli import kinds, options, sections, tables
+from mjbiped.cli import kinds, options, sections, summaries
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results
 from mjbiped.cli.walkers import robot_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
+from mjbiped.gaits.steps import Goal
 from mjbiped.records.record import Walk
 from mjbiped.utils import domains
 
@@ -39,28 +40,11 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: ob
     robot, slope = robot_of(ctx, values), math.radians(slope_deg)
     found: Any = passive_gait_of(robot, slope)
     results.draw("gait:plot_gait", found)
-    results.end(*(tables.kneed_gait_told if "knee" in robot.joints else tables.gait_told)(found))
+    results.end(summaries.gait_summary(found))
 
 
 @click.command("reference", cls=sections.SectionCommand)
-@sections.options(
-    "Gait",
-    ("--speed", domains.SPEED, "Mean speed on level ground, m/s.", SPEED),
-    (
-        "--clearance",
-        domains.CLEARANCE,
-        "Height that the swing foot reaches in the step, m; 0 for no demand on its path.",
-        0.06,
-    ),
-    (
-        "--retraction/--no-retraction",
-        bool,
-        "Move the foot no further forward once it is there; without it the same height costs less.",
-        True,
-    ),
-    ("--torque-limit", domains.TORQUE, "Greatest torque of each joint, N m; no limit unless given."),
-    ("--friction", domains.NEEDED_FRICTION, "Greatest coefficient of friction that the gait needs.", FRICTION),
-)
+@options.field_options("Gait", Goal, speed=SPEED, clearance=0.06, retraction=True, torque_limit=None, friction=FRICTION)
 @options.robot_options
 @results(*options.PLOT, *options.PRINTED)
 @click.pass_context
@@ -80,7 +64,7 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     robot: Any = robot_of(ctx, values)
     found = find_reference(robot, **values)
     results.draw("gait:plot_gait", found)
-    results.end(*tables.reference_told(found))
+    results.end(summaries.reference_summary(found))
 
 
 @click.command("stability", cls=sections.SectionCommand)
@@ -112,4 +96,4 @@ def stability(record: Path, results: Results, controller: str | None) -> None:
     done = Walk.load(record)
     found = evaluated(done, recorded_controller(done, controller))
     results.draw("stability:plot_stability", {record.stem: found})
-    results.end(*tables.stability_told(found))
+    results.end(summaries.stability_summary(found))

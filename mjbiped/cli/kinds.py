@@ -111,13 +111,22 @@ def number(text: object, domain: Domain | Count) -> Any:
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
-def quantity(domain: Domain | Count | Ends | Words) -> Kind:
+def quantity(domain: Domain | Count | Ends | Words) -> Any:
     """Return the type of a number, of two ends, or of a word, in a domain."""
     if isinstance(domain, Words):
-        return Kind("WORD", lambda value: domain.check("word", value), domain.words)
+        return click.Choice(domain.valid)
     if isinstance(domain, Ends):
         return Kind("X[,X]", lambda value: domain.read("", value), domain.words)
     return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)
+
+
+def optional(domain: Domain | Count) -> Kind:
+    """Return the type of a number in a domain, or 'none'."""
+
+    def read(value: object) -> Any:
+        return None if str(value).strip().lower() == "none" else number(value, domain)
+
+    return Kind("X|none", read, f"{domain.words}, or 'none'")
 
 
 def span(domain: Domain) -> Kind:
@@ -139,13 +148,6 @@ def pair(value: str, separator: str = "=") -> tuple[str, str]:
     if not first.strip() or not second.strip():
         raise InputError("one part is missing")
     return first.strip(), second
-
-
-def _delay(value: object) -> float | None:
-    if isinstance(value, str) and value.strip().lower() == "none":
-        return None
-    delay: float = number(value, domains.REPLANNING_DELAY)
-    return delay
 
 
 def _initial_state(value: str) -> str | tuple[float, ...]:
@@ -219,7 +221,6 @@ _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 RECORD = _record(*MODULES)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
-DELAY = Kind("ZETA", _delay, f"{domains.REPLANNING_DELAY.words}, or 'none' to switch re-planning off")
 INITIAL_STATE = Kind(
     "STATE", _initial_state, f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
 )

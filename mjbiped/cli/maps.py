@@ -11,7 +11,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.cli import kinds, map_tables, options, sections
+from mjbiped.cli import kinds, options, sections, summaries
 from mjbiped.cli.ending import INTERRUPTED
 from mjbiped.cli.files import Results
 from mjbiped.cli.sections import results, taken
@@ -56,7 +56,7 @@ def return_map(ctx: click.Context, /, results: Results, **values: object) -> Non
     columns = ("components", "fixed_point", "before", "after", "walk")
     results.save_arrays({name: getattr(found, name) for name in columns})
     results.draw("return_map:plot_return_map", found)
-    results.end(*map_tables.map_told(found))
+    results.end(summaries.map_summary(found))
 
 
 @click.command("bifurcation", cls=sections.SectionCommand)
@@ -131,7 +131,7 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
 
     results.draw("gaits:plot_bifurcation", diagram, cascade)
     results.write("multipliers", results.plot_multipliers, draw_multipliers)
-    results.end(*map_tables.bifurcation_told(cascade, diagram, steps, seconds=(searched - began, ended - searched)))
+    results.end(summaries.bifurcation_summary(cascade, diagram, steps, (searched - began, ended - searched)))
 
 
 @click.command("basin", cls=sections.SectionCommand)
@@ -210,7 +210,7 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
     if reason:
         results.fail(status, f"{reason}; what was not computed counts as undecided")
     results.draw("gaits:plot_basins", [found])
-    results.end(*map_tables.basin_told(found, seconds))
+    results.end(summaries.basin_summary(found, seconds))
 
 
 def _rates(gait: Any, count: int, controlled: bool, values: dict[str, Any]) -> dict[str, NDArray[np.float64]]:

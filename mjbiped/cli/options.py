@@ -19,7 +19,7 @@ from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.mujoco.options import LOCKED, STANCE_KNEES, Options
+from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.names import DEFAULT_ENGINE, ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS
@@ -30,7 +30,6 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
-_LAW = AdaptiveController  # its defaults
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 BUILT_ON = tuple(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED))
 """Other registered controllers: those of this project build on the adaptive one."""
@@ -39,6 +38,37 @@ BUILT_ON = tuple(name for name in controller_names() if name not in ("adaptive",
 def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """Return names and defaults of the settings that `--gain` sets; the others have options of their own."""
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
+
+
+def described(kind: type) -> dict[str, str]:
+    """Return the first sentence about each field in the docstring of a dataclass and its bases."""
+    found: dict[str, str] = {}
+    for each in reversed(kind.__mro__):
+        attributes = inspect.cleandoc(each.__doc__ or "").partition("Attributes:\n")[2].partition("\n\n")[0]
+        entries = re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", attributes, re.MULTILINE)
+        found |= {name: " ".join(text.split()).partition(". ")[0].removesuffix(".") + "." for name, text in entries}
+    return found
+
+
+def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Callable[[Function], Function]:
+    """Return options that set fields of a dataclass, whose annotations say what is valid, and whose docstring why.
+
+    Args:
+        section: Section of the help.
+        kind: The dataclass.
+        *names: Fields with the defaults that they have there.
+        **defaults: Other fields, with their defaults.
+    """
+    texts, domain_of = described(kind), domains.annotated(kind)
+    rows: list[Row] = []
+    for name, default in {**{name: getattr(kind, name) for name in names}, **defaults}.items():
+        word = f"--{name.replace('_', '-')}"
+        valid: Any = bool
+        if not isinstance(default, bool):
+            domain, optional = domain_of[name]
+            valid = kinds.optional(domain) if optional and default is not None else domain
+        rows.append((f"{word}/--no-{word[2:]}" if valid is bool else word, valid, texts[name], default))
+    return options(section, *rows)
 
 
 ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", "MuJoCo"
@@ -84,27 +114,8 @@ def gain_option(section: str) -> Callable[[Function], Function]:
     return options(section, ("--gain", kinds.SETTING, text, ()))
 
 
-mujoco_options = options(
-    MUJOCO,
-    ("--timestep", domains.TIMESTEP, "Longest physics step, s.", Options.timestep),
-    ("--contact-timestep", domains.CONTACT_TIMESTEP, "Physics step during an impact, s.", Options.contact_timestep),
-    (
-        "--control-period",
-        domains.CONTROL_PERIOD,
-        "Time between ticks of the controller, s; each physics step unless given.",
-    ),
-    (
-        "--lands/--no-lands",
-        bool,
-        "End a physics step at each touchdown; without, all keep --timestep (0.1 ms or less), and contacts alone tell.",
-        Options.lands,
-    ),
-    (
-        "--stance-knee",
-        click.Choice(STANCE_KNEES),
-        "What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are recorded.",
-        LOCKED,
-    ),
+mujoco_options = field_options(
+    MUJOCO, Options, "timestep", "contact_timestep", "control_period", "lands", "stance_knee"
 )
 
 
@@ -139,25 +150,25 @@ IMITATE: Row = (
     SHARED["imitate_slope_deg"],
 )
 
-adaptive_options = options(
-    ADAPTIVE,
-    IMITATE,
-    REFERENCE,
-    ("--position-gain", domains.GAIN, "K1, 1/s.", _LAW.position_gain),
-    ("--velocity-gain", domains.GAIN, "K2, 1/s.", _LAW.velocity_gain),
-    ("--adaptation-gain", domains.ADAPTATION_GAIN, "gamma of the slope estimator.", _LAW.adaptation_gain),
-    (
-        "--replanning-delay",
-        kinds.DELAY,
-        "Gait periods, in (0, 1], in which re-planning leads back to the gait; 'none' switches it off.",
-        _LAW.replanning_delay,
+adaptive_options = together(
+    options(ADAPTIVE, IMITATE, REFERENCE),
+    field_options(
+        ADAPTIVE,
+        AdaptiveController,
+        "position_gain",
+        "velocity_gain",
+        "adaptation_gain",
+        "replanning_delay",
+        "estimate_update",
     ),
-    ("--estimate-update/--no-estimate-update", bool, "Correct the slope estimate at touchdown.", _LAW.estimate_update),
-    (
-        "--initial-slope-estimate-deg",
-        domains.SLOPE_DEG,
-        "Slope estimate at the start; for the comparison controllers the slope that they are given.",
-        SHARED["initial_slope_estimate_deg"],
+    options(
+        ADAPTIVE,
+        (
+            "--initial-slope-estimate-deg",
+            domains.SLOPE_DEG,
+            "Slope estimate at the start; for the comparison controllers the slope that they are given.",
+            SHARED["initial_slope_estimate_deg"],
+        ),
     ),
 )
 
@@ -170,13 +181,6 @@ comparison_options = options(
         "the line through both feet; two_point for passivity, local for the others unless given.",
     ),
 )
-
-
-def described(kind: type[Robot]) -> dict[str, str]:
-    """Return the first sentence about each parameter in the docstring of a robot's class."""
-    attributes = str(inspect.getdoc(kind)).partition("Attributes:\n")[2].partition("\n\n")[0]
-    entries = re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", attributes, re.MULTILINE)
-    return {name: " ".join(text.split()).partition(". ")[0].removesuffix(".") + "." for name, text in entries}
 
 
 def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +13,11 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.gaits.kneed import KneedGait
-from mjbiped.gaits.optimised import OptimisedGait
-from mjbiped.gaits.passive import PassiveGait
 from mjbiped.records.measure_table import MEASURES, in_words
 from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
-    from mjbiped.analysis.stability import Stability
     from mjbiped.reproduction.report.answers import Answer
 
 
@@ -52,186 +48,33 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
     return sides, steps
 
 
-Told = tuple[dict[str, Any], list[RenderableType]]
-"""Results in plain JSON types, and the tables and sentences that say the same."""
-
-Line = tuple[str, str, str]
-"""A line of a table: label, value as a format string over the results, unit."""
-
-_CYCLE: tuple[Line, ...] = (
-    ("period", "{period_s:.8f}", "s"),
-    ("step length", "{step_length_m:.6f}", "m"),
-    ("speed", "{speed_m_per_s:.6f}", "m/s"),
-)
-
-_THEOREM: tuple[Line, ...] = (
-    ("whole steps", "{steps}", ""),
-    ("excitation, smallest eigenvalue of ∫WW'", "{excitation_smallest_eigenvalue}", "1/s³"),
-    ("excitation, largest eigenvalue", "{excitation_largest_eigenvalue}", "1/s³"),
-    ("its weak direction, from the cosine's", "{excitation_weak_direction_from_cosine_deg}", "deg"),
-    ("norm of the transition matrix of a step (23)", "{transition_norm_smallest} to {transition_norm_largest}", ""),
-    ("left side of (24), smallest", "{condition_24_smallest}", ""),
-    ("left side of (24), smallest of any constants", "{condition_24_smallest_for_any_constants}", ""),
-    ("steps where (24) holds", "{condition_24_holds_steps}", ""),
-    ("steps where ‖η‖ fell (26)", "{errors_26_holds_steps} of {errors_26_compared_steps}", ""),
-    ("V_a, largest rise within a step", "{lyapunov_largest_rise_within_a_step}", ""),
-    ("V_a, largest jump at a touchdown", "{lyapunov_largest_jump_at_a_touchdown}", ""),
-    ("V_a against (16) with (17), worst", "{lyapunov_balance_largest}", ""),
-    ("estimate's error, largest rise within a step", "{estimate_error_largest_rise_within_a_step}", ""),
-    ("‖η‖ before the last touchdown", "{error_before_last_touchdown}", ""),
-    ("walk against (22), worst of a step", "{residual_largest}", ""),
-)
+_UNITS = {"m_per_s": "m/s", "Nm": "N m", "weights": "weights", "deg": "deg", "rad": "rad", "m": "m", "s": "s", "J": "J"}
+"""Units by the ends of names."""
 
 
-def gait_told(gait: PassiveGait) -> Told:
-    """A passive gait without knees; states are the robot's angles (rad), then their rates (rad/s)."""
-    angles = gait.robot.angles
-    summary = {
-        "slope_deg": math.degrees(gait.slope),
-        "state_after_impact": gait.start.tolist(),
-        "state_before_impact": gait.end.tolist(),
-        "period_s": gait.period,
-        "step_length_m": gait.step_length,
-        "speed_m_per_s": gait.speed,
-        "energy_J": gait.energy,
-        **_stability_of(gait),
-    }
-    lines = (
-        ("slope", "{slope_deg:.4g}", "deg"),
-        *(
-            (f"{', '.join(angles)} {what} {side} impact", ", ".join(f"{{{key}[{k}]:.8f}}" for k in numbers), unit)
-            for side, key in (("after", "state_after_impact"), ("before", "state_before_impact"))
-            for what, numbers, unit in (
-                ("angle", range(len(angles)), "rad"),
-                ("rate", range(len(angles), 2 * len(angles)), "rad/s"),
-            )
-        ),
-        *_CYCLE,
-        ("energy about the stance foot", "{energy_J:.5f}", "J"),
-        *_stability_lines(summary),
-    )
-    return summary, [_filled(lines, summary)]
+def summary_table(summary: Mapping[str, Any]) -> Table:
+    """Return a table of results: a row for each name, which ends with the unit, and for each part of a mapping."""
+    rows = []
+    for name, value in summary.items():
+        end = next((end for end in _UNITS if name.endswith(f"_{end}")), "")
+        label, unit = name.removesuffix(f"_{end}").replace("_", " "), _UNITS.get(end, "")
+        if isinstance(value, Mapping):
+            rows += [(f"{label}, {part}", _cell(each), unit) for part, each in value.items()]
+        else:
+            nested = isinstance(value, list) and any(isinstance(each, list | Mapping) for each in value)
+            rows += [(label, _cell(each), unit) for each in (value if nested else [value])]
+    return table_of(rows)
 
 
-def kneed_gait_told(gait: KneedGait) -> Told:
-    """Report a passive gait with knees; states are of stance leg, swing thigh and shank, rad and rad/s."""
-    summary = {
-        "slope_deg": math.degrees(gait.slope),
-        "state_after_heel_strike": gait.start.tolist(),
-        "rates_before_knee_strike": gait.knee_rates.tolist(),
-        "state_before_heel_strike": gait.end.tolist(),
-        "knee_strike_s": gait.knee_strike,
-        "period_s": gait.period,
-        "step_length_m": gait.step_length,
-        "speed_m_per_s": gait.speed,
-        "clearance_m": gait.clearance,
-        "greatest_flexion_deg": math.degrees(gait.greatest_flexion),
-        **_stability_of(gait),
-    }
-    after, before = "state_after_heel_strike", "state_before_heel_strike"
-    lines = (
-        ("slope", "{slope_deg:.4g}", "deg"),
-        ("stance, swing angle after heel strike", f"{{{after}[0]:.8f}}, {{{after}[1]:.8f}}", "rad"),
-        ("stance, swing rate after heel strike", f"{{{after}[3]:.8f}}, {{{after}[4]:.8f}}", "rad/s"),
-        ("rates of all three before knee strike", "{knee}", "rad/s"),
-        ("stance, swing rate before heel strike", f"{{{before}[3]:.8f}}, {{{before}[4]:.8f}}", "rad/s"),
-        ("knee strike", "{knee_strike_s:.8f}", "s"),
-        *_CYCLE,
-        ("clearance of the swing foot", "{clearance_cm:.3f}", "cm"),
-        ("greatest flexion of the knee", "{greatest_flexion_deg:.3f}", "deg"),
-        *_stability_lines(summary),
-    )
-    knee = ", ".join(f"{rate:.6f}" for rate in summary["rates_before_knee_strike"])
-    return summary, [_filled(lines, {**summary, "knee": knee, "clearance_cm": 100 * gait.clearance})]
-
-
-def _filled(lines: Iterable[Line], results: Mapping[str, Any]) -> Table:
-    """Fill results into the lines of a table."""
-    return table_of((label, form.format_map(results), unit) for label, form, unit in lines)
-
-
-def _stability_of(gait: PassiveGait) -> dict[str, Any]:
-    """A gait's Floquet multipliers, and whether it is stable."""
-    return {
-        "multipliers": [
-            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
-        ],
-        "stable": gait.stable,
-    }
-
-
-def _stability_lines(summary: Mapping[str, Any]) -> Iterator[Line]:
-    """Iterate over the lines about a gait's stability."""
-    for value in summary["multipliers"]:
-        number = f"{value['real']:.5f}" + (f" {value['imaginary']:+.5f} i" if value["imaginary"] else "")
-        yield "Floquet multiplier, modulus", f"{number}, {value['modulus']:.5f}", ""
-    yield "stable", "yes" if summary["stable"] else "no", ""
-
-
-def reference_told(gait: OptimisedGait) -> Told:
-    """Report an optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
-    told, joints = gait.measures, gait.robot.joints
-    summary = {
-        "speed_m_per_s": gait.speed,
-        "cost_of_transport": told.cost_of_transport,
-        "period_s": gait.period,
-        "step_length_m": gait.step_length,
-        "half_angle_rad": float(gait.end[0]),
-        **{f"peak_{joint}_torque_Nm": told.peak_torque[k] for k, joint in enumerate(joints)},
-        "least_normal_force_weights": told.normal_force / gait.robot.weight,
-        "friction": told.friction,
-        "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
-        "clearance_m": told.clearance if gait.goal.clearance else None,
-        "greatest_clearance_m": told.greatest_clearance,
-        "state_after_impact": gait.start.tolist(),
-        "state_before_impact": gait.end.tolist(),
-        **({"knee_strike_s": gait.knee_strike} if gait.knee_strike else {}),
-    }
-    lines = [
-        ("speed", "{speed_m_per_s:.4f}", "m/s"),
-        ("cost of transport, level", "{cost_of_transport:.4f}", ""),
-        ("period", "{period_s:.6f}", "s"),
-        ("half the angle between the legs at the impact", "{half_angle_rad:.6f}", "rad"),
-        ("step length", "{step_length_m:.6f}", "m"),
-        *((f"peak torque, {joint}", f"{{peak_{joint}_torque_Nm:.2f}}", "N m") for joint in joints),
-        ("normal force, least", "{least_normal_force_weights:.3f}", "weights"),
-        ("friction used", "{friction:.3f}", ""),
-    ]
-    if "knee_strike_s" in summary:
-        lines.append(("knee strike", "{knee_strike_s:.6f}", "s"))
-    if gait.goal.clearance:
-        lines.append((f"clearance at {100 * gait.clearance_phase:.1f} % of the step", "{clearance_m:.4f}", "m"))
-    lines.append(("clearance ahead of the stance foot, greatest", "{greatest_clearance_m:.4f}", "m"))
-    return summary, [_filled(lines, summary)]
-
-
-def stability_told(found: Stability) -> Told:
-    """Report on Theorem 1 along a walk; results that need more than one step are None for a walk of one."""
-    norms = np.linalg.norm(found.end, axis=1)
-    compared = found.ratio[np.isfinite(found.ratio)]
-    left = found.condition[1:]
-    within = np.diff(found.step) == 0
-    summary = {
-        "steps": found.steps,
-        "excitation_smallest_eigenvalue": float(found.excitation[:, 0].min()),
-        "excitation_largest_eigenvalue": float(found.excitation[:, 1].max()),
-        "excitation_weak_direction_from_cosine_deg": math.degrees(float(found.weak_direction.max())),
-        "transition_norm_smallest": float(found.contraction.min()),
-        "transition_norm_largest": float(found.contraction.max()),
-        "condition_24_smallest": float(left.min()) if left.size else None,
-        "condition_24_smallest_for_any_constants": float(found.condition_floor.min()),
-        "condition_24_holds_steps": int((left < 1.0).sum()),
-        "errors_26_compared_steps": int(compared.size),
-        "errors_26_holds_steps": int((compared < 1.0).sum()),
-        "lyapunov_largest_rise_within_a_step": max(0.0, float(np.diff(found.lyapunov)[within].max())),
-        "lyapunov_largest_jump_at_a_touchdown": float(found.lyapunov_jump[1:].max()) if found.steps > 1 else None,
-        "lyapunov_balance_largest": float(np.abs(found.balance).max()),
-        "estimate_error_largest_rise_within_a_step": float(found.estimate_rise.max()),
-        "error_before_last_touchdown": float(norms[-1]),
-        "residual_largest": float(found.residual.max()),
-    }
-    shown = {key: in_words(value, 1, ".4g") for key, value in summary.items()}
-    return summary, [_filled(_THEOREM, shown)]
+def _cell(value: Any) -> str:
+    """Write a result; a dash stands for one that does not exist."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_cell(each)}" for name, each in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(_cell, value))
+    if value is None or isinstance(value, bool):
+        return {None: "-", True: "yes", False: "no"}[value]
+    return f"{value:.8g}" if isinstance(value, float) else str(value)
 
 
 def checks_table(answers: Iterable[Answer]) -> Table:

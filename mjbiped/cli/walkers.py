@@ -23,7 +23,7 @@ from mjbiped.engines import names
 from mjbiped.engines.base import Engine
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import KINDS, NAMED, named
+from mjbiped.robots.kinds import NAMED, named, robot_named
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters, parse_toml
@@ -59,31 +59,31 @@ def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
         click.UsageError: An option is given that the robot does not have.
         InputError: The file cannot be read, or a number is outside its domain.
     """
-    name = values.pop("robot")
-    kind, parameters = _named(name)
+    text = values.pop("robot")
+    name, written = _described(text)
+    kind, _ = named(name)
     for each in ctx.command.params:
         if each.name in OWNERS.keys() - kind.parameters():
-            refuse(ctx, [each], f"--robot {', '.join(OWNERS[str(each.name)])}", name)
+            refuse(ctx, [each], f"--robot {', '.join(OWNERS[str(each.name)])}", text)
     numbers = {key: values.pop(key) for key in OWNERS}
-    return kind(**{**parameters, **{key: value for key, value in numbers.items() if is_given(ctx, key)}})
+    given = {key: value for key, value in numbers.items() if is_given(ctx, key)}
+    with prefixed("" if text in NAMED else f"--robot {shown(text)}: "):
+        return robot_named(name, {**written, **given})
 
 
-def _named(name: str) -> tuple[type[Robot], dict[str, Any]]:
-    """Return kind and parameters of a robot, by its name or its file."""
-    if name in NAMED:
-        return named(name)
-    if name.endswith(MODEL):
-        from mjbiped.exchange.foreign import read_robot  # for such files alone
+def _described(text: str) -> tuple[str, dict[str, Any]]:
+    """Return a robot's name, and its parameters where they stand in a file."""
+    if text in NAMED:
+        return text, {}
+    with prefixed("--robot "):
+        if text.endswith(MODEL):
+            from mjbiped.exchange.foreign import read_robot  # for such files alone
 
-        with prefixed("--robot "):
-            robot = read_robot(name)
-        return type(robot), {key: getattr(robot, key) for key in robot.parameters()}
-    with prefixed(f"--robot {shown(name)}: "):
-        written = parse_toml(read_text(Path(name)))
-    kind = KINDS[known_name(f"kind of robot in {name}", written.pop("kind", Compass.kind), KINDS)]
-    for key in written:
-        known_name(f"parameter of the robot in {shown(name)}", key, kind.parameters())
-    return kind, written
+            written = read_robot(text).to_dict()
+        else:
+            with prefixed(f"{shown(text)}: "):
+                written = parse_toml(read_text(Path(text)))
+    return written.pop("kind", Compass.kind), written
 
 
 def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> Controller:

@@ -108,24 +108,17 @@ def _changed(name: str, value: Any, change: Callable[[str, Any], Any]) -> Any:
     return value
 
 
-def _recipe(name: str, make: Callable[[dict[str, Any]], Made], table: Mapping[str, Any]) -> Recipe[Made]:
-    """Recipe of a table in which distributions may stand.
+def _recipe(name: str, kind: Any, value: Any, make: Callable[[dict[str, Any]], Made], wanted: str) -> Recipe[Made]:
+    """Read a setting: an object of a class, or a table of parameters in which distributions may stand.
 
     Raises:
-        InputError: A table in it is no distribution.
+        InputError: It is neither, or a table in it is no distribution.
     """
-    return Recipe(name, make, Recipe(name, make, table)._table(read_draw))
-
-
-def _table(name: str, value: object, wanted: str) -> dict[str, Any]:
-    """Copy a table of parameters.
-
-    Raises:
-        InputError: It is none.
-    """
+    if isinstance(value, kind):
+        return Recipe(name, partial(_given, value), {})
     if not isinstance(value, Mapping):
         raise InputError(f"{name} = {shown(value)}: must be {wanted}")
-    return dict(value)
+    return Recipe(name, make, Recipe(name, make, value)._table(read_draw))
 
 
 def _given(made: Made, _: dict[str, Any]) -> Made:
@@ -141,10 +134,11 @@ def robot_recipe(value: Robot | str | Mapping[str, Any]) -> Recipe[Robot]:
     Raises:
         InputError: It is none of these.
     """
-    if isinstance(value, Robot):
-        return Recipe("robot", partial(_given, value), {})
-    parameters = _table("robot", {"kind": value} if isinstance(value, str) else value, _ROBOT)
-    return _recipe("robot", partial(robot_named, parameters.pop("kind", Compass.kind)), parameters)
+    return _recipe("robot", Robot, {"kind": value} if isinstance(value, str) else value, _robot, _ROBOT)
+
+
+def _robot(parameters: dict[str, Any]) -> Robot:
+    return robot_named(parameters.pop("kind", Compass.kind), parameters)
 
 
 def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recipe[Terrain]:
@@ -158,20 +152,16 @@ def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recip
     Raises:
         InputError: It is none of these.
     """
-    if isinstance(value, Terrain):
-        return Recipe("terrain", partial(_given, value), {})
     preset, own = TASKS[task]
-    parameters = _table("terrain", {"name": value} if isinstance(value, str) else value, _TERRAIN.format(preset))
-    if "name" not in parameters:
-        parameters = {"name": preset, **own, **parameters}
-    preset = parameters.pop("name")
-    if preset in RANDOM:
-        parameters.setdefault("seed", SEED)
-    return _recipe("terrain", partial(_preset, preset), parameters)
+    table: object = {"name": value} if isinstance(value, str) else value
+    if isinstance(table, Mapping):
+        table = table if "name" in table else {"name": preset, **own, **table}
+        table = {"seed": SEED, **table} if table["name"] in RANDOM else table
+    return _recipe("terrain", Terrain, table, _terrain, _TERRAIN.format(preset))
 
 
-def _preset(name: str, parameters: dict[str, Any]) -> Terrain:
-    return Terrain.preset(name, **parameters)
+def _terrain(parameters: dict[str, Any]) -> Terrain:
+    return Terrain.preset(**parameters)
 
 
 def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recipe[Disturbances]:
@@ -183,10 +173,8 @@ def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recip
     Raises:
         InputError: It is none of these, or the period of the control loop is drawn.
     """
-    if isinstance(value, Disturbances | None):
-        return Recipe("disturbances", partial(_given, value or UNDISTURBED), {})
-    parameters = _table("disturbances", value, _DISTURBANCES)
-    recipe = _recipe("disturbances", Disturbances.from_dict, {"seed": SEED, **parameters})
+    table: object = {"seed": SEED, **value} if isinstance(value, Mapping) else UNDISTURBED if value is None else value
+    recipe = _recipe("disturbances", Disturbances, table, Disturbances.from_dict, _DISTURBANCES)
     if "disturbances.control_period" in recipe.draws:
         raise InputError("disturbances.control_period cannot be drawn: it is the same in all episodes; give a number")
     return recipe

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
 from mjbiped.errors import InputError, prefixed, shown
 from mjbiped.exchange.guarded import compiled
-from mjbiped.exchange.parts import Part, Vector
+from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -51,21 +52,15 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
     path = Path(path)
     with prefixed(f"{shown(str(path))}: "):
         require_file(path)
-        parts, gravity, loss = compiled(path)
-        robot = _robot_of(parts, gravity)
-        if loss:
-            raise InputError(loss)
+        model = compiled(path)
+        robot = _robot_of(parts_of(model), float(np.linalg.norm(model.opt.gravity)))
+        check_lossless(model)
         return robot
 
 
 def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
     """Recognise a robot in the parts of a model."""
     hip_mass, legs = _legs_of(parts)
-    if len(legs[0]) != len(legs[1]) or len(legs[0]) > 2:
-        told = " and of ".join(", ".join(piece.part.name for piece in leg) for leg in legs)
-        raise InputError(
-            f"its legs are made of {told}; expected one link each, or a thigh and a shank: weld other links"
-        )
     unequal = _difference(legs)
     if unequal:  # a point mass at the hip may be welded to one of them
         beside, legs = _without_point_mass(legs)
@@ -108,34 +103,32 @@ def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[_Leg, _Leg]]:
     """Find the hip, and return the mass of a body that slides there, kg, and both legs from the hip down.
 
     Raises:
-        InputError: There is no hip between two legs.
+        InputError: There is no hip between two legs of one or two links each.
     """
-    roots = [number for number, part in enumerate(parts) if part.parent < 0]
+    roots = [part for part in parts if part.parent < 0]
     if len(roots) != 1:
-        told = " and ".join(parts[root].name for root in roots)
+        told = " and ".join(root.name for root in roots)
         raise InputError(f"{told} hang on the world apart; expected one body that carries all others")
-    (root,) = roots
-    if not parts[root].turns:
-        first, *others = _neighbours(parts, root) or [root]
-        if len(others) != 1:
-            carried = len(_neighbours(parts, root))
-            raise InputError(f"{parts[root].name} slides and carries {carried} hinged bodies; expected two legs")
-        (second,) = others
-        hips = parts[first].anchor, parts[second].anchor
-        if np.linalg.norm(hips[0] - hips[1]) > _SAME:
-            raise InputError(
-                f"{parts[first].name} and {parts[second].name} have hinges apart; expected one hip for both legs"
-            )
-        return parts[root].mass, (_leg(parts, root, first), _leg(parts, root, second))
     chain = _chain_of(parts)
-    middle = len(chain) // 2
-    if len(chain) % 2:
+    half, odd = divmod(len(chain), 2)
+    middle = parts[chain[half]]
+    if odd and middle.turns:
         raise InputError(
-            f"{parts[chain[middle]].name} turns between the legs; expected no trunk: let the hip slide without a "
-            "hinge, or hinge the legs to each other"
+            f"{middle.name} turns between the legs; expected no trunk: let the hip slide without a hinge, or hinge the "
+            "legs to each other"
         )
-    first, second = chain[middle - 1], chain[middle]
-    return 0.0, (_leg(parts, second, first), _leg(parts, first, second))
+    if len(chain) > 4 + odd or not (odd or roots[0].turns):
+        told = ", ".join(parts[number].name for number in chain)
+        raise InputError(
+            f"from foot to foot it has {told}; expected one link each, or a thigh and a shank, and between the legs a "
+            "hip or nothing: weld other links"
+        )
+    legs = _leg(parts, chain[half::-1]), _leg(parts, chain[half + odd - 1 :])
+    if np.linalg.norm(legs[0][0].upper - legs[1][0].upper) > _SAME:
+        raise InputError(
+            f"{legs[0][0].part.name} and {legs[1][0].part.name} have hinges apart; expected one hip for both legs"
+        )
+    return middle.mass * odd, legs
 
 
 def _chain_of(parts: Sequence[Part]) -> list[int]:
@@ -163,28 +156,24 @@ def _neighbours(parts: Sequence[Part], number: int) -> list[int]:
     return carried if parts[number].parent < 0 else [parts[number].parent, *carried]
 
 
-def _leg(parts: Sequence[Part], above: int, first: int) -> _Leg:
-    """Follow a leg from the hip down.
+def _leg(parts: Sequence[Part], chain: Sequence[int]) -> _Leg:
+    """Return the links of a leg.
+
+    Args:
+        parts: All parts.
+        chain: Numbers of what is above the leg, and of its links from the hip down.
 
     Raises:
-        InputError: It branches, or has no foot.
+        InputError: It has no foot.
     """
-    leg, before, here = [], above, first
-    upper = _hinge(parts, above, first)
-    while following := [each for each in _neighbours(parts, here) if each != before]:
-        if len(following) > 1:
-            raise InputError(f"{parts[here].name} carries {len(following)} bodies; expected one shank, or none")
-        lower = _hinge(parts, here, following[0])
-        leg.append(_Piece(parts[here], upper, lower))
-        before, here, upper = here, following[0], lower
-    last = parts[here]
+    hinges, last = [_hinge(parts, *pair) for pair in pairwise(chain)], parts[chain[-1]]
     if not last.ends:
         raise InputError(
             f"{last.name} has no foot; expected a sphere or a capsule that can touch something (contype or "
             "conaffinity), with its end where the foot stands"
         )
-    foot = max(last.ends, key=lambda end: float(np.linalg.norm(end - upper)))
-    return [*leg, _Piece(last, upper, foot)]
+    foot = max(last.ends, key=lambda end: float(np.linalg.norm(end - hinges[-1])))
+    return [_Piece(parts[number], *ends) for number, ends in zip(chain[1:], pairwise([*hinges, foot]), strict=True)]
 
 
 def _hinge(parts: Sequence[Part], one: int, other: int) -> Vector:

@@ -43,9 +43,9 @@ class Goal:
         speed: Mean speed, m/s.
         clearance: Height of the swing foot over level ground at some moment, m; 0 for no demand on the foot's path but
             that it lands where it shall.
-        retraction: Whether the foot goes no further forward from that moment on.
-        torque_limit: No actuator gives more, N m; None for no limit.
-        friction: Greatest ratio of tangential to normal force.
+        retraction: Whether the foot goes no further forward from that moment on; without it the same height costs less.
+        torque_limit: Greatest torque of each joint, N m; no limit unless given.
+        friction: Greatest ratio of tangential to normal force on the stance foot.
 
     Raises:
         InputError: One is outside its domain.

@@ -5,7 +5,6 @@ Input becomes plain Python values, or an `InputError` says what was wrong, what 
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +18,6 @@ from mjbiped.utils.reading import read_text
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
 FILE_KEY = "file"
-_MOST_KEYS = 1000  # of one table in YAML
 
 
 class Sample(NamedTuple):
@@ -132,9 +130,9 @@ def parse_parameters(text: str) -> dict[str, Any]:
     return parameters
 
 
-def parse_number(text: str) -> int | float | None:
-    """Parse a number; None if the text is not a number."""
-    if "_" in text:
+def parse_number(text: object) -> int | float | None:
+    """Parse a number; None if it is not a text of one."""
+    if not isinstance(text, str) or "_" in text:
         return None
     for kind in (int, float):
         try:
@@ -154,46 +152,21 @@ def parse_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        endless = re.search(r"[0-9_]{4300}", text)  # too long for an int; Python does not say where
-        if endless and not isinstance(error, tomllib.TOMLDecodeError):
-            reason = f"line {text.count(chr(10), 0, endless.start()) + 1}: a whole number of more than 4300 digits"
         raise InputError(f"not readable as TOML: {shortened(' '.join(reason.split()))}") from error
 
 
 def _parse_yaml(text: str) -> object:
-    """Parse YAML.
+    """Parse YAML; numbers remain texts, whatever tags and quotes they have.
 
     Raises:
         InputError: The text is not YAML; the message names the line.
     """
     import yaml  # only few users need it
 
-    class Loader(yaml.SafeLoader):
-        """PyYAML's safe loader, with the line of every value that it cannot construct."""
-
-        def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-            try:
-                return super().construct_object(node, deep)
-            except (yaml.YAMLError, RecursionError):
-                raise
-            except Exception as error:  # of whatever kind: `!!bool x` is a KeyError, `!!float ''` an IndexError
-                kind = node.tag.rpartition(":")[2]
-                problem = f"{shown(node.value)} is not of the kind {kind}"
-                raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from error
-
-        def flatten_mapping(self, node: yaml.MappingNode) -> None:
-            super().flatten_mapping(node)
-            if len(node.value) > _MOST_KEYS:  # before merges of merges fill the memory
-                raise yaml.constructor.ConstructorError(None, None, "too many keys are merged", node.start_mark)
-
-    loader = None
     try:
-        loader = Loader(text)
-        return loader.get_single_data()
-    except Exception as error:  # of whatever kind, see above
+        return yaml.load(text, Loader=yaml.BaseLoader)
+    except Exception as error:  # a code of a letter that there is not is a ValueError or an OverflowError
         reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        if loader is not None and not isinstance(error, yaml.YAMLError):
-            reason = f"line {loader.line + 1}: {reason}"
         raise InputError(f"not readable as YAML: {shortened(' '.join(reason.split()))}") from error
 
 
@@ -230,8 +203,6 @@ def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
         raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
-    if yaml_file and any(isinstance(v, str) and parse_number(v) is not None for v in segment):
-        raise InputError(
-            f"segment {k}: {shown(segment)} holds a number as text; YAML wants 1.0e-3 for 1e-3, and no quotes"
-        )
+    if yaml_file:
+        segment = [cell if (number := parse_number(cell)) is None else number for cell in segment]
     return tuple(segment)

@@ -1,30 +1,16 @@
-"""Files that appear whole or not at all.
-
-A file is written under a temporary name in its folder. The temporary file is removed if the block that writes it
-fails, and when the process ends; what a killed process leaves behind is removed after a day, by the next process that
-writes into the same folder.
-"""
+"""Files that appear whole or not at all: written under a temporary name in their folder, and renamed at the end."""
 
 from __future__ import annotations
 
-import atexit
 import errno
 import os
-import re
 import secrets
 import stat
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from mjbiped.errors import MjbipedError, RecordError
-
-_UNFINISHED = re.compile(r"\.mjbiped-[0-9a-f]{16}(\.[a-z0-9]{1,8})?", re.IGNORECASE)
-_OLD = 86400.0  # s since it was last written to: left behind
-
-_own: dict[Path, int] = {}  # unfinished files, and the process that writes them: a fork inherits the dictionary
-_swept: set[Path] = set()
 
 
 @contextmanager
@@ -88,30 +74,12 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     Raises:
         OSError: The folder is missing or cannot be written to.
     """
-    _sweep(path.parent)
     name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
-    _own[name] = os.getpid()
     try:
         name.touch(exist_ok=False)  # with the permissions of any new file
         yield name
     finally:
-        _remove(name)
-
-
-def remove_unfinished() -> None:
-    """Remove the temporary files of this process, before it ends without clean-up."""
-    for name, process in list(_own.items()):
-        if process == os.getpid():
-            with suppress(OSError):
-                _remove(name)
-
-
-atexit.register(remove_unfinished)  # what a second Ctrl-C kept from being removed
-
-
-def _remove(name: Path) -> None:
-    name.unlink(missing_ok=True)
-    _own.pop(name, None)
+        name.unlink(missing_ok=True)
 
 
 def _check_name(path: Path) -> None:
@@ -128,17 +96,3 @@ def _check_name(path: Path) -> None:
         raise OSError(errno.EINVAL, f"no file can have this name ({error})") from error
     if stat.S_ISDIR(there.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-
-
-def _sweep(folder: Path) -> None:
-    """Remove temporary files that killed processes left in a folder more than a day ago; once for each folder."""
-    if folder in _swept:
-        return
-    _swept.add(folder)
-    with suppress(OSError), os.scandir(folder) as entries:
-        for entry in entries:
-            if not _UNFINISHED.fullmatch(entry.name) or not entry.is_file(follow_symlinks=False):
-                continue
-            with suppress(OSError):  # another user's
-                if Path(entry.path) not in _own and time.time() - entry.stat().st_mtime > _OLD:
-                    Path(entry.path).unlink()

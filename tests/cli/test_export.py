@@ -79,7 +79,10 @@ def test_a_missing_extra_is_told_before_the_walk(tmp_path: Path, monkeypatch: py
         (["level", "walk.csv"], "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv"),
         (["robot.urdf", "--seed", "3"], "--seed is for scenes (.xml); robot.urdf has no such thing"),
         (["nothing.npz", "scene.xml"], "nothing.npz: there is no such file"),
-        (["walk.npz", "scene.xml", "--robot", "kneed"], "--robot is for a TERRAIN; the record walk.npz has all"),
+        (
+            ["walk.npz", "scene.xml", "--robot", "kneed"],
+            "--robot is for a TERRAIN; the record walk.npz has no",
+        ),
         (["hills", "scene.xml"], "hills"),
         (["level", "scene.xml", "--thigh-mass", "3"], "--thigh-mass is for --robot kneed"),
     ],

@@ -50,7 +50,8 @@ def test_one_that_fails_does_not_stop_the_others(cheap: dict[str, str], tmp_path
     cheap.update({"steep": "gait --slope-deg 80", **CHEAP})
     result = run("figures", tmp_path, "--quiet")
     assert result.exit_code == 2
-    assert "mjbiped gait: no passive gait on a slope of 80 degrees" in result.stderr
+    assert "Error: no passive gait on a slope of 80 degrees" in result.stderr
+    assert "mjbiped gait failed" in result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gait.pdf", "wheel.pdf"]
 
 

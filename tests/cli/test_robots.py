@@ -104,7 +104,7 @@ def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
         (("--model-error", "sole=2"), "expected NAME=FACTOR"),
         (("--robot", "wheel", "--spokes", 4), "'--spokes': '4'; expected a whole number from 5 to 100."),
         (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
-        (("--robot", "odd.toml"), "unknown parameter of the robot in 'odd.toml'"),
+        (("--robot", "odd.toml"), "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'"),
         (("--robot", "kneed", "--model-error", "leg_mass=1.2"), "unknown parameter of the robot 'leg_mass'"),
     ],
 )

@@ -226,7 +226,7 @@ def test_a_terrain_cannot_be_changed() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"surprise": 1}, "unknown field of a terrain 'surprise'"),
+        ({"surprise": 1}, "must be a mapping with x, z, angle, end, name, parameters, got"),
         ({"x": None}, "not a terrain's record"),
         ({"z": [0.0, 1.0]}, "as many starts"),
         ({"x": ["a"]}, "x = 'a': must be a finite number"),
@@ -243,7 +243,7 @@ def test_a_spoilt_record_is_refused(change: dict[str, Any], message: str) -> Non
 
 
 def test_a_record_that_lacks_fields_or_is_none_is_refused() -> None:
-    with pytest.raises(InputError, match="lacks x, angle, end"):
+    with pytest.raises(InputError, match="must be a mapping with x, z, angle"):
         Terrain.from_dict({"z": [0.0], "name": "a", "parameters": []})
     with pytest.raises(InputError, match="must be a mapping"):
         Terrain.from_dict(5)  # type: ignore[arg-type]
@@ -455,7 +455,7 @@ def test_an_elevation_file(tmp_path: Path, encode: Any) -> None:
         (".toml", "segments = [[1, 2.0, 0], [2.0, -1.0, 0.01], [0.5, -3]]"),
         (".toml", "[[segments]]\nlength=1\nslope_deg=2\n[[segments]]\nlength=2\nslope_deg=-1\nstep=0.01\n"
                   "[[segments]]\nlength=0.5\nslope_deg=-3\n"),
-        (".yaml", "segments: [[1, 2.0, 0], [2.0, -1.0, 1.0e-2], [0.5, -3]]"),
+        (".yaml", "segments: [[1, 2.0, 0], [2.0, -1.0, 1e-2], [0.5, -3]]"),
         (".yml", "segments:\n- {length: 1, slope_deg: 2}\n- {step: 0.01, slope_deg: -1, length: 2}\n- [0.5, -3]\n"),
     ],
 )  # fmt: skip
@@ -511,12 +511,12 @@ def test_elevation_files_with_an_error_are_refused(tmp_path: Path, text: str, me
         (".toml", "", "empty"),
         (".toml", "segments = [[1, 0],\n[1, 0 0]]", "not readable as TOML: .*line 2"),
         (".yaml", "segments: [[1, 0]\nfoo", "not readable as YAML: .*line 2"),
-        (".yaml", "!!python/object/apply:os.getcwd []", "not readable as YAML"),
+        (".yaml", "!!python/object/apply:os.getcwd []", "holds no table"),
         (".yaml", "- [1, 0]", "holds no table; expected segments: "),
         (".yaml", "# nothing", "holds no table"),
         (".toml", "# nothing", "'segments' is missing; expected segments = "),
         (".toml", "segmets = []", "unknown key 'segmets': valid are segments; did you mean 'segments'"),
-        (".yaml", "3: 4", "unknown key 3: valid are segments"),
+        (".yaml", "3: 4", "unknown key '3': valid are segments"),
         (".toml", "segments = 3", "'segments' is 3"),
         (".toml", "segments = []", "there are no segments"),
         (".toml", "segments = [3]", "segment 1 is 3"),
@@ -526,10 +526,9 @@ def test_elevation_files_with_an_error_are_refused(tmp_path: Path, text: str, me
         (".toml", "segments = [[1, 0], [1, nan]]", "segment 2: slope"),
         (".toml", "segments = [[1, 45]]", "segment 1: slope: .*steeper"),
         (".toml", 'segments = [["1", 0]]', "segment 1: length"),
-        (".yaml", "segments: [[1, 1e-3]]", "segment 1: .*YAML wants 1.0e-3"),
         (".yaml", "segments: [[yes, 0]]", "segment 1: length"),
         (".yaml", "segments: [[2020-01-01, 0]]", "segment 1: length"),
-        (".yaml", "segments: [&a [1, *a]]", "segment 1: slope"),
+        (".yaml", "segments: [&a [1, *a]]", "not readable as YAML: .*recursive"),
         (".toml", "segments = [{length = 1, slope = 2}]",
          "segment 1: unknown key 'slope': valid are length, slope_deg, step; did you mean 'slope_deg'"),
         (".toml", "segments = [{length = 1}]", "segment 1: 'slope_deg' is missing"),

@@ -1,20 +1,16 @@
-"""Files appear whole or not at all, and what is killed leaves nothing for long."""
+"""Files appear whole or not at all."""
 
 import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.utils import files as output
-from mjbiped.utils.files import check_writable, remove_unfinished, saved, written_whole
-from mjbiped.utils.parallel import processes
+from mjbiped.utils.files import check_writable, saved, written_whole
 
 ROOT = Path(__file__).parents[2]
 WRITER = """
@@ -29,20 +25,8 @@ with written_whole(Path(sys.argv[1])) as unfinished:
 """
 
 
-@pytest.fixture(autouse=True)
-def new_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if no folder had been written to yet."""
-    monkeypatch.setattr(output, "_swept", set())
-
-
 def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
-
-
-def made_old(path: Path, age: float = 3600.0) -> Path:
-    before = time.time() - age
-    os.utime(path, (before, before))
-    return path
 
 
 def test_file_takes_its_place_when_it_is_whole(tmp_path: Path) -> None:
@@ -122,67 +106,6 @@ def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.Mj
     assert names(tmp_path) == []
 
 
-# ---- what was left behind --------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def left(tmp_path: Path) -> Path:
-    """A file that a killed process left behind two days ago."""
-    path = tmp_path / ".mjbiped-0123456789abcdef.npz"
-    path.write_text("half")
-    return made_old(path, 2e5)
-
-
-def test_what_was_left_behind_is_removed_at_the_next_start(left: Path, tmp_path: Path) -> None:
-    check_writable(tmp_path / "walk.npz")
-    assert names(tmp_path) == []
-
-
-def test_only_what_is_certainly_ours_is_removed(left: Path, tmp_path: Path) -> None:
-    theirs = [
-        ".mjbiped-notes.npz", ".mjbiped-0123456789abcdeg.npz", "mjbiped-0123456789abcdef.npz", ".walk-abcdefgh.npz",
-        ".mjbiped-0123456789abcdef0.npz", ".mjbiped-0123456789abcdef.npz.bak", "walk.npz", ".mjbiped-0123456789abcdef ",
-    ]  # fmt: skip
-    for name in theirs:
-        (tmp_path / name).write_text("mine")
-        made_old(tmp_path / name, 1e7)
-    (tmp_path / ".mjbiped-aaaaaaaaaaaaaaaa").mkdir()
-    (tmp_path / ".mjbiped-bbbbbbbbbbbbbbbb.npz").symlink_to(tmp_path / "walk.npz")
-    kept = {*names(tmp_path)} - {left.name}
-    with written_whole(tmp_path / "walk.npz") as unfinished:
-        unfinished.write_text("new")
-    assert {*names(tmp_path)} == kept
-
-
-def test_what_is_being_written_is_not_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with written_whole(tmp_path / "long.mp4") as unfinished:
-        made_old(unfinished, 1e6)  # an encoder that has not written for long
-        monkeypatch.setattr(output, "_swept", set())
-        check_writable(tmp_path / "walk.npz")
-        assert unfinished.exists()
-    assert names(tmp_path) == ["long.mp4"]
-
-
-def test_what_another_process_may_still_write_is_not_removed(left: Path, tmp_path: Path) -> None:
-    made_old(left, 3600.0)
-    check_writable(tmp_path / "walk.npz")
-    assert left.exists()
-
-
-def test_a_folder_is_looked_through_once(left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    looked: list[object] = []
-    scan = os.scandir
-
-    def counted(folder: Path) -> Any:
-        looked.append(folder)
-        return scan(folder)
-
-    monkeypatch.setattr(os, "scandir", counted)
-    for _ in range(3):
-        check_writable(tmp_path / "walk.npz")
-    assert looked == [tmp_path]
-
-
 # ---- processes that end ----------------------------------------------------------------------------------------------
 
 
@@ -203,56 +126,8 @@ def writer(folder: Path) -> subprocess.Popen[str]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_killed_and_interrupted_processes_leave_nothing_for_long(tmp_path: Path) -> None:
-    both = [writer(tmp_path), writer(tmp_path)]
-    for process, number in zip(both, (signal.SIGKILL, signal.SIGINT), strict=True):
-        process.send_signal(number)
-        process.communicate(timeout=60)
-    assert both[0].returncode == -signal.SIGKILL
-    left = list(tmp_path.iterdir())
-    assert len(left) == 1  # the killed one's
-    made_old(left[0], 2e5)
-    check_writable(tmp_path / "walk.npz")
+def test_an_interrupted_process_leaves_nothing(tmp_path: Path) -> None:
+    process = writer(tmp_path)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
     assert names(tmp_path) == []
-
-
-def test_what_a_second_interrupt_leaves_is_removed_when_the_process_ends(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    def interrupt_twice(patched: pytest.MonkeyPatch) -> None:
-        with written_whole(tmp_path / "a.csv"):
-            patched.setattr(Path, "unlink", interrupt)
-            raise KeyboardInterrupt
-
-    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        interrupt_twice(patched)
-    assert len(names(tmp_path)) == 1
-    remove_unfinished()
-    assert names(tmp_path) == []
-
-
-def write_for_long(path: Path) -> None:
-    with written_whole(path) as unfinished:
-        path.with_name("begun").touch()
-        time.sleep(600.0)
-        unfinished.write_text("never")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_workers_that_are_ended_leave_nothing(tmp_path: Path) -> None:
-    def break_off() -> None:
-        with processes(1) as pool:
-            pool.submit(write_for_long, tmp_path / "walk.npz")
-            end = time.monotonic() + 120.0
-            while not (tmp_path / "begun").exists():
-                assert time.monotonic() < end
-                time.sleep(0.02)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        break_off()
-    assert names(tmp_path) == ["begun"]

@@ -46,7 +46,7 @@ class Mujoco(Options, Engine):
     Attributes:
         timestep: Longest physics step, s, 1e-3 unless given; steps become shorter toward each touchdown, which ends
             one of them. Of robots with feet that have mass all steps are of one length, at most 1e-4.
-        contact_timestep: Of the step that makes an impact, s, 1e-5 unless given; the timestep where that is shorter.
+        contact_timestep: Physics step during an impact, s, 1e-5 unless given; the timestep where that is shorter.
         control_period: Time between two ticks of the controller, s, a multiple of the timestep; by default it ticks at
             every physics step.
         ground: "auto", "heightfield" or "boxes"; see `mjbiped.engines.mujoco.scene`.

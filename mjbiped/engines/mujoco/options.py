@@ -9,7 +9,7 @@ import numpy as np
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import known_name
+from mjbiped.utils.domains import Words
 
 DEFAULT_TIMESTEP = 1e-3  # s
 DEFAULT_CONTACT_TIMESTEP = 1e-5  # s
@@ -21,7 +21,17 @@ LONGEST_TIMESTEP = domains.TIMESTEP.high  # at 5 ms c_mt errs by 0.05 %, at 8 ms
 
 @dataclass(frozen=True)
 class Options:
-    """Settings of the MuJoCo engine; see `mjbiped.engines.mujoco.engine.Mujoco`.
+    """Settings of the MuJoCo engine; `mjbiped.engines.mujoco.engine.Mujoco` says more of them.
+
+    Attributes:
+        timestep: Longest physics step, s.
+        contact_timestep: Physics step during an impact, s.
+        control_period: Time between ticks of the controller, s; each physics step unless given.
+        ground: "auto", "heightfield" or "boxes".
+        lands: Whether a physics step ends at each touchdown; without, all keep the timestep (0.1 ms or less), and
+            contacts alone tell.
+        stance_knee: What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are
+            recorded.
 
     Raises:
         InputError: A value is outside its domain.
@@ -30,15 +40,13 @@ class Options:
     timestep: Annotated[float, domains.TIMESTEP] = DEFAULT_TIMESTEP
     contact_timestep: Annotated[float, domains.CONTACT_TIMESTEP] = DEFAULT_CONTACT_TIMESTEP
     control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
-    ground: str = "auto"
+    ground: Annotated[str, Words(GROUND_KINDS)] = AUTO
     lands: bool = True
-    stance_knee: str = LOCKED
+    stance_knee: Annotated[str, Words(STANCE_KNEES)] = LOCKED
 
     def __post_init__(self) -> None:
         """Check what does not depend on a walk."""
         domains.check_fields(self)
-        known_name("ground", self.ground, GROUND_KINDS)
-        known_name("stance_knee", self.stance_knee, STANCE_KNEES)
         if not isinstance(self.lands, bool):
             raise InputError(f"lands = {shown(self.lands)}: must be True or False")
         if self.control_period is not None:
