@@ -1,8 +1,7 @@
-"""Gaits found by robot and slope, and by descriptions in records and on the command line."""
+"""Gaits found by robot and slope, and by descriptions in records."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -18,7 +17,6 @@ from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
-from mjbiped.utils import domains
 
 FINDERS: Mapping[str, Callable[[Any, float], PassiveGait]] = {
     Compass.kind: find_passive_gait,
@@ -28,9 +26,6 @@ FINDERS: Mapping[str, Callable[[Any, float], PassiveGait]] = {
     RoundKneed.kind: find_kneed_gait,
 }
 """Finders of passive gaits by the kind of robot."""
-
-_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
-_WORDS = {"yes": True, "no": False}
 
 
 def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
@@ -71,28 +66,3 @@ def gait_from(described: Mapping[str, Any]) -> Gait:
         raise
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"this is no description of a gait: {shown(error)}") from error
-
-
-def parse_reference(text: str) -> dict[str, Any]:
-    """Read the arguments of `find_reference` from a text such as "clearance=0.06,retraction=no".
-
-    Raises:
-        InputError: A name is unknown or stands twice, or a value cannot be read.
-    """
-    found: dict[str, Any] = {}
-    for part in text.split(","):
-        name, equals, value = (each.strip() for each in part.partition("="))
-        if not equals:
-            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
-        domains.known_name("part of a reference", name, _PARTS)
-        if name in found:
-            raise InputError(f"reference {shown(text)}: {name} stands twice")
-        try:
-            found[name] = _WORDS[value] if name == "retraction" else float(value)
-        except KeyError:
-            raise InputError(f"reference {shown(text)}: {name} = {shown(value)}; expected yes or no") from None
-        except ValueError:
-            raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
-        if not math.isfinite(found[name]):
-            raise InputError(f"reference {shown(text)}: {name} must be finite")
-    return found

@@ -15,7 +15,7 @@ import mjbiped
 from controllers import AdaptiveController, KineticEnergyController, LimitCycleController
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, passive, store
-from mjbiped.gaits.described import gait_from, parse_reference
+from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.optimisation import TOLERANCE, motion_of, optimise, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep, Goal
@@ -231,21 +231,6 @@ def test_without_retraction_the_same_height_costs_less(robot: mjbiped.Compass, h
     free = find_reference(robot, clearance=height, retraction=False)
     assert free.cost_of_transport < 0.95 * high.cost_of_transport
     assert free.measures.greatest_clearance == pytest.approx(height, abs=1e-4)  # the constraint is active
-
-
-def test_references_in_words() -> None:
-    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
-    assert parse_reference("retraction=no") == {"retraction": False}
-    for text, message in (
-        ("clearance", "expected NAME=VALUE"),
-        ("clearence=1", "did you mean 'clearance'"),
-        ("speed=1,speed=2", "stands twice"),
-        ("speed=fast", "is no number"),
-        ("speed=nan", "must be finite"),
-        ("retraction=0", "expected yes or no"),
-    ):
-        with pytest.raises(InputError, match=message):
-            parse_reference(text)
 
 
 # --- on disk ----------------------------------------------------------------------------------------------------------
