@@ -10,22 +10,9 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round import RoundCompass
-from mjbiped.robots.round_kneed import RoundKneed
-from mjbiped.robots.wheel import RimlessWheel
-
-FINDERS: Mapping[str, Callable[[Any, float], PassiveGait]] = {
-    Compass.kind: find_passive_gait,
-    KneedBiped.kind: find_kneed_gait,
-    RimlessWheel.kind: find_rolling,
-    RoundCompass.kind: find_passive_gait,
-    RoundKneed.kind: find_kneed_gait,
-}
-"""Finders of passive gaits by the kind of robot."""
 
 
 def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
@@ -35,8 +22,9 @@ def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    flat = robot.flat
-    return FINDERS[flat.kind](flat, slope)
+    flat: Any = robot.flat
+    find: Callable[[Any, float], PassiveGait] = (find_rolling, find_passive_gait, find_kneed_gait)[len(flat.angles) - 1]
+    return find(flat, slope)
 
 
 def usual_gait(robot: Robot, slope: float) -> Gait:

@@ -209,14 +209,6 @@ class CompassStep(StepModel):
         return {"foot above the ground": greater + 0.5 * _CORNER}  # just above zero at the end, where the foot lands
 
 
-class Moved(NamedTuple):
-    """Part of a motion, shapes (..., m, angles): three with the knee bent, two with the knee straight."""
-
-    q: Numbers
-    dq: Numbers
-    ddq: Numbers
-
-
 @dataclass(frozen=True)
 class KneedStep(StepModel):
     """The step of the biped with knees.
@@ -234,20 +226,22 @@ class KneedStep(StepModel):
         """The phase of the knee strike."""
         return (np.full_like(own[..., 0], KNEE_STRIKE),)
 
-    def bent(self, motion: Motion, phases: Numbers) -> Moved:
-        """Stance leg, swing thigh and swing shank at phases up to the knee strike, shape (..., m)."""
+    def bent(self, motion: Motion, phases: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Angles, rates and accelerations of stance leg, thigh and shank up to the knee strike, shapes (..., m, 3)."""
         legs = curve(motion.points, phases, motion.period)
         flexion = curve(flexion_points(motion.own), phases / KNEE_STRIKE, KNEE_STRIKE * motion.period)
-        return Moved(*(np.concatenate([leg, leg[..., 1:] + knee], -1) for leg, knee in zip(legs, flexion, strict=True)))
+        q, dq, ddq = (np.concatenate([leg, leg[..., 1:] + knee], -1) for leg, knee in zip(legs, flexion, strict=True))
+        return q, dq, ddq
 
-    def straight(self, motion: Motion, phases: Numbers) -> Moved:
-        """Stance and swing leg at phases after the knee strike, shape (..., m)."""
+    def straight(self, motion: Motion, phases: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Angles, rates and accelerations of stance and swing leg after the knee strike, shapes (..., m, 2)."""
         left = (1.0 - KNEE_STRIKE) * motion.period[..., None]
         x = (phases - KNEE_STRIKE) / (1.0 - KNEE_STRIKE)
         fading = (left * x * (1.0 - x) ** 2, (1.0 - x) * (1.0 - 3.0 * x), (6.0 * x - 4.0) / left)
         change = self.knee_strike(motion)[..., None, :]
         legs = curve(motion.points, phases, motion.period)
-        return Moved(*(leg + change * each[..., None] for leg, each in zip(legs, fading, strict=True)))
+        q, dq, ddq = (leg + change * each[..., None] for leg, each in zip(legs, fading, strict=True))
+        return q, dq, ddq
 
     def knee_strike(self, motion: Motion) -> Numbers:
         """Change of the rates of stance leg and thigh in the knee strike, rad/s, shape (..., 2)."""

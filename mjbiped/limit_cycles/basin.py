@@ -111,10 +111,7 @@ class BasinInterrupted(KeyboardInterrupt):
         basin: The map so far, undecided where nothing was computed.
     """
 
-    def __init__(self, basin: Basin) -> None:
-        """Keep the map."""
-        super().__init__("basin map interrupted")
-        self.basin = basin
+    basin: Basin
 
 
 class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
@@ -124,10 +121,7 @@ class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
         basin: The map so far, undecided where nothing was computed.
     """
 
-    def __init__(self, message: str, basin: Basin) -> None:
-        """Keep the map beside the message."""
-        super().__init__(message)
-        self.basin = basin
+    basin: Basin
 
 
 def basin_of_attraction(
@@ -255,8 +249,7 @@ def basin_of_control(
             except Exception as error:
                 raise BasinStopped(
                     f"{type(controller).__name__} failed in the walk from the rates {rate1:.4g} and {rate2:.4g} rad/s: "
-                    f"{explained(error)}{place_of(error, type(controller))}",
-                    basin,
+                    f"{explained(error)}{place_of(error, type(controller))}"
                 ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
             basin.peak_torque[number, column] = run.peak_torque().max()
@@ -336,6 +329,7 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
 
     Raises:
         BasinInterrupted: Ctrl-C.
+        BasinStopped: The controller raised an exception.
     """
     rows = range(len(basin.swing_rates))
     with ThreadPoolExecutor(threads) as pool:
@@ -345,7 +339,8 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
                 future.result()
         except BaseException as error:
             pool.shutdown(cancel_futures=True)
-            if isinstance(error, KeyboardInterrupt):
-                raise BasinInterrupted(basin) from error
-            raise
+            stop = BasinInterrupted("basin map interrupted") if isinstance(error, KeyboardInterrupt) else error
+            if isinstance(stop, BasinInterrupted | BasinStopped):
+                stop.basin = basin
+            raise stop from error.__cause__
     return basin

@@ -191,11 +191,8 @@ def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | No
 
 def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
     """States on a slope, extrapolated by the polynomial through up to three gaits of one branch."""
-    states = np.zeros_like(known[0].states)
-    for one in known:
-        weight = math.prod((slope - other.slope) / (one.slope - other.slope) for other in known if other is not one)
-        states += weight * one.states
-    return states
+    found = scipy.interpolate.KroghInterpolator([gait.slope for gait in known], [gait.states for gait in known])(slope)
+    return np.asarray(found)
 
 
 def zero_on_branch(
