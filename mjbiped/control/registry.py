@@ -162,12 +162,6 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         )
     own = fields_of(kind)
     values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
-    missing = {key: value for key, value in values.items() if value is REQUIRED}
-    if missing:
-        raise InputError(
-            f"{kind.__name__} needs {', '.join(missing)}, of which nobody gave a value; its settings are "
-            f"{shown_defaults(valid)} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
-        )
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
@@ -184,12 +178,14 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         if SLOPE_FIELD in own:
             values[SLOPE_FIELD] = estimate
     try:
-        return kind(**values)
+        return kind(**{key: value for key, value in values.items() if value is not REQUIRED})
     except MjbipedError:
         raise
-    except Exception as error:  # by what a class of the user's does with them
+    except Exception as error:  # a value is missing, or a class of the user's does something with them
+        said = f"{shown_defaults(valid) or 'none'}{why_none(kind)}"
         raise InputError(
-            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
+            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}; they are "
+            f"{said} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
         ) from error
 
 

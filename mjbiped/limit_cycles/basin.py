@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -17,16 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Controller
-from mjbiped.control.registry import driver_of
-from mjbiped.control.validation import try_out
-from mjbiped.engines.checks import check_controller, check_robot
+from mjbiped.engines.checks import check_controller
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.records import columns_of
 from mjbiped.engines.hybrid.run import HybridRun
-from mjbiped.engines.plan import Plan, Terms
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
 from mjbiped.limit_cycles.section import check_biped, check_scuffing
@@ -214,33 +211,26 @@ def basin_of_control(
         BasinStopped: The controller raised an exception; the error holds the rows computed so far.
     """
     check_controller(controller)
-    if robot is not None:
-        check_robot("robot", robot)
-    gait, walker = controller.gait, robot or controller.robot
-    if not isinstance(gait, Gait) or not isinstance(walker, Robot):
+    gait = controller.gait
+    if gait is None:
         raise InputError(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
-    controller = driver_of(controller, walker)
-    engine, rule = Hybrid(), chosen(scuffing)
-    check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
-    terrain = Terrain.incline(math.degrees(slope))
-    start, half = gait.start.tolist(), len(walker.angles)
-    q = tuple(start[:half])
-    try_out(controller, q, tuple(start[half:]))
-    near = _nearness(walker)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
+    engine = Hybrid()
+    terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
+    plan = make_plan(terms, controller, Terrain.incline(math.degrees(slope)), "gait")
+    near = _nearness(plan.robot)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
+            dq = (rate1, *(rate2,) * (len(plan.q) - 1))
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    terms = Terms(engine, steps, None, walker, None, rule, walks=basin.fates.size)
-                    dq = (rate1, *(rate2,) * (half - 1))
-                    run = engine.start(Plan(terms, controller, controller, terrain, walker, q, dq, {}))
+                    run = engine.start(replace(plan, dq=dq, terms=replace(terms, steps=steps)))
                     walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break

@@ -124,11 +124,11 @@ REFUSED = {
         own_controllers.law(
             "return 0.0, 0.0", above="from dataclasses import dataclass\n@dataclass(frozen=True)", fields="k: float"
         ),
-        r"Law needs k, of which nobody gave a value; its settings are k \(needed\)",
+        r"Law cannot be made of these settings: .*missing .*'k'; they are k \(needed\)",
     ),
     "plain needs": (
         own_controllers.law("return 0.0, 0.0", fields="def __init__(self, k):\n    self.k = k"),
-        r"cannot be made without k, and is no dataclass.*@dataclass\(frozen=True\)",
+        r"missing .*'k'; they are none; Law is no dataclass: write @dataclass\(frozen=True\)",
     ),
     "raises": (
         own_controllers.law("return 0.0, 0.0", fields="def __init__(self):\n    raise KeyError('no')"),
