@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -109,12 +109,7 @@ def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:
     """
     if not isinstance(robot, RoundKneed):
         domains.check_kind("robot", robot, KneedBiped)
-    return _find(robot, checked_slope(slope))
-
-
-@lru_cache(maxsize=64)
-def _find(robot: KneedLegs, slope: float) -> KneedGait:
-    return KneedGait(robot=robot, slope=slope, **store.passive(robot, slope, _search))
+    return store.passive(KneedGait, robot, checked_slope(slope), _search)
 
 
 def _search(robot: KneedLegs, slope: float) -> dict[str, Any]:

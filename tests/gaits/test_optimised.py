@@ -269,9 +269,9 @@ def test_a_damaged_file_counts_as_none(folder: Path, damage: str) -> None:
 def test_a_passive_gait_is_kept(robot: mjbiped.Compass, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bit by bit."""
     slope = math.radians(1.7)
-    passive._find.cache_clear()
+    store.passive.cache_clear()
     first = mjbiped.find_passive_gait(robot, slope)
-    passive._find.cache_clear()
+    store.passive.cache_clear()
     with monkeypatch.context() as patched:
         patched.setattr(passive, "_search", None)  # not called
         again = mjbiped.find_passive_gait(robot, slope)
