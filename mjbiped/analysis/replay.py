@@ -24,7 +24,7 @@ from mjbiped.robots.compass import Array
 _POINTS = 60  # on the curve of a transition
 
 
-def recorded_controller(walk: Walk, named: str | None = None, kind: type[Tracking] = AdaptiveTracking) -> Any:
+def recorded_controller(walk: Walk, named: str | None = None, kind: Any = AdaptiveTracking) -> Any:
     """Rebuild the controller of a walk from its record.
 
     Args:

@@ -101,11 +101,6 @@ class Disturbances:
         return any(getattr(self, name) != _USUAL[name] for name in names)
 
     @property
-    def pushed(self) -> bool:
-        """Whether the robot is pushed."""
-        return bool(self.pushes) or self.push_impulse != 0.0
-
-    @property
     def schedule(self) -> Pushes:
         """Pushes in the form that engines take."""
         times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())

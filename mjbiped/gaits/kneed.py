@@ -109,7 +109,8 @@ def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:
     """
     if not isinstance(robot, RoundKneed):
         domains.check_kind("robot", robot, KneedBiped)
-    return store.passive(KneedGait, robot, checked_slope(slope), _search)
+    found: KneedGait = store.passive(KneedGait, robot, checked_slope(slope), _search)
+    return found
 
 
 def _search(robot: KneedLegs, slope: float) -> dict[str, Any]:

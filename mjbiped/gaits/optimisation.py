@@ -171,7 +171,7 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[
 def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
     """Dynamics of a motion, its phases, the weights of their quadrature, and the index of the clearance's phase."""
     intervals = [finer * count for count in model.intervals]
-    stretches, weights, second = _grid((x[..., 0], *model.breaks(motion.own)), intervals)
+    stretches, weights, second = _grid(x[..., 0], model.breaks, intervals)
     return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
 
 
@@ -233,9 +233,12 @@ def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
     return Motion(half, points, x[..., count:], period)
 
 
-def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
+def _grid(
+    first_break: Numbers, breaks: Sequence[float], intervals: Sequence[int]
+) -> tuple[list[Numbers], Numbers, int]:
     """Phases in the stretches between breaks, weights of Simpson's rule, and the index of the second stretch."""
-    ends = [np.zeros_like(breaks[0]), *breaks, np.ones_like(breaks[0])]
+    zero, *others = (np.full_like(first_break, phase) for phase in (0.0, *breaks, 1.0))
+    ends = [zero, first_break, *others]
     stretches, weights = [], []
     for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
         width = (last - first)[..., None]

@@ -96,7 +96,8 @@ def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGai
     """
     if not isinstance(robot, RoundCompass):
         domains.check_kind("robot", robot, Compass)
-    return store.passive(PassiveGait, robot.flat, checked_slope(slope), _search)
+    found: PassiveGait = store.passive(PassiveGait, robot.flat, checked_slope(slope), _search)
+    return found
 
 
 def checked_slope(slope: float) -> float:

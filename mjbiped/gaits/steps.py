@@ -114,6 +114,7 @@ class StepModel(ABC):
         robot: The robot that walks.
         joints: Number of angles that are Bézier curves over the whole step.
         own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
+        breaks: Phases after the clearance's at which the motion changes abruptly.
         intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
             phase and those of `breaks`. All even.
         starts: Half angles (rad) and phases of clearance from which searches begin.
@@ -123,6 +124,7 @@ class StepModel(ABC):
     robot: Any
     joints: ClassVar[int] = 2
     own: ClassVar[Sequence[tuple[float, float]]] = ()
+    breaks: ClassVar[Sequence[float]] = ()
     intervals: ClassVar[Sequence[int]]
     starts: ClassVar[Sequence[tuple[float, float]]]
     lifted: ClassVar[float] = 0.0
@@ -144,10 +146,6 @@ class StepModel(ABC):
         swing = np.linspace(half, -half, DEGREE + 1)
         swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
         return np.stack([stance, swing], axis=-1), np.empty(0)
-
-    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
-        """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
-        return ()
 
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
@@ -218,13 +216,10 @@ class KneedStep(StepModel):
 
     robot: KneedBiped
     own: ClassVar[Sequence[tuple[float, float]]] = ((0.0, GREATEST_FLEXION),) * 5
+    breaks: ClassVar[Sequence[float]] = (KNEE_STRIKE,)
     intervals: ClassVar[Sequence[int]] = (40, 16, 16)
     starts: ClassVar[Sequence[tuple[float, float]]] = ((0.22, 0.80), (0.15, 0.60))
     lifted: ClassVar[float] = 0.005
-
-    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
-        """The phase of the knee strike."""
-        return (np.full_like(own[..., 0], KNEE_STRIKE),)
 
     def bent(self, motion: Motion, phases: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """Angles, rates and accelerations of stance leg, thigh and shank up to the knee strike, shapes (..., m, 3)."""

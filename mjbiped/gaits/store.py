@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import platformdirs
@@ -22,8 +22,6 @@ import scipy
 
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.files import written_whole
-
-Kind = TypeVar("Kind")
 
 
 def folder() -> Path:
@@ -64,7 +62,7 @@ def kept(asked: Mapping[str, Any], search: Callable[[], dict[str, Any]]) -> dict
 
 
 @lru_cache(maxsize=256)
-def passive(kind: type[Kind], robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> Kind:
+def passive(kind: Any, robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> Any:
     """Return a passive gait, from the store or from a search.
 
     Args:

@@ -150,7 +150,6 @@ def first_gait(robot: Robot, slope: float) -> PeriodicGait:
         InputError: The robot has no two legs, or the slope is not a finite number.
         GaitError: The robot has no such gait on that slope.
     """
-    check_biped(robot)
     return find_periodic_gait(robot, slope, passive_gait_of(robot, slope).start[None])
 
 
