@@ -217,6 +217,7 @@ def basin_of_control(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
+    slope = domains.SLOPE.check("slope", slope)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
     engine = Hybrid()
     terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
