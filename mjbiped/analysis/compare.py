@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -94,7 +94,7 @@ class Comparison:
         """Return the comparison without its samples, in plain JSON types."""
         return {
             "verdict": self.verdict,
-            "parting": None if self.divergence is None else self.divergence.to_dict(),
+            "parting": None if self.divergence is None else asdict(self.divergence),
             "measures": self.measures(),
             "touchdowns": {name: column.tolist() for name, column in self.touchdowns.items()},
             "settings": {"mujoco": dict(self.mujoco.settings), "hybrid": dict(self.hybrid.settings)},

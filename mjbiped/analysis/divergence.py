@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
@@ -77,10 +77,6 @@ class Divergence:
         where = f"The engines part at touchdown {self.touchdown} ({self.time:.3f} s, step from x = {self.x:.3f} m)"
         why = f"Cause: {'; '.join(self.causes)}." if self.causes else "No cause was found."
         return f"{where}: {', '.join(self.differences)}. {why}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the divergence in plain JSON types."""
-        return asdict(self)
 
 
 def differences(there: Walk, here: Walk) -> dict[str, Array]:

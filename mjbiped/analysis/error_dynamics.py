@@ -18,6 +18,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import expm
 
 from mjbiped.control.tracking import AdaptiveTracking
@@ -89,8 +90,8 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
         q: Stance and swing angle, shape (n, 2), rad.
         dq: Their rates, rad/s.
     """
-    h = np.diff(time)
-    at_nodes = [regressor(controller.robot.constants, _hermite(h[:, None], q, dq, node)) for node in _NODES]
+    h, angles = np.diff(time), CubicHermiteSpline(time, q, dq)
+    at_nodes = [regressor(controller.robot.constants, angles(time[:-1] + node * h)) for node in _NODES]
     first, second = (system_matrix(controller, w) for w in at_nodes)
     width = h[:, None, None]
     exponent = width / 2 * (first + second) + math.sqrt(3.0) / 12 * width**2 * (second @ first - first @ second)
@@ -99,14 +100,6 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
     )
     gramian = (width / 2 * sum(w @ w.transpose(0, 2, 1) for w in at_nodes)).sum(axis=0)
     return Evolution(transitions, gramian)
-
-
-def _hermite(h: Array, q: Array, dq: Array, x: float) -> Array:
-    """Angles at the share x of each interval, on the cubic through angles and rates at its ends."""
-    q0, q1, dq0, dq1 = q[:-1], q[1:], h * dq[:-1], h * dq[1:]
-    y = 1.0 - x
-    result: Array = y * y * (1 + 2 * x) * q0 + x * x * (1 + 2 * y) * q1 + x * y * (y * dq0 - x * dq1)
-    return result
 
 
 class Envelope(NamedTuple):

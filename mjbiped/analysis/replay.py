@@ -6,7 +6,7 @@ import bisect
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,41 +24,24 @@ from mjbiped.robots.compass import Array
 _POINTS = 60  # on the curve of a transition
 
 
-def recorded_controller(walk: Walk, named: str | None = None) -> AdaptiveTracking:
-    """Rebuild the adaptive controller of a walk from its record.
+def recorded_controller(walk: Walk, named: str | None = None, kind: Any = AdaptiveTracking) -> Any:
+    """Rebuild the controller of a walk from its record.
 
     Args:
         walk: The record.
         named: Module and name of the class, if it is the user's own; see `mjbiped.control.registry.controller_from`.
+        kind: What it must be: `Tracking` if it tracks any reference, `AdaptiveTracking` if it is the paper's law.
 
     Raises:
-        InputError: Another controller walked.
-        GaitError: The gait that it imitated is not found.
-    """
-    controller = recorded_tracking(walk, named)
-    if not isinstance(controller, AdaptiveTracking):
-        raise InputError(
-            f"this needs an adaptive controller for straight legs, and this walk's is {type(controller).__name__}"
-        )
-    return controller
-
-
-def recorded_tracking(walk: Walk, named: str | None = None) -> Tracking:
-    """Rebuild the controller of a walk from its record, if it tracks a reference.
-
-    Args:
-        walk: The record.
-        named: Module and name of the class, if it is the user's own; see `mjbiped.control.registry.controller_from`.
-
-    Raises:
-        InputError: It does not track a reference, or is the user's own and not named.
+        InputError: Another controller walked, or it is the user's own and not named.
         GaitError: The gait that it imitated is not found.
     """
     controller = controller_from(walk.settings["controller"], walk.settings.get("controller_source"), named)
-    if not isinstance(controller, Tracking):
-        raise InputError(
-            f"this needs a controller that tracks a reference, and this walk's is {type(controller).__name__}"
+    if not isinstance(controller, kind):
+        wanted = (
+            "an adaptive controller for straight legs" if kind is AdaptiveTracking else "one that tracks a reference"
         )
+        raise InputError(f"this needs {wanted}, and this walk's is {type(controller).__name__}")
     return controller
 
 
@@ -151,7 +134,7 @@ def transitions(walk: Walk, controller: Tracking) -> list[Array]:
 def drawn_transitions(walk: Walk) -> list[Array]:
     """The re-planned trajectories for pictures; none where the record does not tell what was planned."""
     try:
-        return transitions(walk, recorded_tracking(walk))
+        return transitions(walk, recorded_controller(walk, kind=Tracking))
     except (MjbipedError, ArithmeticError, ValueError):
         return []
 

@@ -27,7 +27,7 @@ from functools import cache, lru_cache, partial
 from importlib import import_module
 from numbers import Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import gives_its_law, in_python
 from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError
-from mjbiped.numerics.blocks import Floats, numbers, packed, reader
+from mjbiped.numerics.blocks import Block, numbers, packed, reader
 from mjbiped.numerics.sources import raises, takes_powers
 
 _ADVICE = (
@@ -50,7 +50,7 @@ class LawError(InputError):
     """A controller's laws cannot be compiled; nothing has been computed then."""
 
 
-class Head(NamedTuple):
+class Head(Block):
     """What stands at the address of a law's parameters.
 
     Attributes:
@@ -61,13 +61,6 @@ class Head(NamedTuple):
         angles: Of the robot, as many as joints.
         values: Torques and rates of states.
     """
-
-    failed: float
-    parameters: Floats
-    length: int
-    memory: int
-    angles: int
-    values: int
 
 
 _head_at = reader(Head)
@@ -100,9 +93,9 @@ class MachineCode:
         block = hasattr(given, "_fields")
         read = _block_at(type(given)) if block else numbers
         values, kept = packed(given) if block else (np.array(given, dtype=np.float64), [])
-        joints = len(controller.joints)
-        sizes = 0 if block else len(values), controller.memory_size, joints, joints + len(controller.states)
-        self._head, _ = packed(Head(0.0, values, *sizes))
+        length, joints = 0 if block else len(values), len(controller.joints)
+        sizes = {"memory": controller.memory_size, "angles": joints, "values": joints + len(controller.states)}
+        self._head, _ = packed(Head(failed=0.0, parameters=values, length=length, **sizes))
         self._kept: list[Any] = [values, kept]
         addresses: Any = {"tick": 0, "parameters": self._head.ctypes.data}
         for name, function in law.functions.items():
@@ -203,7 +196,7 @@ def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float |
         try:
             found = law(*arguments)
         except Exception:  # such as an index out of bounds; it could not pass through C
-            head.failed = 1.0  # type: ignore[misc]  # a field in C's memory
+            head.failed = 1.0
         return found
 
     return call

@@ -6,7 +6,6 @@ it may be called like a package of this project. It can import other files of it
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib
 import importlib.util
@@ -14,7 +13,6 @@ import inspect
 import os
 import re
 import sys
-import sysconfig
 from collections.abc import Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -22,13 +20,12 @@ from types import ModuleType
 
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, place_of, shown
-from mjbiped.utils.domains import check_text, nearest
+from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.packages import hidden_laws
 from mjbiped.utils.reading import read_bytes
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
 
-_OURS = ("mjbiped", "controllers")
 _loaded: dict[Path, tuple[bytes, ModuleType]] = {}
 _named: dict[type, dict[str, str]] = {}
 
@@ -59,27 +56,16 @@ def own_class(reference: str) -> type[Controller]:
     module = _module_of_file(place) if _is_file(place) else _module(place)
     own = [each for each in vars(module).values() if isinstance(each, type) and each.__module__ == module.__name__]
     valid = [each.__name__ for each in own if issubclass(each, Controller) and not inspect.isabstract(each)]
-    found = vars(module).get(name)
     if not name:
         raise InputError(f"{shown(reference)} names no class; give it as {place}:{valid[0] if valid else 'CLASS'}")
-    if found is None:
-        taken = place in _OURS and Path(f"{place}.py").exists()
-        hint = f"; {place} is a package of this project: a file is named {place}.py:{name}" if taken else ""
-        raise InputError(
-            f"unknown controller in {place} {shown(name)}: valid are {', '.join(valid) or 'none'}{nearest(name, valid)}"
-            f"{hint}"
-        )
+    found = vars(module).get(name) or known_name(f"controller in {place}", name, valid)
     if not isinstance(found, type) or not issubclass(found, Controller):
-        what = "does not derive from controllers.Controller" if isinstance(found, type) else "is no class"
         raise InputError(
-            f"{name} in {place} {what}; a controller begins with `from controllers import Controller` and "
-            f"`class {name}(Controller):`"
+            f"{name} in {place} does not derive from controllers.Controller; a controller begins with "
+            f"`from controllers import Controller` and `class {name}(Controller):`"
         )
     if lacking := sorted(found.__abstractmethods__):
-        methods = ", ".join(
-            f"{each}({', '.join(inspect.signature(getattr(found, each)).parameters)})" for each in lacking
-        )
-        raise InputError(f"{name} in {place} lacks what every controller must have: {methods}")
+        raise InputError(f"{name} in {place} lacks what every such controller must have: {', '.join(lacking)}")
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
     return found
@@ -114,36 +100,22 @@ def source_of(kind: type) -> dict[str, str] | None:
 
 
 def digest_of(reference: str) -> str:
-    """Return the digest of a controller's source: its file or package, and all that they import from the same folder.
-
-    Libraries are not in it, nor other files that the controller reads.
+    """Return the digest of the file that a controller's class stands in; what it imports is not part of it.
 
     Raises:
         InputError: There is no such file or module.
     """
     place, _ = _parts(reference)
     if _is_file(place):
-        waiting = [_read(place)[0]]
-        root = waiting[0].parent
-    else:
-        _import_from(Path.cwd())
-        top = place.partition(".")[0]
-        spec = importlib.util.find_spec(top)
-        if spec is None or not (spec.origin or spec.submodule_search_locations):
-            raise InputError(f"there is no module {shown(top)} to take a controller from")
-        folders = [Path(place) for place in spec.submodule_search_locations or ()]
-        waiting = [file for folder in folders for file in folder.rglob("*.py")] or [Path(str(spec.origin))]
-        root = folders[0].parent if folders else waiting[0].parent
-    installed = str(root) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")}
-    texts: dict[str, bytes] = {}
-    while waiting:
-        file = waiting.pop()
-        name = file.relative_to(root).as_posix()
-        if name not in texts:
-            texts[name] = read_bytes(file)
-            waiting += [] if installed else _imported(texts[name], root)
-    parts = (f"{name}\n".encode() + hashlib.sha256(text).digest() for name, text in sorted(texts.items()))
-    return hashlib.sha256(b"".join(parts)).hexdigest()
+        return hashlib.sha256(_read(place)[1]).hexdigest()
+    _import_from(Path.cwd())
+    try:
+        spec = importlib.util.find_spec(place)
+    except ImportError:
+        spec = None
+    if spec is None or not spec.origin:
+        raise InputError(f"there is no module {shown(place)} to take a controller from")
+    return hashlib.sha256(read_bytes(Path(spec.origin))).hexdigest()
 
 
 def _parts(reference: str) -> tuple[str, str]:
@@ -219,31 +191,11 @@ def _module(name: str) -> ModuleType:
 
 def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
     """Make the error that says why a file or module cannot be loaded."""
-    if isinstance(error, SyntaxError):
-        where = f"{Path(error.filename or place).name}, line {error.lineno}"
-        said = f"{error.msg} ({where}: {(error.text or '').strip()})" if error.lineno else str(error)
-        return InputError(f"{place} cannot be loaded: {type(error).__name__}: {said}")
     hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
-    where = place_of(error, path or Path())
-    return InputError(f"{place} cannot be loaded: {explained(error)}{where}{hint}")
+    return InputError(f"{place} cannot be loaded: {explained(error)}{place_of(error, path or Path())}{hint}")
 
 
 def _import_from(folder: Path) -> None:
     """Make modules of a folder importable, last in the search path, so that none of them hides a library."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
-
-
-def _imported(text: bytes, root: Path) -> list[Path]:
-    """List the files in a folder that a source imports, except this project's packages."""
-    try:
-        nodes = list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError):
-        return []
-    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    names += [str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level]
-    files: list[Path] = []
-    for name in {name.partition(".")[0] for name in names} - {*_OURS}:
-        module = root / f"{name}.py"
-        files += [module] if module.is_file() else (root / name).rglob("*.py")
-    return files

@@ -25,11 +25,12 @@ from typing import Any
 
 from mjbiped.control.controller import Controller, check_tracking
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
-from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, why_none
-from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
-from mjbiped.gaits.described import gait_from, parse_reference, passive_gait_of, usual_gait
+from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of, why_none
+from mjbiped.errors import InputError, MjbipedError, explained, place_of, prefixed, shown
+from mjbiped.gaits.described import gait_from, passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import find_reference, only_kept
+from mjbiped.gaits.steps import Goal
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.domains import SLOPE_DEG, known_name, nearest
@@ -44,7 +45,7 @@ SHARED: Mapping[str, Any] = MappingProxyType(
 )
 """Settings of all controllers that imitate a gait, with their defaults: the slope of that passive gait, and the slope
 estimate at the start, degrees; and an optimised reference in the passive gait's stead, as "clearance=0.06" (see
-`mjbiped.gaits.described.parse_reference`)."""
+`parse_reference`)."""
 
 SLOPE_FIELD = "initial_slope_estimate"
 """Name of a field that takes the slope estimate at the start, rad."""
@@ -98,13 +99,6 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     except (ImportError, AttributeError) as error:
         raise InputError(f"the controller {name}, registered as {entry.value}, fails: {shown(error)}") from error
     return kind
-
-
-def names_by_class(robot: Robot | None = None) -> dict[str, str]:
-    """Names of registered controllers by the names of the classes that drive a robot."""
-    if robot is not None and "knee" in robot.joints:
-        return {controller_class(name, robot).__name__: name for name in registered()}
-    return {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
 
 
 def driver_of(controller: Controller, robot: Robot) -> Controller:
@@ -168,12 +162,6 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         )
     own = fields_of(kind)
     values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
-    missing = {key: value for key, value in values.items() if value is REQUIRED}
-    if missing:
-        raise InputError(
-            f"{kind.__name__} needs {', '.join(missing)}, of which nobody gave a value; its settings are "
-            f"{shown_defaults(valid)} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
-        )
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
@@ -190,12 +178,14 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: 
         if SLOPE_FIELD in own:
             values[SLOPE_FIELD] = estimate
     try:
-        return kind(**values)
+        return kind(**{key: value for key, value in values.items() if value is not REQUIRED})
     except MjbipedError:
         raise
-    except Exception as error:  # by what a class of the user's does with them
+    except Exception as error:  # a value is missing, or a class of the user's does something with them
+        said = f"{shown_defaults(valid) or 'none'}{why_none(kind)}"
         raise InputError(
-            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}"
+            f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}; they are "
+            f"{said} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
         ) from error
 
 
@@ -214,11 +204,27 @@ def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> 
     """
     if reference is None:
         return passive_gait_of(robot, slope) if passive else usual_gait(robot, slope)
-    if not isinstance(reference, str):
-        raise InputError(f"reference = {shown(reference)}: must be text, as 'clearance=0.06', or None")
     if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    found: Gait = find_reference(robot, **parse_reference(reference))
+    return find_reference(robot, **parse_reference(reference))
+
+
+def parse_reference(text: object) -> dict[str, Any]:
+    """Read the arguments of `find_reference` from a text such as "clearance=0.06,retraction=no".
+
+    Raises:
+        InputError: It is no text, a name is unknown or stands twice, or a value cannot be read.
+    """
+    found: dict[str, Any] = {}
+    if not isinstance(text, str):
+        raise InputError(f"reference = {shown(text)}: must be text, as 'clearance=0.06', or None")
+    with prefixed(f"reference {shown(text)}: "):
+        for part in text.split(","):
+            name, _, value = (each.strip() for each in part.partition("="))
+            known_name("part of a reference", name, fields_of(Goal))
+            if name in found:
+                raise InputError(f"{name} stands twice")
+            found[name] = value_of(Goal, name, {"yes": "true", "no": "false"}.get(value, value))
     return found
 
 
@@ -245,12 +251,6 @@ def controller_from(
     try:
         robot = robot_from(described["robot"]) if "robot" in described else None
         kind = _described_class(wanted, robot, source, named)
-        own = fields_of(kind)
-        odd = described.keys() ^ {key for key in own if key in described or default_of(own[key]) is REQUIRED}
-        if odd:
-            raise InputError(
-                f"the record's {wanted} has not the parameters of this version's: {', '.join(sorted(odd))} differ"
-            )
         # only a gait's description tells whose it is
         gaits = [key for key, value in described.items() if isinstance(value, Mapping) and "robot" in value]
         described |= {key: gait_from(described[key]) for key in gaits}
@@ -261,7 +261,7 @@ def controller_from(
     except MjbipedError:
         raise
     except Exception as error:  # of whatever kind, by what a class of the user's does with it
-        raise InputError(f"the record does not tell its controller's robot and gait: {shown(error)}") from error
+        raise InputError(f"the record's {shown(wanted)} cannot be built anew: {explained(error)}") from error
 
 
 def _described_class(
@@ -272,7 +272,9 @@ def _described_class(
         return recorded_class(source, named)
     if named is not None:
         raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
-    classes = names_by_class(robot)
+    classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
+    if robot is not None and "knee" in robot.joints:
+        classes = {controller_class(name, robot).__name__: name for name in registered()}
     if wanted in classes:
         return controller_class(classes[wanted], robot)
     raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import types
 from collections.abc import Mapping
@@ -22,29 +21,8 @@ _READ = {"none": None, "true": True, "false": False}
 
 
 def fields_of(kind: type) -> Mapping[str, Field[Any]]:
-    """Return the fields of a controller's dataclass that its constructor takes, by name; empty for other classes.
-
-    Raises:
-        InputError: The class is no dataclass, and cannot be constructed without arguments.
-    """
-    if is_dataclass(kind):
-        return {field.name: field for field in fields(kind) if field.init}
-    needed = [
-        each.name
-        for each in inspect.signature(kind).parameters.values()
-        if each.default is each.empty and each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)
-    ]
-    if needed:
-        raise InputError(
-            f"{kind.__name__} cannot be made without {', '.join(needed)}, and is no dataclass, whose fields could be "
-            f"given: {_HOW} (robot: mjbiped.Compass and gait: mjbiped.Gait are filled in)"
-        )
-    return {}
-
-
-_HOW = (
-    "write @dataclass(frozen=True) above the class, and its parameters as fields, stiffness: float = 20.0 for instance"
-)
+    """Return the fields of a controller's dataclass that its constructor takes, by name; empty for other classes."""
+    return {field.name: field for field in fields(kind) if field.init} if is_dataclass(kind) else {}
 
 
 def default_of(field: Field[Any]) -> Any:
@@ -54,7 +32,12 @@ def default_of(field: Field[Any]) -> Any:
 
 def why_none(kind: type) -> str:
     """Return advice for a controller class that has no fields; empty for a dataclass."""
-    return "" if is_dataclass(kind) else f"; it is no dataclass: {_HOW}"
+    if is_dataclass(kind):
+        return ""
+    return (
+        f"; {kind.__name__} is no dataclass: write @dataclass(frozen=True) above the class, and its parameters as "
+        "fields, stiffness: float = 20.0 for instance (robot: mjbiped.Compass and gait: mjbiped.Gait are filled in)"
+    )
 
 
 def shown_defaults(settings: Mapping[str, Any]) -> str:

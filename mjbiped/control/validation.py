@@ -19,7 +19,7 @@ from typing import Any
 
 from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import gives_its_law, values_of
-from mjbiped.control.scalar_laws import takes_scalars
+from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -42,13 +42,17 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         InputError: The controller breaks the contract.
     """
     kind = type(controller)
-    tried = controller
-    if not gives_its_law(controller):  # a law keeps nothing; methods may change the object's attributes
-        with suppress(Exception):  # whatever its parts raise
-            tried = copy.deepcopy(controller)
     _check_parameters(controller)
     try:
-        _try_out(tried, q, dq)
+        if gives_its_law(controller):  # a law keeps nothing
+            law = _given(controller, "law")
+            if not isinstance(law, Law | None):
+                raise InputError(f"{kind.__name__}.law() gives {shown(law)}; expected a Law, or None")
+            _try_out(controller, None if law is None else on_arrays(law), q, dq)
+        else:  # methods may change the object's attributes
+            with suppress(Exception):  # whatever its parts raise
+                controller = copy.deepcopy(controller)
+            _try_out(controller, None, q, dq)
     except FrozenInstanceError as error:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
@@ -59,53 +63,26 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         return  # the walk tells of it
 
 
-def _try_out(controller: Controller, q: State, dq: State) -> None:
-    """Try the methods as `try_out` does; whatever they raise is passed on."""
+def _try_out(controller: Controller, law: Law | None, q: State, dq: State) -> None:
+    """Try the law or the methods as `try_out` does; whatever they raise is passed on."""
     name = type(controller).__name__
     memory = [0.0] * controller.memory_size
     before = _attributes(controller)
-    law = _given(controller, "law") if gives_its_law(controller) else None
-    if law is not None and not isinstance(law, Law):
-        raise InputError(f"{name}.law() gives {shown(law)}; expected a Law, or None")
     _given(controller, "start", memory, q, dq)
     _check_memory(controller, "start", memory)
-    if law is not None:
-        _check_written(controller, law, memory, q, dq)
-    first = _asked(controller, memory, 0.0, q, dq)
+    first = _asked(controller, law, memory, 0.0, q, dq)
     if fault := fault_in(controller, first, 0.0, q, dq):
         raise InputError(f"{fault}: the walk cannot begin")
-    _step_on(controller, memory, q, dq)
+    _step_on(controller, law, memory, q, dq)
     changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
     if changed:
         raise InputError(f"{name} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
-    again, joints = _asked(controller, memory, 0.0, q, dq), len(controller.joints)
+    again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
     if repr(again) != repr(first):  # a rate may be no number
         raise InputError(
             f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
             "and neither chance nor the clock has a part in it"
         )
-
-
-def _check_written(controller: Controller, law: Law, memory: list[Any], q: State, dq: State) -> None:
-    """Refuse a law whose `torque` returns something, or leaves a torque or rate unwritten.
-
-    Raises:
-        InputError: It does.
-    """
-    if takes_scalars(law.torque):
-        return
-    names = _names(controller)
-    out: list[Any] = [None] * len(names) + [0.0] * ROOM
-    try:
-        found: Any = law.torque(law.parameters, list(memory), 0.0, q, dq, out)
-    except Exception:  # the walk tells of it, or its compilation
-        return
-    place = f"{type(controller).__name__}.law().torque"
-    if found is not None:
-        raise InputError(f"{place} returns {shown(found)}; expected are {len(names)} numbers written into out")
-    for index, name in enumerate(names):
-        if out[index] is None:
-            raise InputError(f"{place} leaves out[{index}], the {name}, unwritten")
 
 
 def _given(controller: Controller, method: str, *arguments: object) -> Any:
@@ -179,19 +156,16 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
 
 def _check_parameters(controller: Controller) -> None:
     """Refuse methods that do not take what they are called with."""
-    kind = type(controller)
     for method in _METHODS:
-        parameters = [*inspect.signature(getattr(Controller, method)).parameters][1:]
+        parameters = [*inspect.signature(getattr(Controller, method)).parameters]
         try:
-            signature, whole = inspect.signature(getattr(controller, method)), inspect.signature(getattr(kind, method))
-        except (TypeError, ValueError):  # of compiled extensions
+            inspect.signature(getattr(controller, method)).bind(*parameters[1:])
+        except ValueError:  # a compiled extension tells no signature
             continue
-        try:
-            signature.bind(*parameters)
         except TypeError as error:
             raise InputError(
-                f"{kind.__name__}.{method}{whole} does not take what it is given: {error}; expected is "
-                f"def {method}(self, {', '.join(parameters)})"
+                f"{type(controller).__name__}.{method} does not take what it is given: {error}; expected is "
+                f"def {method}({', '.join(parameters)})"
             ) from error
 
 
@@ -207,29 +181,40 @@ def _check_memory(controller: Controller, method: str, memory: list[Any]) -> Non
             raise InputError(f"{called} writes {shown(value)} into memory[{index}]; expected a number")
 
 
-def _asked(controller: Controller, memory: list[float], t: float, q: State, dq: State) -> tuple[float, ...]:
-    """Call `torque`, and check that it leaves the memory unchanged.
+def _asked(
+    controller: Controller, law: Law | None, memory: list[float], t: float, q: State, dq: State
+) -> tuple[float, ...]:
+    """Torques and rates of states, by the law if there is one; they must leave the memory unchanged.
 
     Raises:
-        InputError: The memory has changed, or `torque` did not return the numbers that it must.
+        InputError: The memory has changed, or not all numbers were given.
     """
-    given = list(memory)
-    values = values_of(controller, controller.torque(given, t, q, dq))
-    if len(given) != len(memory) or any(a is not b and a != b for a, b in zip(given, memory, strict=True)):
+    given, name = list(memory), f"{type(controller).__name__}{'' if law is None else '.law()'}.torque"
+    if law is None:
+        values = values_of(controller, controller.torque(given, t, q, dq))
+    else:
+        names = _names(controller)
+        out: list[Any] = [None] * len(names) + [0.0] * ROOM
+        returned: Any = law.torque(law.parameters, given, t, q, dq, out)
+        if returned is not None:
+            raise InputError(f"{name} returns {shown(returned)}; expected are {len(names)} numbers written into out")
+        if None in out:
+            raise InputError(f"{name} leaves out[{out.index(None)}], the {names[out.index(None)]}, unwritten")
+        values = tuple(out[: len(names)])
+    if given != memory:
         index = next((i for i, (a, b) in enumerate(zip(given, memory, strict=False)) if a != b), len(memory))
         raise InputError(
-            f"{type(controller).__name__}.torque writes into memory[{index}]: torque must leave the memory as it is, "
-            "for engines ask it more than once at a time; name the number in `states` and return its rate, or change "
-            "it in on_touchdown"
+            f"{name} writes into memory[{index}]: torque must leave the memory as it is, for engines ask it more than "
+            "once at a time; name the number in `states` and return its rate, or change it in on_touchdown"
         )
     return values
 
 
-def _step_on(controller: Controller, memory: list[float], q: State, dq: State) -> None:
+def _step_on(controller: Controller, law: Law | None, memory: list[float], q: State, dq: State) -> None:
     """Call all methods that a step calls, on a copy of the memory, so that only the object's attributes can change."""
     kept = list(memory)
     try:
-        _asked(controller, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
+        _asked(controller, law, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
         controller.slope_estimate(kept)
         if len(q) > 2:
             controller.on_knee_strike(kept, _LATER, q, dq)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any
@@ -12,7 +11,7 @@ import numpy as np
 from mjbiped.disturbances.chance import words_of
 from mjbiped.disturbances.pushes import Pushes, following
 from mjbiped.disturbances.sensors import Sensors
-from mjbiped.errors import InputError, shown
+from mjbiped.errors import InputError
 from mjbiped.utils import domains
 from mjbiped.utils.domains import check_fields, entries, known_name
 
@@ -100,11 +99,6 @@ class Disturbances:
         """Whether anything acts on the control loop: all but pushes, friction and seed."""
         names = [name for name in _USUAL if name not in ("seed", "friction") and not name.startswith("push")]
         return any(getattr(self, name) != _USUAL[name] for name in names)
-
-    @property
-    def pushed(self) -> bool:
-        """Whether the robot is pushed."""
-        return bool(self.pushes) or self.push_impulse != 0.0
 
     @property
     def schedule(self) -> Pushes:
@@ -207,25 +201,18 @@ def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float
     Raises:
         InputError: They are not pairs, or not one after the other.
     """
-    rows = entries(pushes)
-    if rows is None:
-        raise InputError(f"pushes = {shown(pushes)}: must be pairs (time in s, impulse in N s), as [(2.0, 5.0)]")
-    domains.PUSHES.check("number of pushes", len(rows))  # a record has room for so many
-    checked: list[tuple[float, float]] = []
-    over = -math.inf
-    for row in rows:
-        pair = entries(row)
-        if pair is None or len(pair) != 2:
-            raise InputError(f"pushes: {shown(row)} in it: must be a pair (time in s, impulse in N s)")
-        time, impulse = domains.TIME.check("time of a push", pair[0]), domains.PUSH.check("impulse of a push", pair[1])
-        if time < over:
-            raise InputError(
-                f"pushes: one begins at {time:g} s, before the one before it has ended at {over:g} s; give them in "
-                f"order of time, at least push_duration = {duration:g} s apart"
-            )
-        over = time + duration
-        checked.append((time, impulse))
-    return tuple(checked)
+    if entries(pushes) == ():
+        return ()
+    pairs = domains.PUSH.array("pushes, pairs of time (s) and impulse (N s)", pushes, (None, 2))
+    domains.PUSHES.check("number of pushes", len(pairs))  # a record has room for so many
+    times = domains.TIME.array("times of pushes", pairs[:, 0], None)
+    early = np.flatnonzero(times[1:] < times[:-1] + duration)
+    if early.size:
+        raise InputError(
+            f"pushes: the one at {times[early[0] + 1]:g} s begins before the one before it has ended; give them in "
+            f"order of time, at least push_duration = {duration:g} s apart"
+        )
+    return tuple((time, impulse) for time, impulse in pairs.tolist())
 
 
 UNDISTURBED = Disturbances()

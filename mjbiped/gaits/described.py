@@ -1,8 +1,7 @@
-"""Gaits found by robot and slope, and by descriptions in records and on the command line."""
+"""Gaits found by robot and slope, and by descriptions in records."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,26 +10,9 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round import RoundCompass
-from mjbiped.robots.round_kneed import RoundKneed
-from mjbiped.robots.wheel import RimlessWheel
-from mjbiped.utils import domains
-
-FINDERS: Mapping[str, Callable[[Any, float], PassiveGait]] = {
-    Compass.kind: find_passive_gait,
-    KneedBiped.kind: find_kneed_gait,
-    RimlessWheel.kind: find_rolling,
-    RoundCompass.kind: find_passive_gait,
-    RoundKneed.kind: find_kneed_gait,
-}
-"""Finders of passive gaits by the kind of robot."""
-
-_PARTS = ("speed", "clearance", "retraction", "torque_limit", "friction")
-_WORDS = {"yes": True, "no": False}
 
 
 def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
@@ -40,8 +22,9 @@ def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    flat = robot.flat
-    return FINDERS[flat.kind](flat, slope)
+    flat: Any = robot.flat
+    find: Callable[[Any, float], PassiveGait] = (find_rolling, find_passive_gait, find_kneed_gait)[len(flat.angles) - 1]
+    return find(flat, slope)
 
 
 def usual_gait(robot: Robot, slope: float) -> Gait:
@@ -71,28 +54,3 @@ def gait_from(described: Mapping[str, Any]) -> Gait:
         raise
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"this is no description of a gait: {shown(error)}") from error
-
-
-def parse_reference(text: str) -> dict[str, Any]:
-    """Read the arguments of `find_reference` from a text such as "clearance=0.06,retraction=no".
-
-    Raises:
-        InputError: A name is unknown or stands twice, or a value cannot be read.
-    """
-    found: dict[str, Any] = {}
-    for part in text.split(","):
-        name, equals, value = (each.strip() for each in part.partition("="))
-        if not equals:
-            raise InputError(f"reference {shown(text)}: expected NAME=VALUE[,NAME=VALUE...], as clearance=0.06")
-        domains.known_name("part of a reference", name, _PARTS)
-        if name in found:
-            raise InputError(f"reference {shown(text)}: {name} stands twice")
-        try:
-            found[name] = _WORDS[value] if name == "retraction" else float(value)
-        except KeyError:
-            raise InputError(f"reference {shown(text)}: {name} = {shown(value)}; expected yes or no") from None
-        except ValueError:
-            raise InputError(f"reference {shown(text)}: {name} = {shown(value)} is no number") from None
-        if not math.isfinite(found[name]):
-            raise InputError(f"reference {shown(text)}: {name} must be finite")
-    return found

@@ -1,4 +1,4 @@
-"""Passive gaits of the biped with knees: a finder, and the branches of gaits over the slope.
+"""Passive gaits of the biped with knees.
 
 The stance knee stays locked. The swing knee is free, bends, and strikes its stop; it locks, and the swing foot comes
 down. If the foot touches the ground earlier, or the knee does not bend, there is no gait: unlike straight legs, legs
@@ -8,14 +8,12 @@ with knees may not scuff. Limit cycles are searched for from starts on a grid th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import product
 from typing import Any
 
 import numpy as np
-import scipy
 
 from mjbiped.errors import GaitError
 from mjbiped.gaits import store
@@ -111,39 +109,8 @@ def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:
     """
     if not isinstance(robot, RoundKneed):
         domains.check_kind("robot", robot, KneedBiped)
-    return _find(robot, checked_slope(slope))
-
-
-def follow_kneed_gaits(gait: KneedGait, to: float, step: float = math.radians(0.25)) -> Iterator[KneedGait]:
-    """Follow a gait to gentler or steeper slopes, one after the other, until its branch ends.
-
-    Near the end of a branch the steps become shorter, down to 0.002 degrees; a gait counts only if it lies close to the
-    one extrapolated, so that the search does not slip onto another branch.
-
-    Args:
-        gait: The gait to begin with; it is not among the results.
-        to: Last slope, rad, > 0.
-        step: Difference of slopes, rad, > 0.
-    """
-    unit = unit_of(gait.robot)
-    known = [(gait.slope, gait.start[[0, 3, 4]] * [1.0, unit, unit])]
-    goal, width = domains.DOWNHILL.check("to", to), domains.DOWNHILL.check("step", step)
-    while abs(goal - known[-1][0]) > 1e-12 and width >= math.radians(0.002):
-        slope = known[-1][0] + math.copysign(min(width, abs(goal - known[-1][0])), goal - known[-1][0])
-        angles, points = zip(*known[-2:], strict=True)
-        guess = np.asarray(scipy.interpolate.KroghInterpolator(angles, points)(slope))
-        places = limit_cycle(gait.robot, slope, guess)
-        found = None if places is None or np.abs(places - guess).max() >= 0.05 else _gait(gait.robot, slope, places)
-        if found is not None and places is not None:
-            known.append((slope, places))
-            yield found
-        else:
-            width /= 2
-
-
-@lru_cache(maxsize=64)
-def _find(robot: KneedLegs, slope: float) -> KneedGait:
-    return KneedGait(robot=robot, slope=slope, **store.passive(robot, slope, _search))
+    found: KneedGait = store.passive(KneedGait, robot, checked_slope(slope), _search)
+    return found
 
 
 def _search(robot: KneedLegs, slope: float) -> dict[str, Any]:

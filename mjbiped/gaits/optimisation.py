@@ -74,19 +74,13 @@ def optimise(model: StepModel, goal: Goal) -> Array:
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, "blas"):
-        found, broken = _best(model, goal)
-        if found is None:
-            raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
-    return found
-
-
-def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
-    """The cheapest feasible solution, if any; and the violations of the least infeasible one."""
-    found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
-    told = [tell(model, goal, x) for x in found]
+        found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
+        told = [tell(model, goal, x) for x in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
-    best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None
-    return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
+    if not kept:
+        broken = min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
+        raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
+    return found[min(kept, key=lambda k: told[k].cost_of_transport)]
 
 
 def tell(model: StepModel, goal: Goal, x: Array) -> Told:
@@ -177,7 +171,7 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[
 def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
     """Dynamics of a motion, its phases, the weights of their quadrature, and the index of the clearance's phase."""
     intervals = [finer * count for count in model.intervals]
-    stretches, weights, second = _grid((x[..., 0], *model.breaks(motion.own)), intervals)
+    stretches, weights, second = _grid(x[..., 0], model.breaks, intervals)
     return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
 
 
@@ -239,9 +233,12 @@ def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
     return Motion(half, points, x[..., count:], period)
 
 
-def _grid(breaks: Sequence[Numbers], intervals: Sequence[int]) -> tuple[list[Numbers], Numbers, int]:
+def _grid(
+    first_break: Numbers, breaks: Sequence[float], intervals: Sequence[int]
+) -> tuple[list[Numbers], Numbers, int]:
     """Phases in the stretches between breaks, weights of Simpson's rule, and the index of the second stretch."""
-    ends = [np.zeros_like(breaks[0]), *breaks, np.ones_like(breaks[0])]
+    zero, *others = (np.full_like(first_break, phase) for phase in (0.0, *breaks, 1.0))
+    ends = [zero, first_break, *others]
     stretches, weights = [], []
     for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
         width = (last - first)[..., None]
@@ -263,29 +260,12 @@ def _asked(goal: Goal) -> str:
 
 
 def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
-    """Explain why there is no reference, by asking for less, and what to do."""
-    if goal.torque_limit is not None:
-        freely = replace(goal, torque_limit=None)
-        found, _ = _best(model, freely)
-        if found is not None:
-            needed = max(tell(model, freely, found).peak_torque)
-            return (
-                f"without the torque limit there is one, which needs {needed:.3g} N m; raise the limit, or ask for "
-                "less clearance or another speed"
-            )
-        goal = freely
-    for lower in _lower(goal):
-        found, _ = _best(model, lower)
-        if found is not None:
-            return f"with a clearance of {lower.clearance:.3g} m there is one; ask for less clearance"
+    """Explain what the best reference lacks, and what to do."""
     if not broken:
         return "the search failed; ask for another speed"
     name = max(broken, key=broken.__getitem__)
-    sole = "" if model.robot.sole is None else ", or give the robot a longer sole"
-    return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction{sole}"
-
-
-def _lower(goal: Goal) -> list[Goal]:
-    """The goal with less and less clearance, down to none; nothing if it has none."""
-    shares = (0.75, 0.5, 0.25, 0.0) if goal.clearance else ()
-    return [replace(goal, clearance=share * goal.clearance) for share in shares]
+    ways = ["ask for another speed"]
+    ways += ["ask for less clearance"] if goal.clearance else []
+    ways += ["raise the torque limit"] if goal.torque_limit is not None else []
+    ways += ["give the robot a longer sole"] if model.robot.sole is not None else []
+    return f"the best one breaks the constraint '{name}'; {', '.join(ways)}, or allow more friction"

@@ -161,7 +161,7 @@ class OptimisedKneedGait(OptimisedGait):
 
         change = model.knee_strike(motion)
         early = in_pieces(lambda place: change * (width * place - strike)[:, None], range(until))
-        locked = in_pieces(lambda place: model.straight(motion, place / count).q, range(until, count))
+        locked = in_pieces(lambda place: model.straight(motion, place / count)[0], range(until, count))
         straight = np.concatenate([legs[:until] + early, locked, hold(q, dq, ddq, width, count)])
         tables = tuple(table_of(count / period, pieces) for pieces in (bent, straight))
         return {"tables": tables, "knee_strike": strike, "rates": dq}

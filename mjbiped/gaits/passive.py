@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -97,7 +96,8 @@ def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGai
     """
     if not isinstance(robot, RoundCompass):
         domains.check_kind("robot", robot, Compass)
-    return _find(robot.flat, checked_slope(slope))
+    found: PassiveGait = store.passive(PassiveGait, robot.flat, checked_slope(slope), _search)
+    return found
 
 
 def checked_slope(slope: float) -> float:
@@ -111,11 +111,6 @@ def checked_slope(slope: float) -> float:
     if slope < domains.DOWNHILL.low:
         raise no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
     return slope
-
-
-@lru_cache(maxsize=256)
-def _find(robot: Robot, slope: float) -> PassiveGait:
-    return PassiveGait(robot=robot, slope=slope, **store.passive(robot, slope, _search))
 
 
 def _search(robot: Robot, slope: float) -> dict[str, Any]:

@@ -62,11 +62,6 @@ def curve(points: Numbers, s: Numbers, duration: Numbers | float) -> tuple[Numbe
     return bernstein(degree, s) @ points, bernstein(degree - 1, s) @ first, bernstein(degree - 2, s) @ second
 
 
-def powers_through(values: Array) -> Array:
-    """Coefficients of the polynomials of degree 9 through values at `NODES`, lowest power first, shape (10, ...)."""
-    return np.asarray(np.linalg.solve(_MATRIX, values), dtype=np.float64)
-
-
 def in_pieces(motion: Callable[[Array], Array], numbers: Iterable[int]) -> Array:
     """A motion in equal pieces, each a polynomial of degree 9 in its own coordinate from 0 to 1, lowest power first.
 
@@ -77,7 +72,7 @@ def in_pieces(motion: Callable[[Array], Array], numbers: Iterable[int]) -> Array
     Returns:
         Coefficients, shape (pieces, 10, ...).
     """
-    return np.stack([powers_through(motion(number + NODES)) for number in numbers])
+    return np.stack([np.linalg.solve(_MATRIX, motion(number + NODES)) for number in numbers])
 
 
 def curve_in_pieces(points: Array, count: int) -> Array:

@@ -114,6 +114,7 @@ class StepModel(ABC):
         robot: The robot that walks.
         joints: Number of angles that are Bézier curves over the whole step.
         own: Bounds of the numbers that the robot adds, each of the kind (least, greatest).
+        breaks: Phases after the clearance's at which the motion changes abruptly.
         intervals: Intervals of the quadrature between the moments at which something changes abruptly: the clearance's
             phase and those of `breaks`. All even.
         starts: Half angles (rad) and phases of clearance from which searches begin.
@@ -123,6 +124,7 @@ class StepModel(ABC):
     robot: Any
     joints: ClassVar[int] = 2
     own: ClassVar[Sequence[tuple[float, float]]] = ()
+    breaks: ClassVar[Sequence[float]] = ()
     intervals: ClassVar[Sequence[int]]
     starts: ClassVar[Sequence[tuple[float, float]]]
     lifted: ClassVar[float] = 0.0
@@ -144,10 +146,6 @@ class StepModel(ABC):
         swing = np.linspace(half, -half, DEGREE + 1)
         swing[3:DEGREE] -= 0.5 * half * np.sin(np.linspace(0.25, 0.9, DEGREE - 3) * math.pi)
         return np.stack([stance, swing], axis=-1), np.empty(0)
-
-    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
-        """Phases after the clearance's at which the motion changes abruptly, of its own numbers, shape (..., n)."""
-        return ()
 
     def rates_after_impact(self, half: Numbers, rates: Numbers) -> Numbers:
         """Rates of stance and swing leg after the heel strike, of rates before it, rad/s."""
@@ -209,14 +207,6 @@ class CompassStep(StepModel):
         return {"foot above the ground": greater + 0.5 * _CORNER}  # just above zero at the end, where the foot lands
 
 
-class Moved(NamedTuple):
-    """Part of a motion, shapes (..., m, angles): three with the knee bent, two with the knee straight."""
-
-    q: Numbers
-    dq: Numbers
-    ddq: Numbers
-
-
 @dataclass(frozen=True)
 class KneedStep(StepModel):
     """The step of the biped with knees.
@@ -226,28 +216,27 @@ class KneedStep(StepModel):
 
     robot: KneedBiped
     own: ClassVar[Sequence[tuple[float, float]]] = ((0.0, GREATEST_FLEXION),) * 5
+    breaks: ClassVar[Sequence[float]] = (KNEE_STRIKE,)
     intervals: ClassVar[Sequence[int]] = (40, 16, 16)
     starts: ClassVar[Sequence[tuple[float, float]]] = ((0.22, 0.80), (0.15, 0.60))
     lifted: ClassVar[float] = 0.005
 
-    def breaks(self, own: Numbers) -> tuple[Numbers, ...]:
-        """The phase of the knee strike."""
-        return (np.full_like(own[..., 0], KNEE_STRIKE),)
-
-    def bent(self, motion: Motion, phases: Numbers) -> Moved:
-        """Stance leg, swing thigh and swing shank at phases up to the knee strike, shape (..., m)."""
+    def bent(self, motion: Motion, phases: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Angles, rates and accelerations of stance leg, thigh and shank up to the knee strike, shapes (..., m, 3)."""
         legs = curve(motion.points, phases, motion.period)
         flexion = curve(flexion_points(motion.own), phases / KNEE_STRIKE, KNEE_STRIKE * motion.period)
-        return Moved(*(np.concatenate([leg, leg[..., 1:] + knee], -1) for leg, knee in zip(legs, flexion, strict=True)))
+        q, dq, ddq = (np.concatenate([leg, leg[..., 1:] + knee], -1) for leg, knee in zip(legs, flexion, strict=True))
+        return q, dq, ddq
 
-    def straight(self, motion: Motion, phases: Numbers) -> Moved:
-        """Stance and swing leg at phases after the knee strike, shape (..., m)."""
+    def straight(self, motion: Motion, phases: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Angles, rates and accelerations of stance and swing leg after the knee strike, shapes (..., m, 2)."""
         left = (1.0 - KNEE_STRIKE) * motion.period[..., None]
         x = (phases - KNEE_STRIKE) / (1.0 - KNEE_STRIKE)
         fading = (left * x * (1.0 - x) ** 2, (1.0 - x) * (1.0 - 3.0 * x), (6.0 * x - 4.0) / left)
         change = self.knee_strike(motion)[..., None, :]
         legs = curve(motion.points, phases, motion.period)
-        return Moved(*(leg + change * each[..., None] for leg, each in zip(legs, fading, strict=True)))
+        q, dq, ddq = (leg + change * each[..., None] for leg, each in zip(legs, fading, strict=True))
+        return q, dq, ddq
 
     def knee_strike(self, motion: Motion) -> Numbers:
         """Change of the rates of stance leg and thigh in the knee strike, rad/s, shape (..., 2)."""

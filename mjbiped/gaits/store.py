@@ -12,7 +12,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -61,22 +61,23 @@ def kept(asked: Mapping[str, Any], search: Callable[[], dict[str, Any]]) -> dict
     return found
 
 
-def passive(robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> dict[str, Any]:
-    """Return the attributes of a passive gait by name, from the store or from a search.
+@lru_cache(maxsize=256)
+def passive(kind: Any, robot: Robot, slope: float, search: Callable[[Any, float], dict[str, Any]]) -> Any:
+    """Return a passive gait, from the store or from a search.
 
     Args:
+        kind: Class of the gait.
         robot: The robot that walks.
         slope: Slope of the plane, rad.
-        search: What finds the gait.
+        search: What finds the attributes of the gait by name.
 
     Raises:
         GaitError: The search finds none.
     """
-    robot = robot.mechanism
-    asked = {"passive": robot.to_dict(), "slope": slope}
-    found = dict(kept(asked, lambda: search(robot, slope)))
+    asked = {"passive": robot.mechanism.to_dict(), "slope": slope}
+    found = dict(kept(asked, lambda: search(robot.mechanism, slope)))
     tables = tuple(np.asarray(found.pop(name)).tolist() for name in ("table", "bent", "straight") if name in found)
-    return {**found, "tables": tables}
+    return kind(robot=robot, slope=slope, **found, tables=tables)
 
 
 def _file(asked: Mapping[str, Any]) -> Path:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -17,16 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Controller
-from mjbiped.control.registry import driver_of
-from mjbiped.control.validation import try_out
-from mjbiped.engines.checks import check_controller, check_robot
+from mjbiped.engines.checks import check_controller
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.records import columns_of
 from mjbiped.engines.hybrid.run import HybridRun
-from mjbiped.engines.plan import Plan, Terms
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles import return_map
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
 from mjbiped.limit_cycles.section import check_biped, check_scuffing
@@ -111,10 +108,7 @@ class BasinInterrupted(KeyboardInterrupt):
         basin: The map so far, undecided where nothing was computed.
     """
 
-    def __init__(self, basin: Basin) -> None:
-        """Keep the map."""
-        super().__init__("basin map interrupted")
-        self.basin = basin
+    basin: Basin
 
 
 class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
@@ -124,10 +118,7 @@ class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
         basin: The map so far, undecided where nothing was computed.
     """
 
-    def __init__(self, message: str, basin: Basin) -> None:
-        """Keep the map beside the message."""
-        super().__init__(message)
-        self.basin = basin
+    basin: Basin
 
 
 def basin_of_attraction(
@@ -220,33 +211,27 @@ def basin_of_control(
         BasinStopped: The controller raised an exception; the error holds the rows computed so far.
     """
     check_controller(controller)
-    if robot is not None:
-        check_robot("robot", robot)
-    gait, walker = controller.gait, robot or controller.robot
-    if not isinstance(gait, Gait) or not isinstance(walker, Robot):
+    gait = controller.gait
+    if gait is None:
         raise InputError(
             f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
-    controller = driver_of(controller, walker)
-    engine, rule = Hybrid(), chosen(scuffing)
-    check_scuffing(gait, domains.SLOPE.check("slope", slope), rule)
-    terrain = Terrain.incline(math.degrees(slope))
-    start, half = gait.start.tolist(), len(walker.angles)
-    q = tuple(start[:half])
-    try_out(controller, q, tuple(start[half:]))
-    near = _nearness(walker)
+    slope = domains.SLOPE.check("slope", slope)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
+    engine = Hybrid()
+    terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
+    plan = make_plan(terms, controller, Terrain.incline(math.degrees(slope)), "gait")
+    near = _nearness(plan.robot)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
+            dq = (rate1, *(rate2,) * (len(plan.q) - 1))
             try:
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
-                    terms = Terms(engine, steps, None, walker, None, rule, walks=basin.fates.size)
-                    dq = (rate1, *(rate2,) * (half - 1))
-                    run = engine.start(Plan(terms, controller, controller, terrain, walker, q, dq, {}))
+                    run = engine.start(replace(plan, dq=dq, terms=replace(terms, steps=steps)))
                     walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
@@ -255,8 +240,7 @@ def basin_of_control(
             except Exception as error:
                 raise BasinStopped(
                     f"{type(controller).__name__} failed in the walk from the rates {rate1:.4g} and {rate2:.4g} rad/s: "
-                    f"{explained(error)}{place_of(error, type(controller))}",
-                    basin,
+                    f"{explained(error)}{place_of(error, type(controller))}"
                 ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
             basin.peak_torque[number, column] = run.peak_torque().max()
@@ -336,6 +320,7 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
 
     Raises:
         BasinInterrupted: Ctrl-C.
+        BasinStopped: The controller raised an exception.
     """
     rows = range(len(basin.swing_rates))
     with ThreadPoolExecutor(threads) as pool:
@@ -345,7 +330,8 @@ def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bo
                 future.result()
         except BaseException as error:
             pool.shutdown(cancel_futures=True)
-            if isinstance(error, KeyboardInterrupt):
-                raise BasinInterrupted(basin) from error
-            raise
+            stop = BasinInterrupted("basin map interrupted") if isinstance(error, KeyboardInterrupt) else error
+            if isinstance(stop, BasinInterrupted | BasinStopped):
+                stop.basin = basin
+            raise stop from error.__cause__
     return basin

@@ -150,7 +150,6 @@ def first_gait(robot: Robot, slope: float) -> PeriodicGait:
         InputError: The robot has no two legs, or the slope is not a finite number.
         GaitError: The robot has no such gait on that slope.
     """
-    check_biped(robot)
     return find_periodic_gait(robot, slope, passive_gait_of(robot, slope).start[None])
 
 
@@ -191,11 +190,8 @@ def _neighbour(known: Sequence[PeriodicGait], slope: float) -> PeriodicGait | No
 
 def extrapolated(known: Sequence[PeriodicGait], slope: float) -> Array:
     """States on a slope, extrapolated by the polynomial through up to three gaits of one branch."""
-    states = np.zeros_like(known[0].states)
-    for one in known:
-        weight = math.prod((slope - other.slope) / (one.slope - other.slope) for other in known if other is not one)
-        states += weight * one.states
-    return states
+    found = scipy.interpolate.KroghInterpolator([gait.slope for gait in known], [gait.states for gait in known])(slope)
+    return np.asarray(found)
 
 
 def zero_on_branch(

@@ -35,7 +35,7 @@ from mjbiped.engines.hybrid.setup import (
 from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
 from mjbiped.errors import InputError
 from mjbiped.numerics.announcement import announced
-from mjbiped.numerics.blocks import Numbers, call, numbers, packed, reader, row, share_arrays
+from mjbiped.numerics.blocks import Block, Numbers, call, numbers, packed, reader, row, share_arrays
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
@@ -81,8 +81,7 @@ class Plane(NamedTuple):
     step: float
 
 
-@dataclass
-class Batch:
+class Batch(Block):
     """Inputs and outputs of a batch of walks, for machine code.
 
     Attributes:
@@ -106,26 +105,6 @@ class Batch:
         counts: Number of steps walked, shape (walks,).
         outcomes: `SETTLED`, `TOUCHDOWN` for a walk that reached the limit, or the engine's outcome, shape (walks,).
     """
-
-    advance: int
-    constants: int
-    state: int
-    fresh: int
-    words: int
-    walks: int
-    numbers: int
-    room: int
-    limit: int
-    goals: int
-    knee: bool
-    starts: Array
-    goal: Array
-    near: Array
-    start: Array
-    states: Array
-    periods: Array
-    counts: Array
-    outcomes: Array
 
 
 _batch_at = reader(Batch)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import TrackedReference, recorded_tracking
+from mjbiped.analysis.replay import TrackedReference, recorded_controller
+from mjbiped.control.tracking import Tracking
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.records.stance_knee import is_sound
@@ -156,6 +157,6 @@ def tracked_posture(
 def _reference(walk: Walk) -> TrackedReference | None:
     """Reference that the walk's controller tracked; None if it tracks none, or cannot be rebuilt."""
     try:
-        return TrackedReference(walk, recorded_tracking(walk))
+        return TrackedReference(walk, recorded_controller(walk, kind=Tracking))
     except (MjbipedError, ArithmeticError, ValueError):
         return None

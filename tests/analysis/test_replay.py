@@ -13,7 +13,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, Memory, PassiveController
-from mjbiped.analysis.replay import recorded_controller, recorded_tracking, replayed, transitions
+from mjbiped.analysis.replay import recorded_controller, replayed, transitions
+from mjbiped.control.tracking import Tracking
 from mjbiped.errors import InputError
 
 BEFORE_A_STEP = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
@@ -99,7 +100,7 @@ def test_so_they_are_with_knees(kneed: KneedController, engine: str, disturbance
 
 def test_with_knees_the_robot_follows_its_transitions_until_its_knee_strikes(kneed: KneedController) -> None:
     walk = mjbiped.walk(kneed, mjbiped.Terrain.stairs(rise=0.02), engine="hybrid", steps=5, sample_period=1e-3)
-    law = recorded_tracking(walk)
+    law = recorded_controller(walk, kind=Tracking)
     assert law == kneed
     found, samples, ends = transitions(walk, law), walk.samples, [0.0, *walk.touchdowns["time"]]
     starts = np.vstack([kneed.gait.start, np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])])

@@ -111,7 +111,7 @@ REFUSED: dict[str, tuple[Controller, str]] = {
     "chance": (made(torque=lambda *_: (0.0, float(next(CALLS)))), "for the same arguments"),
     "parameters": (
         made(torque=forgetful),
-        r"Law.torque\(self: .* does not take .*expected is def torque\(self, memory, t, q, dq\)",
+        r"Law.torque does not take .*expected is def torque\(self, memory, t, q, dq\)",
     ),
     "touchdown's parameters": (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
 }

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import mjbiped
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.kneed import KneedGait, find_kneed_gait, follow_kneed_gaits
+from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -127,25 +127,16 @@ def test_the_halved_rods_walk_too(rods: KneedGait) -> None:
     assert rods.period == pytest.approx(0.757109, abs=5e-7)
 
 
-def test_followed_gaits_are_those_that_are_found(gait: KneedGait) -> None:
-    goal = math.radians(3.0)
-    *_, last = follow_kneed_gaits(gait, goal, math.radians(0.3))
-    assert last.slope == goal
-    # both roots are good to 1e-9
-    np.testing.assert_allclose(last.start, find_kneed_gait(gait.robot, goal).start, rtol=0, atol=1e-8)
-
-
 @pytest.mark.slow
-def test_a_branch_ends_where_gaits_meet_or_the_foot_touches(gait: KneedGait, rods: KneedGait) -> None:
-    """Downwards a multiplier comes to one, and no gait is left; upwards the foot comes down to the ground."""
-    for known, end in ((gait, 1.940), (rods, 4.487)):
-        gentle = list(follow_kneed_gaits(known, math.radians(1.0), math.radians(0.5)))
-        assert math.degrees(gentle[-1].slope) == pytest.approx(end, abs=0.003)
-        assert 0.8 < abs(gentle[-1].multipliers[0]) < 1
-    steep = list(follow_kneed_gaits(gait, math.radians(7.5), math.radians(0.5)))
-    assert math.degrees(steep[-1].slope) == pytest.approx(6.86, abs=0.005)
-    assert steep[-1].clearance < 1e-3
-    assert not steep[-1].stable
+@pytest.mark.parametrize(
+    ("robot", "walks", "none"),
+    [(KneedBiped(), 1.96, 1.92), (KneedBiped.halved_rods(), 4.51, 4.46), (KneedBiped(), 6.84, 6.88)],
+)
+def test_gaits_end_where_two_meet_or_the_foot_touches(robot: KneedBiped, walks: float, none: float) -> None:
+    """Downwards no gait is left; upwards the foot comes down to the ground."""
+    assert find_kneed_gait(robot, math.radians(walks)).clearance < 0.02
+    with pytest.raises(GaitError):
+        find_kneed_gait(robot, math.radians(none))
 
 
 def test_robots_that_are_alike_walk_alike(gait: KneedGait) -> None:

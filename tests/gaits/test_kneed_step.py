@@ -118,11 +118,11 @@ def _guessed() -> Motion:
 def test_knee_strike_leads_from_branch_to_branch() -> None:
     motion, phase = _guessed(), np.array([KNEE_STRIKE])
     before, after = MODEL.bent(motion, phase), MODEL.straight(motion, phase)
-    assert before.q[0, 2] == pytest.approx(before.q[0, 1], abs=1e-15)
-    q, dq = ROBOT.knee_impact(before.q[0], before.dq[0])
-    np.testing.assert_allclose(after.q[0], q, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(after.dq[0], dq, rtol=0, atol=1e-12)
-    assert abs(before.dq[0, 2] - before.dq[0, 1]) > 0.1
+    assert before[0][0, 2] == pytest.approx(before[0][0, 1], abs=1e-15)
+    q, dq = ROBOT.knee_impact(before[0][0], before[1][0])
+    np.testing.assert_allclose(after[0][0], q, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(after[1][0], dq, rtol=0, atol=1e-12)
+    assert abs(before[1][0, 2] - before[1][0, 1]) > 0.1
 
 
 @pytest.mark.parametrize("kind", ["bent", "straight"])
@@ -132,8 +132,8 @@ def test_rates_and_accelerations_are_derivatives(kind: str) -> None:
     now, (later, sooner) = moved(motion, phases), (moved(motion, phases + sign * step) for sign in (1, -1))
     time = 2 * step * float(motion.period)
     # central differences: third derivatives of some 1e4 / s^3 times step^2, rounding 1e-16 / step
-    np.testing.assert_allclose((later.q - sooner.q) / time, now.dq, rtol=0, atol=1e-7)
-    np.testing.assert_allclose((later.dq - sooner.dq) / time, now.ddq, rtol=0, atol=1e-5)
+    np.testing.assert_allclose((later[0] - sooner[0]) / time, now[1], rtol=0, atol=1e-7)
+    np.testing.assert_allclose((later[1] - sooner[1]) / time, now[2], rtol=0, atol=1e-5)
 
 
 def test_derivatives_of_cost_and_constraints() -> None:

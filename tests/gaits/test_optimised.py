@@ -15,7 +15,7 @@ import mjbiped
 from controllers import AdaptiveController, KineticEnergyController, LimitCycleController
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import optimised, passive, store
-from mjbiped.gaits.described import gait_from, parse_reference
+from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.optimisation import TOLERANCE, motion_of, optimise, tell
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep, Goal
@@ -150,12 +150,8 @@ def test_no_small_change_makes_it_cheaper(robot: mjbiped.Compass) -> None:
 
 @pytest.mark.slow
 def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
-    with pytest.raises(GaitError, match=r"torque limit of 0.5 N m: without .* needs 24.8 N m; raise the limit"):
+    with pytest.raises(GaitError, match=r"limit of 0.5 N m: the best one .*less clearance, raise the torque limit"):
         find_reference(robot, clearance=0.06, torque_limit=0.5)
-    with pytest.raises(
-        GaitError, match=r"2 m/s, a clearance of 0.05 m: with a clearance of 0\S* m there is one; ask for"
-    ):
-        find_reference(robot, speed=2.0, clearance=0.05)
     with pytest.raises(GaitError, match=r"a speed of 9 m/s without clearance: the best one breaks the constraint '.*'"):
         find_reference(robot, speed=9.0, clearance=0.0)
 
@@ -233,21 +229,6 @@ def test_without_retraction_the_same_height_costs_less(robot: mjbiped.Compass, h
     assert free.measures.greatest_clearance == pytest.approx(height, abs=1e-4)  # the constraint is active
 
 
-def test_references_in_words() -> None:
-    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
-    assert parse_reference("retraction=no") == {"retraction": False}
-    for text, message in (
-        ("clearance", "expected NAME=VALUE"),
-        ("clearence=1", "did you mean 'clearance'"),
-        ("speed=1,speed=2", "stands twice"),
-        ("speed=fast", "is no number"),
-        ("speed=nan", "must be finite"),
-        ("retraction=0", "expected yes or no"),
-    ):
-        with pytest.raises(InputError, match=message):
-            parse_reference(text)
-
-
 # --- on disk ----------------------------------------------------------------------------------------------------------
 
 
@@ -288,9 +269,9 @@ def test_a_damaged_file_counts_as_none(folder: Path, damage: str) -> None:
 def test_a_passive_gait_is_kept(robot: mjbiped.Compass, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bit by bit."""
     slope = math.radians(1.7)
-    passive._find.cache_clear()
+    store.passive.cache_clear()
     first = mjbiped.find_passive_gait(robot, slope)
-    passive._find.cache_clear()
+    store.passive.cache_clear()
     with monkeypatch.context() as patched:
         patched.setattr(passive, "_search", None)  # not called
         again = mjbiped.find_passive_gait(robot, slope)
