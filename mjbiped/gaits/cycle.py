@@ -10,7 +10,7 @@ Angles are in rad, times in sqrt(l/g): robots that are alike walk alike, to the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from mjbiped.errors import GaitError
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.robot import Array, Robot
 
-FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.1)
+FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.2)
 """Tolerance of an integration, relative and absolute, and its longest step, by which no event is missed; the finest
 one is as good between its steps as at their ends."""
 
@@ -58,18 +58,20 @@ def no_gait(slope: float, reason: str) -> GaitError:
     return GaitError(f"no passive gait on a slope of {math.degrees(slope):.6g} degrees: {reason}")
 
 
-def free_motion(chain: Chain, slope: float, unit: float) -> Callable[[float, Array], Array]:
+def free_motion(chain: Chain, slope: float, unit: float) -> Callable[[float, Array], Sequence[float]]:
     """The unpowered motion of a chain on a slope (rad): a function from the state to its rates."""
     move, n = chain.free_motion, len(chain.reach)
 
-    def rates(_: float, state: Array) -> Array:
-        return np.concatenate([state[n:], unit * unit * move(state[:n], state[n:] / unit, slope)])
+    def rates(_: float, state: Array) -> Sequence[float]:
+        values = state.tolist()
+        ddq = move(values[:n], [rate / unit for rate in values[n:]], slope)
+        return [*values[n:], *(unit * unit * each for each in ddq)]
 
     return rates
 
 
 def glide(
-    law: Callable[[float, Array], Array],
+    law: Callable[[float, Array], Sequence[float]],
     start: Array,
     span: float,
     ends: tuple[Callable[[float, Array], float], ...] = (),
@@ -101,10 +103,10 @@ def part_of(
     """
     law, asked = free_motion(robot.chains[len(start) // 2], slope, unit_of(robot)), 0
 
-    def counted(t: float, state: Array) -> Array:
+    def counted(t: float, state: Array) -> Sequence[float]:
         nonlocal asked
         asked += 1
-        if asked * precision[1] > MOST_ASKED:
+        if asked * precision[1] > MOST_ASKED or not math.isfinite(state.sum()):
             raise no_gait(slope, "the motion is too wild")
         return law(t, state)
 
@@ -144,20 +146,28 @@ def step(robot: Robot, slope: float, places: Array, precision: tuple[float, floa
 
 
 def limit_cycle(robot: Robot, slope: float, guess: Array, precision: tuple[float, float] = FINE) -> Array | None:
-    """The start near a guess that repeats itself, by SciPy's root finder; None where there is none."""
+    """The start near a guess that repeats itself, by SciPy's root finder; None where there is none.
+
+    A coarse search is for a guess that is close: it ends at the first start from which there is no step.
+    """
 
     def mismatch(places: Array) -> Array:
         try:
             difference: Array = step(robot, slope, places, precision).after - places
         except GaitError:
+            if precision is COARSE:
+                raise
             return np.full(3, 10.0)  # far from any walking: turn back
         return difference
 
     # eps: relative differences of 1e-5, for the integration's noise is 1e-11
-    exact = 1e-12 if precision is FINE else 1e-7
-    solution = scipy.optimize.root(  # type: ignore[call-overload]  # the stubs misspell maxfev
-        mismatch, guess, method="hybr", tol=exact, options={"eps": 1e-10, "maxfev": MOST_TRIALS}
-    )
+    exact = 1e-7 if precision is COARSE else 1e-12
+    try:
+        solution = scipy.optimize.root(  # type: ignore[call-overload]  # the stubs misspell maxfev
+            mismatch, guess, method="hybr", tol=exact, options={"eps": 1e-10, "maxfev": MOST_TRIALS}
+        )
+    except GaitError:
+        return None
     return solution.x if np.abs(solution.fun).max() < 1e3 * exact * np.abs(guess).max() else None
 
 

@@ -140,7 +140,7 @@ class Chain(NamedTuple):
         return np.asarray(np.linalg.solve(momentum @ E, momentum @ dq[..., None])[..., 0])
 
     @property
-    def free_motion(self) -> Callable[[Array, Array, float], Array]:
+    def free_motion(self) -> Callable[[Sequence[float], Sequence[float], float], Sequence[float]]:
         """The motion without torques: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
         n, levers = len(self.reach), np.zeros((POINTS, len(self.reach)))
         levers[MASS], levers[MASS + 1] = self.moments / self.gravity, self.across / self.gravity
@@ -150,21 +150,22 @@ class Chain(NamedTuple):
         stand(linkage, motion)
         if motion.closed or n == 1:  # so short that plain Python will do
 
-            def moved(q: Array, dq: Array, slope: float) -> Array:
+            def moved(q: Sequence[float], dq: Sequence[float], slope: float) -> Sequence[float]:
                 motion.ddq[:n] = [0.0] * n
                 motion.sine, motion.cosine = sine_cosine(slope)
-                accelerate(linkage, motion, q.tolist(), dq.tolist())
-                return np.array(motion.ddq[:n])
+                accelerate(linkage, motion, q, dq)
+                return motion.ddq[:n]
 
             return moved
         share_arrays(motion)
         (fixed, below), (made, _) = packed(linkage), packed(motion)
         code = _machine_code()
 
-        def accelerations(q: Array, dq: Array, slope: float) -> Array:
+        def accelerations(q: Sequence[float], dq: Sequence[float], slope: float) -> Sequence[float]:
             motion.ddq[:] = [0.0] * len(motion.ddq)
-            code(fixed.ctypes.data, made.ctypes.data, slope, q, dq)
-            return np.array(motion.ddq[:n])
+            code(fixed.ctypes.data, made.ctypes.data, slope, np.array(q), np.array(dq))
+            found: Sequence[float] = motion.ddq[:n].tolist()  # type: ignore[union-attr]  # shared, and so an array
+            return found
 
         accelerations.kept = below  # type: ignore[attr-defined]  # lives as long as machine code reads it
         return accelerations
