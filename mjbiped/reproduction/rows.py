@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from mjbiped.errors import RecordError, shown
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.traces import TRACES
@@ -128,18 +127,8 @@ def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
 
 
 def read_rows(text: str) -> list[Row]:
-    """Read the rows that `write_rows` wrote.
-
-    Raises:
-        RecordError: The text is no such table.
-    """
-    try:
-        headings, *lines = csv.reader(io.StringIO(text))
-        if tuple(headings) != COLUMNS:
-            raise ValueError("its columns are others")
-        return [row_of(dict(zip(COLUMNS, line, strict=True))) for line in lines]
-    except (ValueError, csv.Error) as error:
-        raise RecordError(f"not a table of the reproduction: {shown(error)}") from error
+    """Read the rows that `write_rows` wrote."""
+    return [row_of(columns) for columns in csv.DictReader(io.StringIO(text))]
 
 
 def rounded(value: float) -> float:

@@ -1,7 +1,6 @@
 """Damaged stores of studies and of the reproduction: refused in words, or as good as before."""
 
 import contextlib
-import csv
 import random
 import sqlite3
 import tomllib
@@ -15,8 +14,6 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.reproduction.cell import Cell, walked
-from mjbiped.reproduction.reproduce import TABLE
-from mjbiped.reproduction.rows import read_rows
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import columns_of
@@ -25,7 +22,6 @@ from mjbiped.sweeps.store import opened
 FEW, MANY = 120, 4000
 LONGEST = 20.0  # s for one case
 IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 def damaged(draw: random.Random, content: bytes) -> bytes:
@@ -164,26 +160,3 @@ def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path) -> None:
                 refused.append(str(error))
     assert 0 < len(refused) < FEW
     assert all("--" in message or "delete it" in message for message in refused)
-
-
-def test_damaged_tables_of_the_reproduction() -> None:
-    text = "".join((DOCS / TABLE).read_text(encoding="utf-8").splitlines(keepends=True)[:6])
-    assert len(read_rows(text)) == 5
-    refused = 0
-    for case in range(4 * FEW):
-        changed = damaged(random.Random(case), text.encode()).decode("utf-8", errors="replace")
-        with within(LONGEST, case):
-            try:
-                rows = read_rows(changed)
-            except RecordError as error:
-                refused += 1
-                message = str(error)
-            else:
-                message = ""
-                assert all(isinstance(row.ground, str) and isinstance(row.net_20, float) for row in rows)
-        assert len(message) < 200
-    assert refused > FEW
-    for odd in ('"' + "x" * 200_000, "part\0,ground\n", text + "a,b\n", text.replace("\n", ",more\n")):
-        with pytest.raises(RecordError, match="not a table of the reproduction"):
-            read_rows(odd)
-    assert csv.field_size_limit() == 131072
