@@ -181,8 +181,8 @@ def spread(bins: Sequence[Array], name: str) -> Array:
     if name == FINISHED:
         return np.array([middles] * 3)
     known = [each[~np.isnan(each)] for each in bins]
-    ends = [np.quantile(each, (0.25, 0.75)) if each.size else (math.nan, math.nan) for each in known]
-    return np.vstack([middles, np.transpose(ends)])
+    ends = [np.quantile(each, (0.25, 0.75)).tolist() if each.size else [math.nan] * 2 for each in known]
+    return np.vstack([middles, np.array(ends).T])
 
 
 def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
