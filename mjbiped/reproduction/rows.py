@@ -28,7 +28,7 @@ COLUMNS = (
     "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
     "update", "start_estimate", "outcome", *MEASURES, "error", *COSTS, *TRACES,
 )  # fmt: skip
-_DIGITS = 6
+_DIGITS = 6  # that tables keep
 
 
 class Row(SimpleNamespace):
@@ -97,7 +97,7 @@ def _read(name: str, value: Any) -> Any:
         return int(value or 0)
     if value is None or value == "":
         return None if name == "delay" else math.nan
-    return rounded(float(value))
+    return float(f"{float(value):.{_DIGITS}g}")
 
 
 NO_WALK = row_of({})
@@ -129,8 +129,3 @@ def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
 def read_rows(text: str) -> list[Row]:
     """Read the rows that `write_rows` wrote."""
     return [row_of(columns) for columns in csv.DictReader(io.StringIO(text))]
-
-
-def rounded(value: float) -> float:
-    """Round a number to the six digits that tables keep."""
-    return float(f"{value:.{_DIGITS}g}")

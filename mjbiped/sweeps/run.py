@@ -83,8 +83,7 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         KeyboardInterrupt: Ctrl-C was pressed; finished rows are kept.
     """
     laws = {name: digest_of(place) for name, place in study.laws.items()}
-    own = {"controllers": laws} if laws else {}
-    identity = {"study": dict(study.declared), **machinery(), **own, "cells": study.digest}
+    identity = {"study": dict(study.declared), **machinery(), "controllers": laws, "cells": study.digest}
     with opened(folder, "study", columns_of(study), identity, fresh=fresh) as store:
         if fresh:
             forget(folder)
