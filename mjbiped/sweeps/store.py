@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.errors import InputError, RecordError, shortened
-from mjbiped.sweeps.cell import Row
+from mjbiped.sweeps.cell import KNEES_MEASURES, Row
 from mjbiped.utils.files import saved
 
 _LOCK = ".running"
@@ -114,8 +114,22 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     """
     address = f"{path.absolute().as_uri()}?mode=ro"
     with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
+        _check_tables(database)
         identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-        return _rows(database), identity
+        rows = _rows(database)
+        if not all(isinstance(row.get(name), float | int | None) for row in rows for name in KNEES_MEASURES):
+            raise ValueError("a measure is no number")
+        return rows, identity
+
+
+def _check_tables(database: sqlite3.Connection) -> None:
+    """Refuse a file of somebody else's that holds more than tables: a view can be endless.
+
+    Raises:
+        sqlite3.Error: There is such a thing, or the file is damaged.
+    """
+    if database.execute("SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')").fetchall():
+        raise sqlite3.DatabaseError("it holds a view or a trigger")
 
 
 def _rows(database: sqlite3.Connection) -> list[Row]:
@@ -161,6 +175,7 @@ def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], ide
     with _explained(path):
         with database:
             database.execute("BEGIN IMMEDIATE")
+            _check_tables(database)
             if not database.execute("SELECT name FROM sqlite_master").fetchall():
                 database.execute("CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)")
                 # no types: values stay as they are

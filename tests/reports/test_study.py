@@ -97,8 +97,14 @@ def test_folders_without_a_study_are_refused(tmp_path: Path) -> None:
         report_study(tmp_path, tmp_path / "page.html")
 
 
-def test_a_study_of_which_no_walk_has_ended_is_refused(tmp_path: Path) -> None:
+def test_a_table_with_odd_values_is_refused(tmp_path: Path) -> None:
     folder = made({**BASE, "controller": {"position_gain": [1, 2]}}, tmp_path)
+    database = sqlite3.connect(folder / "study.sqlite")
+    with database:
+        database.execute("UPDATE cells SET cost_of_transport = '<b>' WHERE cell = 1")
+    database.close()
+    with pytest.raises(RecordError, match="a measure is no number"):
+        report_study(folder, tmp_path / "page.html")
     database = sqlite3.connect(folder / "study.sqlite")
     with database:
         database.execute("DELETE FROM cells")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
+import sqlite3
 import tomllib
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from time_limits import within
 
 from mjbiped.errors import InputError, RecordError
 from mjbiped.sweeps.plan import plan
@@ -79,3 +82,30 @@ def test_one_process_at_a_time(columns: tuple[str, ...], tmp_path: Path) -> None
         opened(tmp_path / "file", "study", columns, IDENTITY),
     ):
         pass
+
+
+ENDLESS = "WITH RECURSIVE up(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM up) SELECT n AS {}, n AS {} FROM up"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        f"DROP TABLE cells; CREATE VIEW cells AS {ENDLESS.format('cell', 'outcome')}",
+        f"DROP TABLE identity; CREATE VIEW identity AS {ENDLESS.format('kind', 'value')}",
+        "CREATE TRIGGER t AFTER INSERT ON cells BEGIN DELETE FROM cells; END",
+    ],
+)
+def test_what_is_no_plain_table_is_not_read(change: str, columns: tuple[str, ...], tmp_path: Path) -> None:
+    with opened(tmp_path, "study", columns, IDENTITY) as store:
+        store.save([row(0)])
+    file = tmp_path / "study.sqlite"
+    with closing(sqlite3.connect(file)) as database:
+        database.executescript(change)
+    with within(2.0, change):
+        with pytest.raises(RecordError, match="holds a view or a trigger"):
+            read_table(file)
+        with (
+            pytest.raises(RecordError, match=r"a view or a trigger.*--fresh"),
+            opened(tmp_path, "study", columns, IDENTITY),
+        ):
+            pass
