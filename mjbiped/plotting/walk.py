@@ -83,7 +83,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         letters = iter("bcdefghijklm")
         axes = histories.subplots(len(panels), 1, sharex=True)
         for below, lines in zip(axes, panels, strict=True):
-            _draw_over_time(below, walk, next(letters), lines)
+            draw_over_time(below, walk, next(letters), lines)
         axes[-1].set_xlabel("time (s)")
         _draw_phases(phases, walk, letters, across)
     return figure
@@ -136,8 +136,8 @@ def _title(walk: Walk) -> str:
     return f"{plain(wrapped(who, lines=_LINES))}\n{wrapped(what)}"
 
 
-def _draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines) -> None:
-    """Draw a panel of signals over time; the title names signals that have no values."""
+def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str = "") -> None:
+    """Draw a panel of signals over time; its usual title names signals that have no values."""
     time, few, panel = walk.samples["time"], walk.steps <= _MOST_TICKED, lines.panel
     axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
     for moment in walk.touchdowns["time"] if few else ():
@@ -151,7 +151,8 @@ def _draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines) -> None:
     if low < 0.0 < high:
         zero_line(axes)
     axes.set(ylabel=f"{panel.quantity} ({panel.unit})")
-    titled(axes, letter, f"{panel.title} (no {', '.join(lines.missing)})" if lines.missing else panel.title)
+    usual = f"{panel.title} (no {', '.join(lines.missing)})" if lines.missing else panel.title
+    titled(axes, letter, title or usual)
     if len(axes.get_legend_handles_labels()[0]) > 1:
         legend_above(axes)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from mjbiped.reports.page import Panels, Shown, shares, span
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, tabulated, values_of
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED
 
@@ -98,16 +98,14 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
     for name, down in zip(SHOWN, shares(len(SHOWN), 0.08)[::-1], strict=True):
         values = values_of(rows, name)
         bins = [[values[axis.within(i, groups.bin == k)] for i in range(axis.count)] for k in range(groups.count)]
-        middles = [np.array([middle(each, name) for each in group], dtype=float) for group in bins]
-        bands = [np.array([quartiles(each) for each in group]).T for group in bins]
-        known = [*middles, *(() if name == FINISHED else (np.ravel(band) for band in bands))]
-        reach = _SHARE if name == FINISHED else span(np.concatenate(known).astype(float))
+        spreads = [spread(group, name) for group in bins]
+        reach = _SHARE if name == FINISHED else span(np.ravel(spreads))
         heading, first = f"<b>{measure_label(name)}</b>", name == SHOWN[0]
         place = panels.add(down=down, heading=heading, x=x if first else None, y={**reach, "automargin": True})
         looks = zip(groups.ticks, itertools.cycle(zip(_COLOURS, _DASHES, strict=True)), strict=False)
         for k, (kind, (colour, dash)) in enumerate(looks):
             at = {**place, "legendgroup": str(k)}
-            low, high = bands[k]
+            middles, low, high = spreads[k]
             if name != FINISHED:
                 panels.figure.add_scatter(
                     x=np.concatenate([axis.at, axis.at[::-1]]), y=np.concatenate([high, low[::-1]]), fill="toself",
@@ -115,7 +113,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
                     showlegend=False, **at,
                 )  # fmt: skip
             panels.figure.add_scatter(
-                x=axis.at, y=middles[k], mode="lines+markers", name=kind or "all",
+                x=axis.at, y=middles, mode="lines+markers", name=kind or "all",
                 line={"color": colour, "dash": dash}, showlegend=first and groups.count > 1,
                 hovertemplate="%{y:.4g}", **at,
             )  # fmt: skip
@@ -136,9 +134,7 @@ def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
     panels = Panels()
     for name, across in zip(SHOWN, shares(len(SHOWN), 0.04), strict=True):
         values = values_of(rows, name)
-        bins = [values[groups.bin == k] for k in range(groups.count)]
-        middles = np.array([middle(each, name) for each in bins])
-        low, high = np.array([quartiles(each) for each in bins]).T
+        middles, low, high = spread([values[groups.bin == k] for k in range(groups.count)], name)
         bars = {} if name == FINISHED else {"error_x": {"array": high - middles, "arrayminus": middles - low}}
         x = {**(_SHARE if name == FINISHED else span(middles)), "title": {"text": measure_label(name)}}
         y = {"automargin": True, "autorange": "reversed", "showticklabels": name == SHOWN[0]}

@@ -18,16 +18,15 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.methods import gains_told
-from mjbiped.reproduction.rows import COLUMNS, COSTS, TEXTS, Row, row_of
+from mjbiped.reproduction.rows import COLUMNS, COSTS, Row, row_of
 from mjbiped.reproduction.traces import traced
 from mjbiped.rollout.walk import walk
 from mjbiped.sweeps.cell import FAILED, SPARSE, attempt
 from mjbiped.sweeps.run import sources, walk_cells
-from mjbiped.sweeps.store import Layout, opened
+from mjbiped.sweeps.store import opened
 from mjbiped.terrain.terrain import Terrain
 
 _KEY_DIGITS = 24  # hexadecimal
-_LAYOUT = Layout("walks", ("key", *COLUMNS), None, frozenset(COLUMNS) - {*TEXTS})
 
 
 @dataclass(frozen=True)
@@ -172,7 +171,7 @@ def walked(
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
     wanted = {cell.key: cell for cell in cells}
-    with opened(folder, _LAYOUT, {}, fresh=fresh) as store:
+    with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
         for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
             file.unlink()
         kept = {row["key"] for row in store.rows() if row["outcome"] != FAILED}

@@ -9,8 +9,7 @@ from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.reproduction.grounds import IMITATED_SLOPE, SECTION_5
+from mjbiped.reproduction.grounds import SECTION_5
 from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
@@ -48,10 +47,10 @@ class Variant:
 
     def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
         """Make the controller for a ground; comparison controllers are given its slope at the start."""
-        model = robot or Compass()
+        model, settings = robot or Compass(), {"slope_source": self.slope_source, **dict(self.gains)}
         if self.method == "adaptive":
-            return _law("adaptive", model, replanning_delay=self.delay)
-        law: Any = _law(NAMES[self.method], model, slope_source=self.slope_source, **dict(self.gains))
+            return make_controller("adaptive", model, {"replanning_delay": self.delay})
+        law: Any = make_controller(NAMES[self.method], model, settings)
         start = terrain.slope_at(0.0) + math.radians(self.start_error)
         controller: Controller = replace(law, initial_slope_estimate=start)
         return controller
@@ -84,8 +83,4 @@ def gains_told(law: Mapping[str, Any]) -> str:
 
 def adaptive(delay: float | None, **settings: Any) -> Controller:
     """Make the paper's controller with its gains and Table I's robot, apart from some settings."""
-    return _law("adaptive", Compass(), replanning_delay=delay, **settings)
-
-
-def _law(name: str, model: Compass, **settings: Any) -> Controller:
-    return make_controller(name, model, settings, find_passive_gait(model, IMITATED_SLOPE))
+    return make_controller("adaptive", Compass(), {"replanning_delay": delay, **settings})

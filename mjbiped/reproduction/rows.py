@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from mjbiped.errors import RecordError, shown
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.grounds import Place
 from mjbiped.reproduction.traces import TRACES
@@ -29,7 +28,7 @@ COLUMNS = (
     "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
     "update", "start_estimate", "outcome", *MEASURES, "error", *COSTS, *TRACES,
 )  # fmt: skip
-_DIGITS = 6
+_DIGITS = 6  # that tables keep
 
 
 class Row(SimpleNamespace):
@@ -98,7 +97,7 @@ def _read(name: str, value: Any) -> Any:
         return int(value or 0)
     if value is None or value == "":
         return None if name == "delay" else math.nan
-    return rounded(float(value))
+    return float(f"{float(value):.{_DIGITS}g}")
 
 
 NO_WALK = row_of({})
@@ -128,20 +127,5 @@ def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
 
 
 def read_rows(text: str) -> list[Row]:
-    """Read the rows that `write_rows` wrote.
-
-    Raises:
-        RecordError: The text is no such table.
-    """
-    try:
-        headings, *lines = csv.reader(io.StringIO(text))
-        if tuple(headings) != COLUMNS:
-            raise ValueError("its columns are others")
-        return [row_of(dict(zip(COLUMNS, line, strict=True))) for line in lines]
-    except (ValueError, csv.Error) as error:
-        raise RecordError(f"not a table of the reproduction: {shown(error)}") from error
-
-
-def rounded(value: float) -> float:
-    """Round a number to the six digits that tables keep."""
-    return float(f"{value:.{_DIGITS}g}")
+    """Read the rows that `write_rows` wrote."""
+    return [row_of(columns) for columns in csv.DictReader(io.StringIO(text))]

@@ -14,7 +14,7 @@ import numpy as np
 
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS, greatest_survived
+from mjbiped.robustness.limits import ALL, DISTURBANCES, greatest_survived
 from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan, rough_from
 from mjbiped.sweeps.cell import FAILED, Row
 
@@ -140,7 +140,7 @@ class Robustness:
 
     def _limit(self, test: str, rows: Iterable[Row]) -> dict[str, Any]:
         """Find the greatest magnitude that a controller survives, with and without walks that violate the contact."""
-        kind = {**DISTURBANCES, **MARGINS}[test]
+        kind = ALL[test]
         tried = self.plan.limits if test in DISTURBANCES else self.plan.margins
         found: list[float | None] = []
         for on_any_ground in (False, True):

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mjbiped.records.tables import bare_table
-from mjbiped.robustness.limits import DISTURBANCES, MARGINS
+from mjbiped.robustness.limits import ALL, DISTURBANCES
 from mjbiped.robustness.result import FORGETTING, SOLE, Findings, Robustness
 from mjbiped.robustness.walks import LEVEL_STEPS, rough_from
 from mjbiped.utils.files import saved
@@ -141,7 +141,7 @@ def _digits(value: float, form: str) -> str:
 
 def _with_units(tried: Iterable[str]) -> list[str]:
     """Headings of disturbances."""
-    units = {test: {**DISTURBANCES, **MARGINS}[test].unit for test in tried}
+    units = {test: ALL[test].unit for test in tried}
     return [f"{test} ({unit})" if unit else test for test, unit in units.items()]
 
 
@@ -153,7 +153,7 @@ def _soles(each: Findings) -> list[str]:
 def _limits(each: Findings, tried: Mapping[str, tuple[float, ...]]) -> Iterator[str]:
     """Write the greatest disturbances survived; in brackets with walks that violate the contact."""
     for test, magnitudes in tried.items():
-        found, falls = each["greatest_survived"][test], {**DISTURBANCES, **MARGINS}[test].falls
+        found, falls = each["greatest_survived"][test], ALL[test].falls
         strict, loose = (_bound(found[name], magnitudes, falls) for name in ("magnitude", "with_contact_violated"))
         yield strict if loose == strict else f"{strict} ({loose})"
 

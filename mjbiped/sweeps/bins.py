@@ -175,11 +175,14 @@ def tabulated(
     return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
 
 
-def quartiles(values: Array) -> tuple[float, float]:
-    """Lower and upper quartile of a measure; NaN without values."""
-    values = values[~np.isnan(values)]
-    lower, upper = np.quantile(values, (0.25, 0.75)).tolist() if values.size else (math.nan, math.nan)
-    return lower, upper
+def spread(bins: Sequence[Array], name: str) -> Array:
+    """Middles and quartiles of a measure in bins, shape (3, bins); the quartiles of a share are the share itself."""
+    middles = np.array([middle(each, name) for each in bins])
+    if name == FINISHED:
+        return np.array([middles] * 3)
+    known = [each[~np.isnan(each)] for each in bins]
+    ends = [np.quantile(each, (0.25, 0.75)).tolist() if each.size else [math.nan] * 2 for each in known]
+    return np.vstack([middles, np.array(ends).T])
 
 
 def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,7 +15,7 @@ from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.names import engine_of
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, INITIAL_STATES
 from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
@@ -155,16 +155,27 @@ class Cell:
             parameters[FILE_KEY] = self.ground
         return Terrain.preset(name, **parameters)
 
-    def initial(self, controller: Controller, robot: Robot, terrain: Terrain) -> str | tuple[float, ...]:
-        """Return the first state: a name, or the robot's angles and rates."""
+    def initial(self, gait_start: Callable[[], Sequence[float]]) -> str | tuple[float, ...]:
+        """Return the first state: a name, or the robot's angles and rates.
+
+        Args:
+            gait_start: Returns the first state of the gait that the controller imitates.
+
+        Raises:
+            InputError: The section is not valid for the robot.
+        """
         if "initial" in self.values:
-            return str(self.values["initial"])
-        state = self.section("initial")
-        base = [0.0] * 2 * len(robot.angles)  # at rest, or of the numbers alone
-        if state.get("around") == "gait":  # as in `walk`
-            base = (controller.gait or passive_gait_of(robot, terrain.slope_at(0.0))).start.tolist()
-        names = state_of(type(robot))
-        return tuple(start + float(state.get(name, 0.0)) for name, start in zip(names, base, strict=True))
+            return known_name("initial state", self.values["initial"], INITIAL_STATES)
+        given, valid = self.section("initial"), state_of(self.kind)
+        check_keys("key of initial", given, ("around", *valid))
+        state = {name: valid[name].check(f"initial.{name}", given[name]) for name in valid if name in given}
+        missing = [name for name in valid if name not in given]
+        if missing and "around" not in given:
+            words = f"all of {', '.join(valid)}, or around = one of {', '.join(INITIAL_STATES)} and the deviations"
+            raise InputError(f"initial needs {', '.join(missing)} as well: {words} from it")
+        around = known_name("initial.around", given.get("around", "rest"), INITIAL_STATES)
+        base = gait_start() if around == "gait" else [0.0] * len(valid)
+        return tuple(start + state.get(name, 0.0) for name, start in zip(valid, base, strict=True))
 
     def walk(self, sample_period: float = SPARSE) -> Walk:
         """Walk the cell.
@@ -177,7 +188,9 @@ class Cell:
             controller,
             terrain,
             engine=self.engine(),
-            initial=self.initial(controller, robot, terrain),
+            initial=self.initial(
+                lambda: (controller.gait or passive_gait_of(robot, terrain.slope_at(0.0))).start.tolist()
+            ),
             robot=robot,
             scuffing=self.scuffing(),
             disturbances=self.disturbances(),

@@ -20,7 +20,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, middle, quartiles, tabulated, values_of
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
 
@@ -156,7 +156,7 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
         styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
         for k, (kind, (colour, style, marker)) in enumerate(styles):
             bins = [values[axis.within(i, groups.bin == k)] for i in range(axis.count)]
-            middles, low, high = _spread(bins, name)
+            middles, low, high = spread(bins, name)
             axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
             axes.fill_between(axis.at, low, high, color=colour, alpha=0.2, linewidth=0)
         titled(axes, "", measure_label(name))
@@ -171,19 +171,12 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
     _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
 
 
-def _spread(bins: Sequence[Array], name: str) -> Array:
-    """Middles and quartiles of a measure in bins, shape (3, bins); those of a share are the share itself."""
-    middles = [middle(each, name) for each in bins]
-    ends = [(share, share) for share in middles] if name == FINISHED else [quartiles(each) for each in bins]
-    return np.array([middles, *zip(*ends, strict=True)])
-
-
 def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
     """Draw the middle of each measure for each group, and a line from quartile to quartile."""
     panels = _panels(figure, measures, 0.9 + 0.3 * groups.count)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
-        middles, low, high = _spread([values[groups.bin == k] for k in range(groups.count)], name)
+        middles, low, high = spread([values[groups.bin == k] for k in range(groups.count)], name)
         axes.plot(middles, groups.centres, "o", color=BLUE, markersize=4.5)
         axes.hlines(groups.centres, low, high, color=BLUE)
         axes.set(ylim=(groups.count, 0.0), xlabel=measure_label(name))

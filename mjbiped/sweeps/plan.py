@@ -18,12 +18,12 @@ from mjbiped.control.loading import is_reference, located
 from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.checks import check_controller
-from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, Scalar, check_keys, state_of
+from mjbiped.sweeps.cell import KNEES_MEASURES, LIMIT, MEASURES, OPTIONS, Cell, Scalar, check_keys
 from mjbiped.sweeps.sections import OF_WALK, SECTIONS, generator, parts_of, read_table
 from mjbiped.terrain.files import parse_toml
 from mjbiped.terrain.terrain import Terrain
@@ -208,27 +208,10 @@ def _check_controller(cell: Cell) -> None:
 def _check_walk(cell: Cell) -> None:
     """Refuse engine, limits, initial state, scuffing rule or disturbances that no walk of the robot can have."""
     engine = cell.engine()
-    if "initial" in cell.values:
-        known_name("initial state", cell.values["initial"], INITIAL_STATES)
-    else:
-        _check_initial(cell.section("initial"), type(cell.robot()))
+    cell.initial(lambda: [0.0] * 2 * len(cell.kind.angles))
     limits = cell.section(LIMIT)
     terms = Terms(engine, limits.get("steps"), limits.get("distance"), cell.robot(), None, cell.scuffing())
     make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
-
-
-def _check_initial(given: Mapping[str, Any], robot: type[Robot]) -> None:
-    """Refuse an initial state that does not fit the robot."""
-    valid = state_of(robot)
-    for name, value in given.items():
-        if known_name("key of initial", name, ("around", *valid)) == "around":
-            known_name("initial.around", value, INITIAL_STATES)
-        else:
-            valid[name].check(f"initial.{name}", value)
-    missing = [name for name in valid if name not in given]
-    if missing and "around" not in given:
-        words = f"all of {', '.join(valid)}, or around = one of {', '.join(INITIAL_STATES)} and the deviations from it"
-        raise InputError(f"initial needs {', '.join(missing)} as well: {words}")
 
 
 def _plot(table: Mapping[str, Any], varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -22,10 +22,10 @@ from mjbiped.engines.compiling import AHEAD
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
-from mjbiped.sweeps.cell import KNEES_MEASURES, Cell, Row
+from mjbiped.sweeps.cell import Cell, Row
 from mjbiped.sweeps.parquet import Trajectories, forget, write_samples
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.store import Layout, Store, opened
+from mjbiped.sweeps.store import Store, opened
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
 
@@ -57,10 +57,9 @@ class Swept(NamedTuple):
     seconds: float
 
 
-def layout_of(study: Study) -> Layout:
-    """Describe the columns of a study's table."""
-    columns = ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
-    return Layout("study", columns, range(len(study.cells)), frozenset(KNEES_MEASURES))
+def columns_of(study: Study) -> tuple[str, ...]:
+    """Names of the columns of a study's table."""
+    return ("cell", *(("sample",) if study.drawn else ()), *study.varied, "outcome", "error", *study.measures)
 
 
 def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool = False, **walking: Any) -> Swept:
@@ -84,9 +83,8 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         KeyboardInterrupt: Ctrl-C was pressed; finished rows are kept.
     """
     laws = {name: digest_of(place) for name, place in study.laws.items()}
-    own = {"controllers": laws} if laws else {}
-    identity = {"study": dict(study.declared), **machinery(), **own, "cells": study.digest}
-    with opened(folder, layout_of(study), identity, fresh=fresh) as store:
+    identity = {"study": dict(study.declared), **machinery(), "controllers": laws, "cells": study.digest}
+    with opened(folder, "study", columns_of(study), identity, fresh=fresh) as store:
         if fresh:
             forget(folder)
         done = {row["cell"] for row in store.rows()}
@@ -125,7 +123,7 @@ def estimate(study: Study, *, workers: int | None = None, trajectories: bool = F
         started = time.perf_counter()
         row = study.cells[place].row(trajectory=trajectories)
         times.append(time.perf_counter() - started)
-        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in layout_of(study).columns))
+        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in columns_of(study)))
         if trajectories:
             samples = BytesIO()
             write_samples(row, samples)

@@ -8,48 +8,19 @@ import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from mjbiped.errors import InputError, RecordError, shortened, shown
-from mjbiped.records.schema import OUTCOMES
-from mjbiped.sweeps.cell import FAILED, KNEES_MEASURES, Row
+from mjbiped.errors import InputError, RecordError, shortened
+from mjbiped.sweeps.cell import KNEES_MEASURES, Row
 from mjbiped.utils.files import saved
 
 _LOCK = ".running"
 _FORMAT = 1
-_IDENTITY = "CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)"
 _WAY_OUT = "; name another --out, or begin again with --fresh"
-_OTHERS = "its tables are others than they must be, or another version of mjbiped made them"
 _SHOWN = 5  # differences in a message
 _LONG = 60  # letters of a value that a message leaves out
 _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a terrain file"}
 """Parts of an identity that are digests; those of a user's own controllers are called `controllers.` and the name."""
-
-
-class Layout(NamedTuple):
-    """Columns of a table, and the values they can hold.
-
-    Attributes:
-        name: Name of its files, without their suffixes.
-        columns: Names of the columns; no two rows have the same value in the first, the key.
-        keys: The numbers that can be keys; None: keys are texts.
-        numbers: Columns that hold numbers or nothing; others, apart from "outcome" and "error", can hold texts too.
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    keys: range | None
-    numbers: frozenset[str]
-
-    def fits(self, name: str, value: Any) -> bool:
-        """Whether a value can stand in a column."""
-        if name == self.columns[0]:
-            return isinstance(value, str) if self.keys is None else type(value) is int and value in self.keys
-        if name == "outcome":
-            return value in (*OUTCOMES, FAILED)
-        if name == "error":
-            return isinstance(value, str | None)
-        return isinstance(value, float | int | None) or (name not in self.numbers and isinstance(value, str))
 
 
 class Store:
@@ -59,11 +30,11 @@ class Store:
         folder: Folder of its files.
     """
 
-    def __init__(self, path: Path, layout: Layout, database: sqlite3.Connection) -> None:
+    def __init__(self, path: Path, columns: Sequence[str], database: sqlite3.Connection) -> None:
         """Wrap an open database; `opened` does so."""
         self.folder = path.parent
         self._path = path
-        self._layout = layout
+        self._columns = columns
         self._database = database
 
     def save(self, rows: Sequence[Row]) -> None:
@@ -72,19 +43,19 @@ class Store:
         Raises:
             RecordError: The rows cannot be written.
         """
-        marks = ", ".join("?" * len(self._layout.columns))
-        values = [tuple(row.get(name) for name in self._layout.columns) for row in rows]
+        marks = ", ".join("?" * len(self._columns))
+        values = [tuple(row.get(name) for name in self._columns) for row in rows]
         with _explained(self._path), self._database:
             self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
-        """Read all rows, in the order of their keys, and check every value.
+        """Read all rows, in the order of their keys.
 
         Raises:
             RecordError: The file is damaged.
         """
         with _explained(self._path):
-            return _rows(self._database, self._layout)
+            return _rows(self._database)
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -95,18 +66,21 @@ class Store:
         path = self._path.with_suffix(".csv")
         with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self._layout.columns)
+            writer.writerow(self._columns)
             writer.writerows(row.values() for row in self.rows())
         return path
 
 
 @contextmanager
-def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: bool = False) -> Iterator[Store]:
+def opened(
+    folder: Path, name: str, columns: Sequence[str], identity: Mapping[str, Any], *, fresh: bool = False
+) -> Iterator[Store]:
     """Open a table or begin one, and keep other processes out.
 
     Args:
         folder: Folder of the table; it is made if missing.
-        layout: Columns of the table.
+        name: Name of its files, without their suffixes.
+        columns: Names of the columns; no two rows have the same value in the first, the key.
         identity: Everything on which its rows depend, by kind, in plain JSON types; another identity is refused.
         fresh: Delete the rows that are kept.
 
@@ -115,15 +89,15 @@ def opened(folder: Path, layout: Layout, identity: Mapping[str, Any], *, fresh: 
         RecordError: The file is no table of mjbiped's, or a damaged one, or cannot be written.
     """
     make_folder(folder)
-    path = folder / f"{layout.name}.sqlite"
+    path = folder / f"{name}.sqlite"
     with _exclusive(folder / _LOCK):
         with _explained(path):
             for suffix in (".sqlite", ".sqlite-journal", ".csv", ".parquet") if fresh else ():
                 path.with_suffix(suffix).unlink(missing_ok=True)
             database = sqlite3.connect(path)
         with closing(database):
-            _begin(database, path, layout.columns, {"format": _FORMAT, **identity})
-            yield Store(path, layout, database)
+            _begin(database, path, columns, {"format": _FORMAT, **identity})
+            yield Store(path, columns, database)
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
@@ -140,21 +114,29 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     """
     address = f"{path.absolute().as_uri()}?mode=ro"
     with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
-        layout = Layout(path.stem, tuple(_columns(database)), range(2**63), frozenset(KNEES_MEASURES))
+        _check_tables(database)
         identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-        return _rows(database, layout), identity
+        rows = _rows(database)
+        if not all(isinstance(row.get(name), float | int | None) for row in rows for name in KNEES_MEASURES):
+            raise ValueError("a measure is no number")
+        return rows, identity
 
 
-def _rows(database: sqlite3.Connection, layout: Layout) -> list[Row]:
-    """Read all rows, and check every value."""
-    found = database.execute("SELECT * FROM cells ORDER BY 1").fetchall()
-    rows = [dict(zip(layout.columns, values, strict=True)) for values in found]
-    for row in rows:
-        for name, value in row.items():
-            if not layout.fits(name, value):
-                key = shown(row[layout.columns[0]])
-                raise ValueError(f"{name} of cell {key} is {shown(value)}, which no walk here has")
-    return rows
+def _check_tables(database: sqlite3.Connection) -> None:
+    """Refuse a file of somebody else's that holds more than tables: a view can be endless.
+
+    Raises:
+        sqlite3.Error: There is such a thing, or the file is damaged.
+    """
+    if database.execute("SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')").fetchall():
+        raise sqlite3.DatabaseError("it holds a view or a trigger")
+
+
+def _rows(database: sqlite3.Connection) -> list[Row]:
+    """Read all rows, in the order of their keys."""
+    found = database.execute("SELECT * FROM cells ORDER BY 1")
+    names = [name for name, *_ in found.description]
+    return [dict(zip(names, values, strict=True)) for values in found]
 
 
 def make_folder(folder: Path) -> None:
@@ -187,46 +169,28 @@ def _exclusive(file: Path) -> Iterator[None]:
 
 
 def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
-    """Make the tables of a new file, or check those of an old one and compare its identity."""
+    """Make the tables of a new file, or compare the identity and the columns of an old one."""
     text = {kind: json.dumps(value, sort_keys=True) for kind, value in identity.items()}
+    key, *others = (f'"{name}"' for name in columns)
     with _explained(path):
         with database:
             database.execute("BEGIN IMMEDIATE")
+            _check_tables(database)
             if not database.execute("SELECT name FROM sqlite_master").fetchall():
-                for statement in _statements(columns):
-                    database.execute(statement)
+                database.execute("CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)")
+                # no types: values stay as they are
+                database.execute(f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})")
                 database.executemany("INSERT INTO identity VALUES (?, ?)", text.items())
-        found = _columns(database)
         differences = _differences(dict(database.execute("SELECT kind, value FROM identity")), text)
-        ((health,),) = database.execute("PRAGMA quick_check(1)")
-        if health != "ok" or (not differences and found != [*columns]):
-            raise sqlite3.DatabaseError(_OTHERS if health == "ok" else health)
+        found = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
+        if not differences and found != [*columns]:
+            raise sqlite3.DatabaseError("its columns are others than they must be: another version of mjbiped made it")
     if differences:
         more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
         raise InputError(
             f"the rows in {path.parent} are of another study: {'; '.join(differences[:_SHOWN])}{more}. Name another "
             "--out, undo the change, or delete these rows and begin again with --fresh"
         )
-
-
-def _statements(columns: Sequence[str]) -> list[str]:
-    """The statements that make the tables of a file."""
-    key, *others = (f'"{name}"' for name in columns)
-    # no types: values stay as they are
-    return [_IDENTITY, f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})"]
-
-
-def _columns(database: sqlite3.Connection) -> list[str]:
-    """Return the columns of the rows, and refuse a file that holds anything but the two tables: a view can be endless.
-
-    Raises:
-        sqlite3.Error: There is something else, or the file is damaged.
-    """
-    found = [sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql NOT NULL ORDER BY rowid")]
-    columns = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
-    if not columns or found != _statements(columns):
-        raise sqlite3.DatabaseError(_OTHERS)
-    return columns
 
 
 @contextmanager

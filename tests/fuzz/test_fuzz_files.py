@@ -17,7 +17,7 @@ from time_limits import within
 from mjbiped.errors import InputError
 from mjbiped.sweeps import plan as plans
 from mjbiped.sweeps.plan import Study, read_study
-from mjbiped.sweeps.run import layout_of
+from mjbiped.sweeps.run import columns_of
 from mjbiped.sweeps.store import opened
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
@@ -254,7 +254,7 @@ def test_study_files(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(plans, "MOST_CELLS", 500)  # what takes long is many walks, and those are not to be checked here
     (tmp_path / "sound.toml").write_text(STUDY)
     study = read_study(tmp_path / "sound.toml")
-    with opened(tmp_path / "table", layout_of(study), {}) as store:  # which takes no column twice
+    with opened(tmp_path / "table", "study", columns_of(study), {}) as store:  # which takes no column twice
         assert store.rows() == []
     read_all(cases("study", count), tmp_path / "study.toml", read_study)
 

@@ -87,15 +87,6 @@ def test_failed_cells_are_told_and_tried_again(
 
 
 @pytest.mark.usefixtures("studies_in_threads")
-def test_unreadable_result_is_told(cells: list[Cell], tmp_path: Path) -> None:
-    results(tmp_path, cells[:1])
-    with closing(sqlite3.connect(tmp_path / "walks.sqlite")) as database, database:
-        assert database.execute("UPDATE cells SET steps = 'many'").rowcount == 1
-    with pytest.raises(mjbiped.RecordError, match=r"steps of cell .*--fresh"):
-        results(tmp_path, cells[:1])
-
-
-@pytest.mark.usefixtures("studies_in_threads")
 def test_lost_record_is_walked_again(controller: AdaptiveController, tmp_path: Path) -> None:
     cell = Cell("hybrid", controller, mjbiped.Terrain.level(), steps=2, record=True)
     results(tmp_path, [cell])

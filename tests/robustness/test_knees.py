@@ -40,8 +40,9 @@ def test_a_disturbance_comes_at_all_phases_of_a_step_with_knees() -> None:
 def test_a_basins_first_states_have_a_straight_swing_leg() -> None:
     cells = plan(Path("x.toml"), SMALL).study.cells
     mine = [c for c in cells if c.values["test"] == BASIN and c.values["controller"] == "knees"]
-    law, ground = mine[0].controller(), mjbiped.Terrain.level()
-    starts = np.array([cell.initial(law, mine[0].robot(), ground) for cell in mine], dtype=float)
+    gait = mine[0].controller().gait
+    assert gait is not None
+    starts = np.array([cell.initial(lambda: gait.start.tolist()) for cell in mine], dtype=float)
     assert starts.shape == (4, 6)
     assert (starts[:, 1] == starts[:, 2]).all()
     assert (np.abs(starts[:, 4] - starts[:, 5]) < 1e-15).all()

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from mjbiped.plotting import style as plot_style
-from mjbiped.sweeps.bins import binned, middle, quartiles, values_of
+from mjbiped.sweeps.bins import binned, middle, spread, values_of
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.figures import draw
 from mjbiped.sweeps.plan import FINISHED, plan
@@ -103,7 +103,7 @@ def test_only_finished_walks_are_measured() -> None:
     assert middle(values_of(rows, "cost_of_transport"), "cost_of_transport") == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
     assert middle(values_of(rows, FINISHED), FINISHED) == 9 / 12
     assert np.isnan(middle(np.array([np.nan]), "steps"))
-    assert quartiles(np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])) == (1.0, 3.0)
+    assert spread([np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])], "steps").tolist() == [[2.0], [1.0], [3.0]]
 
 
 def test_few_values_stand_by_themselves_and_many_in_bins() -> None:

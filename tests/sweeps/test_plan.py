@@ -121,10 +121,8 @@ def test_settings_reach_the_walk() -> None:
 
 
 def test_initial_states(controller: AdaptiveController) -> None:
-    robot, ground = mjbiped.Compass(), mjbiped.Terrain.level()
-
     def initial(text: str) -> object:
-        return planned(text).cells[0].initial(controller, robot, ground)
+        return planned(text).cells[0].initial(lambda: controller.gait.start.tolist())
 
     assert initial('initial = ["rest", "gait"]') == "rest"
     assert initial("initial = { q1 = -0.2, q2 = 0.2, dq1 = 1, dq2 = 0.5 }") == (-0.2, 0.2, 1.0, 0.5)

@@ -14,9 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import ANKLE, BLACK, C_MT, ESTIMATE, GUIDE, HIP, HYBRID, MUJOCO, TRUTH, drawn
+from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn
+from mjbiped.plotting.walk import draw_over_time
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
+from mjbiped.records.signals import lines_of
 from mjbiped.reproduction.grounds import TABLE_3
 from mjbiped.reproduction.report.markdown import ENGINES
 from mjbiped.reproduction.report.table_3 import walks_of
@@ -94,26 +96,16 @@ def plot_figure_6(walks: Mapping[float | None, Walk], path: str | Path | None = 
         across = width().beside(2)
         caption = _caption("Fig. 6", next(iter(walks.values())))
         figure.set_figheight(0.4 + 1.9 * len(walks) * (2 // across) + head(figure, caption))
-        grid = figure.subplots(2 * len(walks) // across, across, sharex=True, squeeze=False).reshape(-1, 2)
+        shared: Any = {"sharex": True, "sharey": "col" if across == 2 else "none", "squeeze": False}
+        grid = figure.subplots(2 * len(walks) // across, across, **shared)
+        panels = iter(grid.ravel())
         letters = iter(ascii_lowercase)
-        for (slopes, torques), (delay, walk) in zip(grid, walks.items(), strict=True):
-            slopes.sharey(grid[0, 0])
-            torques.sharey(grid[0, 1])
-            time = walk.samples["time"]
+        for delay, walk in walks.items():
             name = "no re-planning" if delay is None else f"ζ = {delay:g}"
-            slopes.plot(time, np.degrees(walk.samples["slope_estimate"]), label="estimate", **ESTIMATE)
-            _draw_truth(slopes, walk)
-            slopes.set(ylabel="slope (°)", xlim=(0.0, float(time[-1])))
-            titled(slopes, next(letters), f"Slope estimate, {name}")
-            for joint, (label, style) in enumerate((("ankle", ANKLE), ("hip", HIP))):
-                torques.plot(time, walk.samples["torque"][:, joint], label=label, **style)
-            torques.set(ylabel="torque (N m)")
-            peak = max(float(value) for value in walk.peak_torque)
-            titled(torques, next(letters), f"Torque, {name}: greatest {peak:.1f}\u00a0N\u00a0m")
-        named = [dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True)) for axes in grid[0]]
-        handles = named[0] | named[1]
-        legend_below(figure, list(handles.values()), list(handles))
-        for axes in grid[-1][2 - across :]:
+            torque = f"Torque, {name}: greatest {max(walk.peak_torque):.1f}\u00a0N\u00a0m"
+            for title, lines in zip((f"Slope estimate, {name}", torque), lines_of(walk), strict=False):
+                draw_over_time(next(panels), walk, next(letters), lines, title)
+        for axes in grid[-1]:
             axes.set_xlabel("time (s)")
     return figure
 
@@ -162,7 +154,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
     return figure
 
 
-def _draw_truth(axes: Axes, walk: Walk, named: bool = True) -> None:
+def _draw_truth(axes: Axes, walk: Walk, named: bool) -> None:
     """Draw the slope under the stance foot; with a legend entry and the touchdowns where it is named."""
     label = "true" if named else None
     axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
