@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 from typing import Any
 
 import matplotlib
@@ -14,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from mjbiped.plotting.signals import draw_signals
 from mjbiped.plotting.style import widen, zero_line
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import PANELS, lines_of
+from mjbiped.records.signals import lines_of
 from mjbiped.rendering.overlay import Pixels
 
 _LONGEST = 20.0  # longest time on a page, s; a longer walk has several pages
@@ -47,7 +48,7 @@ class Chart:
         self._page, self._drawn = -1, np.empty((height, width, 3), dtype=np.uint8)
         first, after = np.searchsorted(walk.samples["time"], (start, stop), side="right").tolist()
         self._inside, self._time = slice(max(0, first - 1), after), walk.samples["time"]
-        self._lines = [lines for lines in lines_of(walk) if lines.panel in (PANELS["slope"], PANELS["torque"])]
+        self._lines = list(islice(lines_of(walk), len(_PANELS)))  # slope and torque
         self._least = 0.01 * walk.robot.weight * walk.robot.leg_length
 
     def draw(self, frame: Pixels, time: float) -> None:
