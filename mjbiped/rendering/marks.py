@@ -215,8 +215,10 @@ class _Pen:
         self._add, self.length = partial(add_geom, scene, scene.geoms), length
 
     def connect(self, kind: int, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
-        """Connect two points x, z (m) of the plane at y by a capsule or bar of half width `width` (m), or by a line of
-        `width` pixels; nothing connects a point with itself, or with none."""
+        """Connect two points x, z (m) of the plane at y by a capsule or bar of half width `width` (m), or by a line.
+
+        A line is `width` pixels wide. Nothing connects a point with itself, or with none.
+        """
         if not 0.0 < math.dist(start, stop) < math.inf:
             return
         geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
