@@ -75,8 +75,9 @@ class Chart:
         """Draw the page from a time (s) on."""
         width, height = self._size
         sizes = {"font.size": self._letters * 72.0 / _DPI, "lines.linewidth": 1.5, "legend.fontsize": "small"}
-        bare: dict[Any, Any] = {"axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
-        with matplotlib.rc_context({**bare, **sizes}):
+        bare = {"axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}
+        settings: Any = {**sizes, **bare}
+        with matplotlib.rc_context(settings):
             figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
             canvas = FigureCanvasAgg(figure)
             for lines, (low, high) in zip(self._lines, _PANELS, strict=True):
