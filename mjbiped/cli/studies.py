@@ -200,7 +200,7 @@ def report(source: Path, results: Results) -> None:
         results.written["report"] = str(page)
     else:
         done, video = Walk.load(source), not results.no_video
-        settings: dict[str, Any] = {"record": source.name, "video": video, "progress": not results.quiet}
+        settings: dict[str, Any] = {"video": video, "progress": not results.quiet}
         results.write("report", page, lambda path: report_walk(done, path, **settings))
     results.end({}, [])
 

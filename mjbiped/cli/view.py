@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,7 +20,10 @@ from mjbiped.rendering.look import ALL, look
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.viewing.player import KEYS, MOUSE, Player, Source
+from mjbiped.viewing.player import KEYS, MOUSE, Player
+
+if TYPE_CHECKING:  # the help does not need it
+    from mjbiped.viewing.sources import Source
 
 _VIEW = "View"
 _MARKS = ("torque", "force", "ghost", "estimate", "traces", "shadows", "caption")

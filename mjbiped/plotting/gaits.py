@@ -20,11 +20,10 @@ from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
 from mjbiped.limit_cycles.periodic import PeriodicGait
 from mjbiped.plotting.panels import legend_below, plain, titled
-from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at
+from mjbiped.plotting.style import BLUE, GUIDE, SHADE, VERMILLION, drawn, note_at, told_apart
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
-_COUNT_STYLES = ((BLUE, "-"), (VERMILLION, (0, (5, 1.2))), (GREEN, (0, (2.5, 1))), (ORANGE, (0, (1, 0.8))))
 _FALL_LIMIT = 6  # greatest number of steps until a fall with a grey of its own
 _FALL_GREYS = (0.89, 0.77)
 _SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
@@ -151,7 +150,7 @@ def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | No
         figure.set_figheight(7.0)
         grid: Any = figure.subplots(2, 1, sharex=True)
         for number, gaits in enumerate(branches):
-            color, line = _COUNT_STYLES[min(number, len(_COUNT_STYLES) - 1)]
+            color, _, line = told_apart(number)
             degrees = [math.degrees(gait.slope) for gait in gaits]
             multipliers = np.array([gait.multipliers for gait in gaits])
             for part, axes in zip((np.abs(multipliers), multipliers.real), grid, strict=True):

@@ -9,16 +9,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.errors import InputError
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, VERMILLION, drawn, note_at
+from mjbiped.plotting.style import BLACK, GUIDE, LOOKS, drawn, note_at
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
-_LOOKS = ((BLUE, "o", "-"), (ORANGE, "s", (0, (4, 1.2))), (VERMILLION, "^", (0, (1.5, 1.2))), (GREEN, "D", "-."))
+_MOST = 4  # walks
 _MOST_NAMED = 40  # greatest number of steps with labelled changes of slope
 
 
@@ -40,24 +39,28 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         InputError: There is no walk or more than four, or the path has another suffix.
         RenderError: The file cannot be written.
     """
-    if not 1 <= len(walks) <= len(_LOOKS):
-        raise InputError(f"a figure shows one to {len(_LOOKS)} walks, got {len(walks)}")
+    if not 1 <= len(walks) <= _MOST:
+        raise InputError(f"a figure shows one to {_MOST} walks, got {len(walks)}")
     with drawn(path) as figure:
         across = width().beside(2)
         figure.set_figheight(0.6 + 3.0 * (4 // across))
         over_time, errors, excitation, condition = figure.subplots(4 // across, across).flat
-        for (name, found), (color, marker, line) in zip(walks.items(), _LOOKS, strict=False):
+        for (name, found), (color, marker, line) in zip(walks.items(), LOOKS[1:], strict=False):
             steps = np.arange(1, found.steps + 1)
             look = {"color": color, "marker": marker, "markersize": 3.5, "linewidth": 0.9, "linestyle": line}
             over_time.plot(found.time, _positive(found.lyapunov, RESOLVED**2), color=color, linestyle=line)
             errors.plot(steps, _positive(np.linalg.norm(found.end, axis=1), RESOLVED), label=name, **look)
             for values in found.excitation.T:
                 excitation.plot(steps, values, **look)
-            condition.plot(steps, _positive(found.condition), **look)
-            condition.plot(steps, _positive(found.ratio), **{**look, "linestyle": "none"}, markerfacecolor="white")
+            named = name == next(iter(walks))
+            left, apart = ("left side of (24)", "‖η‖ over its value a step before, (26)") if named else (None, None)
+            condition.plot(steps, _positive(found.condition), label=left, **look)
+            hollow = {**look, "linestyle": "none", "markerfacecolor": "white", "label": apart}
+            condition.plot(steps, _positive(found.ratio), **hollow)
         first = next(iter(walks.values()))
         steps = np.arange(1, first.steps + 1)
-        condition.plot(steps, first.condition_floor, color=BLACK, linewidth=0.9)
+        floor = "left side of (24), best possible constants"
+        condition.plot(steps, first.condition_floor, color=BLACK, linewidth=0.9, label=floor)
         over_time.set(yscale="log", xlabel="time (s)", ylabel="$V_a$")
         titled(over_time, "a", "Lyapunov function (15)")
         errors.set(yscale="log", ylabel="‖η‖ (rad, rad/s, 1)")
@@ -73,17 +76,7 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
             axes.xaxis.get_major_locator().set_params(integer=True)
         _mark_slopes(excitation, first)
         legend_below(figure, *errors.get_legend_handles_labels())
-        condition.legend(
-            handles=[
-                Line2D([], [], color=GUIDE, marker="o", markersize=3.5, label="left side of (24)"),
-                Line2D([], [], color=BLACK, label="left side of (24), best possible constants"),
-                Line2D(
-                    [], [], color=GUIDE, marker="o", markersize=3.5, linestyle="none", markerfacecolor="white",
-                    label="‖η‖ over its value a step before, (26)",
-                ),
-            ],
-            loc="lower left",
-        )  # fmt: skip
+        condition.legend(loc="lower left")
     return figure
 
 

@@ -23,11 +23,29 @@ from mjbiped.utils.palette import BLACK as BLACK
 from mjbiped.utils.palette import BLUE as BLUE
 from mjbiped.utils.palette import GREEN as GREEN
 from mjbiped.utils.palette import ORANGE as ORANGE
-from mjbiped.utils.palette import SKY
+from mjbiped.utils.palette import PURPLE, SKY
 from mjbiped.utils.palette import VERMILLION as VERMILLION
 
 GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
 """Ground, its outline and texts, guide lines."""
+
+
+LOOKS = (
+    (BLACK, "o", "-"),
+    (BLUE, "s", (0, (5, 1.2))),
+    (ORANGE, "^", (0, (2, 1))),
+    (GREEN, "D", (0, (4, 1, 1, 1))),
+    (VERMILLION, "v", (0, (1, 1))),
+    (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
+    (SKY, "X", (0, (8, 2))),
+    (PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
+)
+"""Colour, mark and line of curves that are told apart, in their order; each of the three does it by itself."""
+
+
+def told_apart(number: int) -> tuple[str, str, Any]:
+    """Return colour, mark and line of a curve; they repeat after eight."""
+    return LOOKS[number % len(LOOKS)]
 
 
 def look(signal: str) -> dict[str, Any]:

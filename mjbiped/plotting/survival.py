@@ -13,25 +13,7 @@ from matplotlib.ticker import ScalarFormatter
 
 from mjbiped.analysis.survival import Survival
 from mjbiped.plotting.panels import legend_below, plain
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn
-from mjbiped.utils.palette import PURPLE, SKY
-
-LOOKS = (
-    (BLACK, "o", "-"),
-    (BLUE, "s", (0, (5, 1.2))),
-    (ORANGE, "^", (0, (2, 1))),
-    (GREEN, "D", (0, (4, 1, 1, 1))),
-    (VERMILLION, "v", (0, (1, 1))),
-    (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
-    (SKY, "X", (0, (8, 2))),
-    (PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
-)
-"""Colour, mark and line of each controller, in their order; each of the three tells them apart by itself."""
-
-
-def look(number: int) -> tuple[str, str, Any]:
-    """Return colour, mark and line of a controller; they repeat after eight."""
-    return LOOKS[number % len(LOOKS)]
+from mjbiped.plotting.style import GUIDE, drawn, told_apart
 
 
 def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = None) -> Figure:
@@ -52,7 +34,7 @@ def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = N
         figure.set_figheight(3.4)
         axes = figure.subplots()
         for number, (name, survival) in enumerate(survivals.items()):
-            draw_curve(axes, survival, f"{name}: {mean_in_words(survival)}", look(number))
+            draw_curve(axes, survival, f"{name}: {mean_in_words(survival)}", told_apart(number))
         lay_axes(axes, max(max(survival.steps) for survival in survivals.values()))
         axes.set_xlabel("steps (logarithmic)")
         legend_below(figure, *axes.get_legend_handles_labels())

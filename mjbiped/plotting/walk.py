@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
+from mjbiped.plotting.signals import draw_signals
 from mjbiped.plotting.style import (
     BLUE,
     C_MT,
@@ -24,7 +25,6 @@ from mjbiped.plotting.style import (
     TRUTH,
     drawn,
     figure_png,
-    look,
     widen,
     zero_line,
 )
@@ -142,8 +142,7 @@ def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str
     axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
     for moment in walk.touchdowns["time"] if few else ():
         axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
-    for name, signal in lines.signals.items():
-        axes.plot(time, lines.values[name], label=signal.label, **look(name))
+    draw_signals(axes, time, lines)
     if panel.events and few:
         axes.plot(lines.events, np.zeros_like(lines.events), "k|", markersize=5, label=panel.events[0])
     widen(axes, panel.least)

@@ -52,10 +52,11 @@ _ESTIMATE_REACH = 0.6
 _ESTIMATE_WIDTH = 0.0055
 _GHOST_WIDTH = 0.026
 _GHOST_OPACITY = 0.33
-_SPOT = (0.085, 0.05)  # a shadow's half length and half width
+_SPOT = (0.085, 0.05, 0.001)  # a shadow's half length, half width and half height
 _SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
 _SPOT_OPACITY = 0.45
 _TRACE_PIXELS = 2.5
+_BAR = mujoco.mjtGeom.mjGEOM_BOX
 _SOLE_WIDTH = 0.012
 _PRESSED = 0.016
 
@@ -109,7 +110,7 @@ def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, element
         at = foot if robot.sole is None else pressed(robot, moment, foot)
         _draw_force(pen, at, moment.force, scales.force, length)
         if robot.sole is not None:
-            pen.ball(at, _FRONT, _PRESSED * length, (1.0, 1.0, 1.0, 1.0))  # it moves on dark soles
+            pen.blob(at, _FRONT, [_PRESSED * length] * 3, 0.0, (1.0, 1.0, 1.0, 1.0))  # it moves on dark soles
     if "torque" in elements:
         places = ((foot, angle), (hip, 0.0), (legs[(moment.stance + 1) % len(legs)][1], 0.0))
         signals = torques_of(type(robot))
@@ -188,8 +189,7 @@ def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, l
     clear = 1.0 - abs(foot[1] - height) / (_SPOT_FADES * length)
     if not clear > 0.0:
         return
-    size, rgba = (_SPOT[0] * length, _SPOT[1] * length), (0.0, 0.0, 0.0, _SPOT_OPACITY * clear)
-    pen.spot((foot[0], y * length, height), slope, size, rgba)
+    pen.blob((foot[0], height), y, np.multiply(_SPOT, length), slope, (0.0, 0.0, 0.0, _SPOT_OPACITY * clear))
 
 
 def _draw_sole(pen: _Pen, foot: Pair, slope: float, sole: Pair, y: float, colour: Colour) -> None:
@@ -214,35 +214,28 @@ class _Pen:
     def __init__(self, scene: Any, length: float) -> None:
         self._add, self.length = partial(add_geom, scene, scene.geoms), length
 
-    def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
-        """Add a square bar of half width `width` (m) between two points x, z (m) of the plane at y."""
-        x, z = stop[0] - start[0], stop[1] - start[1]
-        long = math.hypot(x, z)
-        if not 0.0 < long < math.inf:
-            return
-        x, z = x / long, z / long
-        frame = np.array((x, 0.0, -z, 0.0, 1.0, 0.0, z, 0.0, x))
-        place = np.array((0.5 * (start[0] + stop[0]), y * self.length, 0.5 * (start[1] + stop[1])))
-        self._add(mujoco.mjtGeom.mjGEOM_BOX, np.array((0.5 * long, width, width)), place, frame, rgba)
-
     def connect(self, kind: int, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
-        """Add a capsule of radius `width` (m), or a line `width` pixels wide, between two points of the plane at y."""
+        """Connect two points x, z (m) of the plane at y by a capsule or bar of half width `width` (m), or by a line.
+
+        A line is `width` pixels wide. Nothing connects a point with itself, or with none.
+        """
+        if not 0.0 < math.dist(start, stop) < math.inf:
+            return
         geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
         if geom is not None:
-            y *= self.length
-            mujoco.mjv_connector(geom, kind, width, np.array((start[0], y, start[1])), np.array((stop[0], y, stop[1])))
+            ends = (np.array((x, y * self.length, z)) for x, z in (start, stop))
+            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE if kind == _BAR else kind, width, *ends)
+            geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
 
-    def ball(self, place: Pair, y: float, radius: float, rgba: tuple[float, ...]) -> None:
-        """Add a ball of a radius (m) at a point x, z (m) of the plane at y."""
-        centre = np.array((place[0], y * self.length, place[1]))
-        self._add(mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), centre, np.eye(3).ravel(), rgba)
+    def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+        """Connect two points by a square bar."""
+        self.connect(_BAR, start, stop, y, width, rgba)
 
-    def spot(self, place: tuple[float, float, float], slope: float, size: Pair, rgba: tuple[float, ...]) -> None:
-        """Add a flat ellipse on the ground."""
-        cosine, sine = math.cos(slope), math.sin(slope)
+    def blob(self, place: Pair, y: float, size: Any, slope: float, rgba: tuple[float, ...]) -> None:
+        """Add an ellipsoid of three half axes (m) at a point x, z (m) of the plane at y, tilted by a slope (rad)."""
+        cosine, sine, centre = math.cos(slope), math.sin(slope), (place[0], y * self.length, place[1])
         frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
-        thick = 0.02 * size[1]
-        self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array((*size, thick)), np.array(place), frame, rgba)
+        self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array(size), np.array(centre), frame, rgba)
 
 
 def add_geom(

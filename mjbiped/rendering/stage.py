@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
 import numpy as np
-from PIL import Image
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
@@ -17,13 +17,13 @@ from mjbiped.records.signals import torques_of
 from mjbiped.rendering import marks
 from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.chart import Chart
-from mjbiped.rendering.gl import ensure_gl, one_thread
+from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rendering.look import Look, show_section
 from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Overlay, Pixels, Sign
+from mjbiped.rendering.overlay import Overlay, Pixels, Sign, overlay
 from mjbiped.rendering.posed import PosedScene
-from mjbiped.utils.mujoco import mujoco
+from mjbiped.utils.mujoco import environment, mujoco
 from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
@@ -32,10 +32,9 @@ _SKY = (0.70, 0.715, 0.73)  # becomes almost white in the scene's light
 _FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
 _ONE_AT_A_TIME = threading.Lock()
 
-_SHIFTS = (-0.25, 0.25)
-"""Offsets along both axes of the two drawings whose mean is a frame, pixels. OpenGL's own smoothing with four samples a
-pixel takes a software renderer as long as three drawings. In a single drawing edges are jagged, and thin level lines of
-the ground come and go."""
+_SMOOTHED, _FEW = 4, 640 * 480
+"""Samples a pixel of a picture that is drawn once, or has few pixels. They take a software renderer three times as long
+as one sample, and a frame of a large video is drawn with one."""
 
 _FACES = (16, 8, 1)
 """Faces around and along round bodies, and of flat ones. MuJoCo's defaults are four times as many, and as slow."""
@@ -52,8 +51,7 @@ class Film(NamedTuple):
         start: Time of the record at the first frame, s.
         stop: Time of the record at the end, s.
         slow_motion: Seconds of video per second of the walk.
-        fps: Frames per second of the video.
-        frames: Number of frames.
+        frames: Number of frames of a video; 0 of a picture.
     """
 
     width: int
@@ -63,77 +61,7 @@ class Film(NamedTuple):
     start: float
     stop: float
     slow_motion: float = 1.0
-    fps: int = 30
     frames: int = 0
-
-    def time(self, number: int) -> float:
-        """Time of the record that a frame shows, s."""
-        return self.start + number / (self.slow_motion * self.fps)
-
-
-class Canvas:
-    """Draws scenes of one model with MuJoCo's renderer, with smooth edges at little cost.
-
-    Attributes:
-        scene: The scene, an `mujoco.MjvScene`.
-    """
-
-    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        """Open an OpenGL context without a window.
-
-        Args:
-            model: Model of the scenes; the size of its offscreen buffer is set.
-            width: Width, pixels.
-            height: Height, pixels.
-
-        Raises:
-            RenderError: No OpenGL platform works, or not with so many pixels.
-        """
-        platform = ensure_gl()
-        from mujoco.rendering.classic import gl_context  # after `ensure_gl`, which chooses its platform
-
-        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        quality = model.vis.quality
-        quality.offsamples, (quality.numslices, quality.numstacks, quality.numquads) = 0, _FACES
-        self.scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
-        try:
-            with one_thread():
-                self._platform = gl_context.GLContext(width, height)
-                self._platform.make_current()
-                self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
-                mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
-            raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
-        self._size = width, height
-        self._drawings = np.empty((2, height, width, 3), dtype=np.uint8)
-        self._differing = np.empty((height, width, 3), dtype=np.uint8)
-
-    def close(self) -> None:
-        """Close the OpenGL context."""
-        self._context.free()
-        self._platform.free()
-
-    def draw(self) -> Image.Image:
-        """Draw the scene as an RGB image."""
-        before, (width, height) = 0.0, self._size
-        rectangle = mujoco.MjrRect(0, 0, width, height)
-        self._platform.make_current()
-        for shift, drawing in zip(_SHIFTS, self._drawings, strict=True):
-            for camera in self.scene.camera:  # MuJoCo takes the mean of both eyes
-                pixel = (camera.frustum_top - camera.frustum_bottom) / height
-                camera.frustum_center += (shift - before) * pixel
-                camera.frustum_bottom += (shift - before) * pixel
-                camera.frustum_top += (shift - before) * pixel
-            before = shift
-            mujoco.mjr_render(rectangle, self.scene, self._context)
-            mujoco.mjr_readPixels(drawing, None, rectangle, self._context)
-        (one, other), differing = self._drawings, self._differing
-        # the mean, rounded down, without overflow
-        np.bitwise_xor(one, other, out=differing)
-        np.right_shift(differing, 1, out=differing)
-        np.bitwise_and(one, other, out=one)
-        np.add(one, differing, out=one)
-        return Image.frombytes("RGB", self._size, one, "raw", "RGB", 0, -1)  # OpenGL's first row is the lowest
 
 
 class Stage:
@@ -169,11 +97,6 @@ class Stage:
         with _ONE_AT_A_TIME, ExitStack() as stack:
             yield cls(walk, film, stack)
 
-    @property
-    def tracks(self) -> bool:
-        """Whether the posture that the controller tracked is drawn."""
-        return self._moments.tracks
-
     def _go_to(self, x: float) -> None:
         """Build the scene about x (m) if the present one does not reach there."""
         if not self._posed.go_to(x):
@@ -183,33 +106,50 @@ class Stage:
         if name not in names:
             raise InputError(f"unknown camera {shown(name)}; valid are {', '.join(names)}")
         self._open.close()
-        self._canvas = Canvas(model, self._film.width, self._picture)
-        self._open.callback(self._canvas.close)
-        self._scene, self._option, self._eye = self._canvas.scene, mujoco.MjvOption(), mujoco.MjvCamera()
+        self._renderer = self._renderer_of(model)
+        self._open.callback(self._renderer.close)
+        self._scene, self._option, self._eye = self._renderer.scene, mujoco.MjvOption(), mujoco.MjvCamera()
         show_section(self._option)
         hidden = {mujoco.mjtRndFlag.mjRND_SHADOW: False, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
         self._look.set_flags(self._option.flags, self._scene.flags, hidden)
         self._camera = names.index(name)
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
 
+    def _renderer_of(self, model: mujoco.MjModel) -> mujoco.Renderer:
+        """Open MuJoCo's renderer of a model, whose settings for pictures are changed.
+
+        Raises:
+            RenderError: No OpenGL platform works, or not with so many pixels.
+        """
+        platform, size = ensure_gl(), (self._picture, self._film.width)
+        model.vis.global_.offheight, model.vis.global_.offwidth = size
+        quality, few = model.vis.quality, self._film.frames == 0 or self._film.width * self._film.height <= _FEW
+        quality.offsamples = _SMOOTHED if few else 0
+        quality.numslices, quality.numstacks, quality.numquads = _FACES
+        try:
+            with environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0")):
+                return mujoco.Renderer(model, *size, max_geom=model.ngeom + MOST_GEOMS + 200)
+        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
+            wanted = f"{self._film.width} x {self._picture}"
+            raise RenderError(f"OpenGL platform {platform} cannot draw {wanted} pixels: {error}") from error
+
     def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
         """Draw the walk at a time (s) of the record as RGB pixels, on request with the walk's outcome in words."""
         moment = self._moments.at(time)
         self._go_to(moment.qpos[0])
-        model, data = self._posed.model, self._posed.data
+        data = self._posed.data
         self._posed.pose(moment, forces=bool(self._look.visual))
         for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
             data.cam_xpos[self._camera, axis] += np.interp(time, self._walk.samples["time"], offsets)
-        every = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(model, data, self._option, None, self._eye, every, self._scene)
+        self._renderer.update_scene(data, self._eye, self._option)
         view = View.of(self._scene, self._film.width, self._picture)
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
         out = np.empty((self._film.height, self._film.width, 3), dtype=np.uint8)
-        image = self._canvas.draw()
-        self._write(image, moment, view, self._walk.outcome if with_outcome else "")
-        out[: self._picture] = np.asarray(image)
+        picture = self._renderer.render(out=out[: self._picture])
+        with overlay(picture, self._film.height) as over:
+            self._write(over, moment, view, self._walk.outcome if with_outcome else "")
         if self._chart is not None:
             self._chart.draw(out[self._picture :], time)
         return out
@@ -222,10 +162,9 @@ class Stage:
         geom = add_geom(self._scene, self._scene.geoms, box, size, place, view.axes.T.ravel(), (*_SKY, 1.0))
         geom.emission = 1.0
 
-    def _write(self, image: Image.Image, moment: Moment, view: View, outcome: str) -> None:
+    def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""
         elements, low = self._look.elements, 0
-        over = Overlay(image, self._film.height)
         if "caption" in elements:
             right, low = over.caption(caption(moment, self._film.slow_motion))
             over.legend(self._signs(moment), (right, low), outcome)
@@ -245,7 +184,7 @@ class Stage:
             yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
         if "estimate" in elements and math.isfinite(moment.slope_estimate):
             yield Sign(marks.ESTIMATE_COLOUR, "slope estimate", f"{signed(math.degrees(moment.slope_estimate))}°")
-        if "ghost" in elements and self.tracks:
+        if "ghost" in elements and self._moments.tracks:
             yield Sign(marks.GHOST_COLOUR, "reference", "")
 
 

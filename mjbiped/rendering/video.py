@@ -19,7 +19,6 @@ from mjbiped.records.record import Walk
 from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
-from mjbiped.rendering.sharing import drawn, processes_for
 from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
@@ -93,11 +92,12 @@ def render_video(
     if begin > end:
         raise InputError(f"start = {begin:g} s comes after stop = {end:g} s: swap them")
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
-    film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, fps, frames)
-    with drawn(walk, film, processes_for(frames)) as (stage, pictures):
+    film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, frames)
+    with Stage.open(walk, film) as stage:
 
         def all_frames() -> Iterator[Pixels]:
-            yield from progress_bar(pictures, desc="video", total=frames, unit="frame", progress=progress)
+            for number in progress_bar(range(frames), desc="video", total=frames, unit="frame", progress=progress):
+                yield stage.frame(begin + number / (slow_motion * fps))
             yield from repeat(stage.frame(end, with_outcome=end == last), round(LAST_FRAME_HELD * fps))
 
         if path is None:

@@ -18,19 +18,17 @@ from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, signals_of, values_of
 from mjbiped.reports.page import check_installed, write_page
-from mjbiped.reports.repeat import python_of
 from mjbiped.reports.walk_figures import shown_samples, walk_figures
 
 _MOST_LISTED = 12  # greatest number of listed numbers of a parameter; a ground may have thousands
 
 
-def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, progress: bool = False) -> None:
+def report_walk(walk: Walk, path: Path, *, video: bool = True, progress: bool = False) -> None:
     """Write the report of a walk: one HTML page with video, linked figures, measures, touchdowns and parameters.
 
     Args:
         walk: The record.
         path: The page.
-        record: Name of the record's file, for the program that repeats the walk.
         video: Whether a video is made; if no OpenGL platform works, the page has none, and says so.
         progress: Show the progress of the video (never where the output is not a terminal).
 
@@ -61,7 +59,6 @@ def report_walk(walk: Walk, path: Path, *, record: str, video: bool = True, prog
         rows=list(_rows(touchdowns.values(), walk.touchdowns["strikes"])),
         parameters=list(flattened(walk.settings)),
         command=walk.settings.get("command"),
-        python=python_of(walk, record),
     )
 
 

@@ -10,8 +10,8 @@ from typing import Any
 from matplotlib.ticker import MaxNLocator
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import C_MT, GUIDE, drawn
-from mjbiped.plotting.survival import draw_curve, lay_axes, look
+from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
+from mjbiped.plotting.survival import draw_curve, lay_axes
 from mjbiped.robustness.limits import DISTURBANCES
 from mjbiped.robustness.result import Findings, Robustness
 from mjbiped.robustness.tables import conditions, scuffing_words
@@ -50,7 +50,7 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
             for place, each in enumerate(findings):
                 survival = robustness.survival(engine, each["controller"], ground)
                 if survival is not None:
-                    draw_curve(axes, survival, each["controller"], look(place))
+                    draw_curve(axes, survival, each["controller"], told_apart(place))
             titled(axes, chr(ord("a") + number), plain(ground))
             lay_axes(axes, robustness.plan.steps)
         panels[-1].set_xlabel("steps (logarithmic)")
@@ -72,7 +72,7 @@ def plot_limits(robustness: Robustness, engine: str, path: Path | None = None) -
             axes.remove()
         for number, (axes, test) in enumerate(zip(panels, tests, strict=False)):
             for place, each in enumerate(findings):
-                (colour, mark, _), limit = look(place), each["greatest_survived"][test]
+                (colour, mark, _), limit = told_apart(place), each["greatest_survived"][test]
                 fill = "none" if limit["beyond_what_was_tried"] else colour
                 cost, height = each["level"]["cost_of_transport"], limit["magnitude"] or 0.0
                 shape = {"color": colour, "markersize": 7, "markerfacecolor": fill}

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-if TYPE_CHECKING:  # the command line's help needs none of them
-    from mjbiped.rendering.marks import Scales
-    from mjbiped.rendering.moments import Moment
-    from mjbiped.robots.robot import Robot
-    from mjbiped.terrain.terrain import Terrain
-    from mjbiped.utils.mujoco import mujoco
+if TYPE_CHECKING:  # the command line's help does not need it
+    from mjbiped.viewing.sources import Source
 
 STRIDE = 0.01
 """Time of the walk by which a key steps back or forth, s."""
@@ -61,74 +56,6 @@ MOUSE: Mapping[str, str] = {
     "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
 """Actions of the mouse, and the keys of MuJoCo's viewer that matter here."""
-
-
-class Source(ABC):
-    """A walk that can be viewed: one that is being simulated, or a record.
-
-    Attributes:
-        model: Scene on view, which is a new object where another part of the ground has been built.
-        data: State of the scene; changes to it do not change the walk.
-        robot: The robot.
-        terrain: The ground.
-        scales: Scales of torques and forces for `mjbiped.rendering.marks.draw_marks`.
-        goes_back: Whether earlier times can be shown again.
-        news: Sentence that the viewer should show; empty if there is none.
-    """
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    robot: Robot
-    terrain: Terrain
-    scales: Scales
-    goes_back: bool
-    news: str = ""
-
-    @property
-    @abstractmethod
-    def time(self) -> float:
-        """Time of the walk, s."""
-
-    @property
-    @abstractmethod
-    def ended(self) -> str:
-        """Outcome of the walk in words; empty while it goes on."""
-
-    @abstractmethod
-    def go_to(self, time: float) -> None:
-        """Bring the walk to a time (s), or to its end if that is earlier.
-
-        An earlier time than the present one changes nothing unless the source goes back.
-        """
-
-    @abstractmethod
-    def touchdown_beside(self, direction: int) -> float:
-        """Bring the walk to the next (1) or last (-1) touchdown, or to its end, and return the time, s."""
-
-    @abstractmethod
-    def restart(self) -> None:
-        """Begin again."""
-
-    def next_seed(self) -> None:
-        """Begin again on the next random ground, if there is one; else say so in `news`."""
-        self.news = "only random ground has seeds"
-
-    def push(self, perturbation: mujoco.MjvPerturb) -> None:
-        """Let the mouse pull the robot from now on, as in MuJoCo's viewers."""
-        if perturbation.active:
-            self.news = "a record cannot be pushed"
-
-    @abstractmethod
-    def moment(self) -> Moment:
-        """Return everything that is drawn of the walk now."""
-
-    @abstractmethod
-    def show(self) -> None:
-        """Copy the walk's state into `data`."""
-
-    def close(self) -> None:
-        """End the walk."""
-        return
 
 
 class Player:

@@ -22,13 +22,13 @@ from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, groun
 from mjbiped.rendering.posed import PosedScene, place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
-from mjbiped.viewing.player import Source
 
 _LEAST_SCALE = 0.02  # least torque that is drawn at full size, over weight times leg length
+_NO_SEEDS = "only random ground has seeds"
 _SAME = 1e-9  # times that differ by less are the same, s
 
 
-class LiveWalk(Source):
+class LiveWalk:
     """A walk in MuJoCo, simulated up to the viewer's time.
 
     The window shows a copy of the walk's model and state, so that nothing in it but a push acts on the walk. Without a
@@ -36,10 +36,19 @@ class LiveWalk(Source):
 
     Attributes:
         run: Run of the walk, whose recorder holds the touchdowns so far.
+        model: Scene on view, which is a new object where another part of the ground has been built.
+        data: State of the scene; changes to it do not change the walk.
+        scales: Scales of torques and forces for `mjbiped.rendering.marks.draw_marks`.
+        goes_back: Whether earlier times can be shown again.
+        news: Sentence that the viewer should show; empty if there is none.
     """
 
     goes_back = False
     run: MujocoRun
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    scales: Scales
+    news = ""
 
     def __init__(self, plan: Plan, next_plan: Callable[[], Plan] | None = None) -> None:
         """Begin the walk.
@@ -75,7 +84,7 @@ class LiveWalk(Source):
     def next_seed(self) -> None:
         """Begin again on the next ground; if that is impossible, `news` says why, and the walk goes on."""
         if self._next_plan is None:
-            super().next_seed()
+            self.news = _NO_SEEDS
             return
         try:
             self._plan = self._next_plan()
@@ -223,10 +232,11 @@ def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.n
     return force[[0, 2]]
 
 
-class Replay(Source):
-    """A record of either engine, in which time can run forwards and backwards."""
+class Replay:
+    """A record of either engine, in which time can run forwards and backwards; it is shown as a `LiveWalk` is."""
 
     goes_back = True
+    news = ""
 
     def __init__(self, walk: Walk) -> None:
         """Build the scene about the start of the record.
@@ -272,6 +282,15 @@ class Replay(Source):
         """Go back to the start."""
         self.go_to(self._begin)
 
+    def next_seed(self) -> None:
+        """Say in `news` that there is no other ground."""
+        self.news = _NO_SEEDS
+
+    def push(self, perturbation: mujoco.MjvPerturb) -> None:
+        """Say in `news` that a record cannot be pushed."""
+        if perturbation.active:
+            self.news = "a record cannot be pushed"
+
     def moment(self) -> Moment:
         """Return the present instant."""
         return self._moment
@@ -281,3 +300,10 @@ class Replay(Source):
         self._scene.go_to(self._moment.qpos[0])
         self._scene.pose(self._moment, forces=True)
         self.model, self.data = self._scene.model, self._scene.data
+
+    def close(self) -> None:
+        """End the replay, which needs nothing."""
+
+
+Source = LiveWalk | Replay
+"""A walk that can be viewed."""

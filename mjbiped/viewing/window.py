@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 import textwrap
 import threading
@@ -26,7 +25,6 @@ from mjbiped.viewing.player import KEYS, MOUSE, Player
 FRAME = 1.0 / 60.0
 """Real time between two frames, s."""
 
-_INSTEAD = "`mjbiped render` draws a record without one"
 _FOV = 17.0  # degrees, as the scene's camera that follows the robot
 _DISTANCE, _AHEAD, _BELOW = 6.5, 0.3, 0.55  # of the camera, and where it looks, from the hip; in leg lengths
 _CALM = 0.35  # walk time over which the camera follows, s: half a step
@@ -89,50 +87,44 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
 
 
 def require_screen() -> None:
-    """Check that a window can be opened.
+    """Check that a window can be opened with OpenGL: MuJoCo's viewer would end the process.
 
     Raises:
-        RenderError: There is no screen, OpenGL cannot draw on it, or on macOS no mjpython.
+        RenderError: There is no screen, or OpenGL cannot draw on it.
     """
-    if sys.platform == "darwin":
-        from mujoco import viewer
-
-        if viewer._MJPYTHON is None:
-            raise RenderError("on macOS a window needs MuJoCo's own Python: mjpython -m mjbiped view ...")
+    if sys.platform == "darwin":  # where only mjpython may ask, see `_opened`
         return
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RenderError(f"there is no screen (DISPLAY and WAYLAND_DISPLAY are not set): {_INSTEAD}")
-    reason = _refusal()
-    if reason:
-        raise RenderError(f"no window can be opened on this screen: {reason}; {_INSTEAD}")
-
-
-def _refusal() -> str:
-    """Return why GLFW cannot open a window with OpenGL, or nothing; MuJoCo's viewer would end the process."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # GLFW's errors are warnings
         try:
             import glfw
 
-            if glfw.init():
-                glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
-                window = glfw.create_window(64, 64, "mjbiped", None, None)
-                glfw.terminate()
-                if window:
-                    return ""
+            glfw.init()
+            glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+            glfw.create_window(64, 64, "mjbiped", None, None)
+            glfw.terminate()
         except Exception as error:  # ImportError where the library is missing, GLFWError
-            return " ".join(str(error).split())
-    said = [" ".join(str(each.message).split()) for each in caught]
-    return said[-1] if said else "GLFW does not say why"
+            reason = " ".join(str(error).split())
+            raise RenderError(
+                f"there is no screen, or no window can be opened on it: {reason}; `mjbiped render` draws a record "
+                "without one"
+            ) from error
 
 
 @contextmanager
 def _opened(viewer: Any, player: Player) -> Iterator[Any]:
-    """Open the window for the duration of a block."""
+    """Open the window for the duration of a block.
+
+    Raises:
+        RenderError: It needs mjpython, on macOS.
+    """
     source, before = player.source, set(threading.enumerate())
-    window = viewer.launch_passive(
-        source.model, source.data, key_callback=player.press, show_left_ui=False, show_right_ui=False
-    )
+    try:
+        window = viewer.launch_passive(
+            source.model, source.data, key_callback=player.press, show_left_ui=False, show_right_ui=False
+        )
+    except RuntimeError as error:
+        raise RenderError(f"{error}: mjpython -m mjbiped view ...") from error
     drawing = set(threading.enumerate()) - before
     try:
         yield window

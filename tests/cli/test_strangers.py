@@ -17,7 +17,6 @@ from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.pieces import DEGREE
-from mjbiped.reports.repeat import python_of
 from mjbiped.reports.walk_figures import walk_figures
 
 MINE = """\
@@ -84,9 +83,6 @@ def test_a_law_that_the_user_names_is_evaluated(folder: Path, walk: mjbiped.Walk
     result = run("stability", "walk.npz", "--controller", "elsewhere/mine.py:Mine", "--json")
     assert result.exit_code == 0, result.stderr
     assert (folder / "elsewhere" / "ran").exists()
-    program = python_of(walked, "walk.npz")
-    assert program is not None
-    assert "named='mine.py:Mine'" in program
     for words, said in (
         (("--controller", "adaptive"), "expected FILE.py:CLASS"),
         (("--controller", "elsewhere/mine.py:Other"), "is another class"),

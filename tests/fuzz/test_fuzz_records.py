@@ -28,7 +28,6 @@ from mjbiped.records import measures
 from mjbiped.records.record import FORMAT_VERSION, Walk
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.video import render_frame
-from mjbiped.reports.repeat import python_of
 from mjbiped.reports.walk import flattened
 
 Members: TypeAlias = dict[str, bytes]
@@ -298,7 +297,6 @@ def assert_refused_or_good(path: Path, *, drawn: bool, filmed: bool = False) -> 
     walk.save(again)
     assert Walk.load(again) == walk
     if drawn:
-        python_of(walk, path.name)
         assert all(isinstance(text, str) for line in flattened(walk.settings) for text in line)
     if drawn and len(walk.samples["time"]):
         plot_walk(walk).draw_without_rendering()

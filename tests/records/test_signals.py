@@ -81,7 +81,7 @@ def test_a_new_signal_is_one_row(straight: mjbiped.Walk, tmp_path: Path, monkeyp
     monkeypatch.setitem(SIGNALS, "twice", row)
     lines = [str(line.get_label()) for axes in plot_walk(straight).axes for line in axes.lines]
     assert "twice the slope 2φ" in lines
-    report_walk(straight, tmp_path / "walk.html", record="walk.npz", video=False)
+    report_walk(straight, tmp_path / "walk.html", video=False)
     content = packed((tmp_path / "walk.html").read_text())
     assert "twice the slope" in [line["name"] for line in content["plots"]["time"]["data"]]
     assert "twice the slope" in [name for name, *_ in content["data"]["told"]]
@@ -91,7 +91,7 @@ def test_a_new_signal_is_one_row(straight: mjbiped.Walk, tmp_path: Path, monkeyp
 
 
 def test_the_report_of_a_walk_with_knees_shows_them(kneed: mjbiped.Walk, tmp_path: Path) -> None:
-    report_walk(kneed, tmp_path / "walk.html", record="walk.npz", video=False)
+    report_walk(kneed, tmp_path / "walk.html", video=False)
     page = (tmp_path / "walk.html").read_text()
     content = packed(page)
     over_time = content["plots"]["time"]

@@ -69,7 +69,7 @@ def marks(at: Moment, *elements: str, room: int = MOST_GEOMS) -> list[mujoco.Mjv
 
 def ends(geom: mujoco.MjvGeom) -> tuple[Places, Places]:
     """Start and stop of a bar or a capsule, x and z in m."""
-    axis = geom.mat[:, 0] * geom.size[0] if geom.type == mujoco.mjtGeom.mjGEOM_BOX else geom.mat[:, 2] * geom.size[2]
+    axis = geom.mat[:, 2] * geom.size[2]
     return (geom.pos - axis)[[0, 2]], (geom.pos + axis)[[0, 2]]
 
 
@@ -107,7 +107,7 @@ def arc(torque: Pair, colour: tuple[float, float, float]) -> tuple[float, float]
         (x0, z0), (x1, z1) = (geom.pos[[0, 2]] - centre for geom in (one, next_))
         total += math.atan2(z0 * x1 - x0 * z1, x0 * x1 + z0 * z1)
     total *= len(pieces) / (len(pieces) - 1)  # from the first piece's beginning to the last one's end
-    return total, float(pieces[0].size[2])
+    return total, float(pieces[0].size[0])
 
 
 @pytest.mark.parametrize(("colour", "joint"), [(ANKLE_COLOUR, 0), (HIP_COLOUR, 1)])

@@ -100,7 +100,7 @@ def walk(controller: AdaptiveController) -> mjbiped.Walk:
 @pytest.fixture(scope="module")
 def page(walk: mjbiped.Walk, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("walk") / "walk.html"
-    report_walk(walk, path, record="walk.npz", video=gl_available() is not None)
+    report_walk(walk, path, video=gl_available() is not None)
     return path
 
 

@@ -1,18 +1,14 @@
-"""How a walk is made again: a record has the command that made it, a report the program; both give the same record."""
+"""How a walk is made again: a record has the command that made it, which gives the same record."""
 
 from __future__ import annotations
 
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
-import pytest
 from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.reports.repeat import python_of
 
 
 def test_a_record_has_the_command_that_made_it(tmp_path: Path) -> None:
@@ -29,23 +25,3 @@ def test_a_record_has_the_command_that_made_it(tmp_path: Path) -> None:
 def test_a_walk_of_a_program_has_no_command(controller: AdaptiveController) -> None:
     walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
     assert "command" not in walk.settings
-
-
-@pytest.mark.slow
-def test_the_program_makes_the_same_record(tmp_path: Path, controller: AdaptiveController) -> None:
-    walk = mjbiped.walk(
-        controller,
-        mjbiped.Terrain.random(seed=3, slope_deg=(-1.0, 2.0)),
-        engine=mjbiped.Mujoco(timestep=5e-4),
-        steps=2,
-        distance=0.5,
-        initial="rest",
-        scuffing=mjbiped.ScuffingRule(reach=0.15),
-    )
-    walk.save(tmp_path / "it's.npz")
-    program = python_of(walk, "it's.npz")
-    assert program is not None
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=120
-    )
-    assert "the same, bit by bit: True" in done.stdout
