@@ -21,9 +21,9 @@ from mjbiped.errors import GaitError
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.robot import Array, Robot
 
-FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.2)
+FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.5)
 """Tolerance of an integration, relative and absolute, and its longest step, by which no event is missed; the finest
-one is as good between its steps as at their ends."""
+one is as good between its steps as at their ends, and the coarse one leads to guesses, which are searched again."""
 
 LONGEST = 10.0  # longest part of a step; steps take 2
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad

@@ -169,7 +169,7 @@ def _tables(robot: KneedLegs, slope: float, walked: Step, places: Array, period:
         return np.array([(ahead if t >= 0.0 else back)(t)[:2] for t in times])
 
     first, end, last = back(back_until * width - strike), walked.second.end, bent(bent_until * width)
-    ddq, slowing = locked(0.0, end)[2:], free(0.0, last)[3:]
+    ddq, slowing = np.array(locked(0.0, end)[2:]), np.array(free(0.0, last)[3:])
     early = in_pieces(lambda place: first[:2] + first[2:] * (width * (place - back_until))[:, None], range(back_until))
     walking = in_pieces(straight, range(back_until, count))
     straight_pieces = np.concatenate([early, walking, hold(end[:2], end[2:], ddq, width, count)])

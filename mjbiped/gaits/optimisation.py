@@ -74,13 +74,19 @@ def optimise(model: StepModel, goal: Goal) -> Array:
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, "blas"):
-        found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
-        told = [tell(model, goal, x) for x in found]
+        found, broken = _best(model, goal)
+        if found is None:
+            raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
+    return found
+
+
+def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
+    """The cheapest feasible solution, if any; and the violations of the least infeasible one."""
+    found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
+    told = [tell(model, goal, x) for x in found]
     kept = [k for k, each in enumerate(told) if max(each.broken.values()) < TOLERANCE]
-    if not kept:
-        broken = min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
-        raise GaitError(f"no reference was found for {_asked(goal)}: {_hindrance(model, goal, broken)}")
-    return found[min(kept, key=lambda k: told[k].cost_of_transport)]
+    best = found[min(kept, key=lambda k: told[k].cost_of_transport)] if kept else None
+    return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
 
 
 def tell(model: StepModel, goal: Goal, x: Array) -> Told:
@@ -260,12 +266,29 @@ def _asked(goal: Goal) -> str:
 
 
 def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
-    """Explain what the best reference lacks, and what to do."""
+    """Explain why there is no reference, by asking for less, and what to do."""
+    if goal.torque_limit is not None:
+        freely = replace(goal, torque_limit=None)
+        found, _ = _best(model, freely)
+        if found is not None:
+            needed = max(tell(model, freely, found).peak_torque)
+            return (
+                f"without the torque limit there is one, which needs {needed:.3g} N m; raise the limit, or ask for "
+                "less clearance or another speed"
+            )
+        goal = freely
+    for lower in _lower(goal):
+        found, _ = _best(model, lower)
+        if found is not None:
+            return f"with a clearance of {lower.clearance:.3g} m there is one; ask for less clearance"
     if not broken:
         return "the search failed; ask for another speed"
     name = max(broken, key=broken.__getitem__)
-    ways = ["ask for another speed"]
-    ways += ["ask for less clearance"] if goal.clearance else []
-    ways += ["raise the torque limit"] if goal.torque_limit is not None else []
-    ways += ["give the robot a longer sole"] if model.robot.sole is not None else []
-    return f"the best one breaks the constraint '{name}'; {', '.join(ways)}, or allow more friction"
+    sole = "" if model.robot.sole is None else ", or give the robot a longer sole"
+    return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction{sole}"
+
+
+def _lower(goal: Goal) -> list[Goal]:
+    """The goal with less and less clearance, down to none; nothing if it has none."""
+    shares = (0.75, 0.5, 0.25, 0.0) if goal.clearance else ()
+    return [replace(goal, clearance=share * goal.clearance) for share in shares]

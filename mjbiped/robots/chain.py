@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.dynamics.equations import accelerate
 from mjbiped.dynamics.linkage import END, MASS, POINTS, Linkage, Motion, room, stand
-from mjbiped.numerics.blocks import packed, reader, share_arrays
+from mjbiped.numerics.blocks import Numbers, packed, reader, share_arrays
 from mjbiped.numerics.trigonometry import sine_cosine
 
 Array = NDArray[np.float64]
@@ -140,7 +140,7 @@ class Chain(NamedTuple):
         return np.asarray(np.linalg.solve(momentum @ E, momentum @ dq[..., None])[..., 0])
 
     @property
-    def free_motion(self) -> Callable[[Sequence[float], Sequence[float], float], Sequence[float]]:
+    def free_motion(self) -> Callable[[Numbers, Numbers, float], Numbers]:
         """The motion without torques: (q, dq, slope) -> accelerations, rad/s^2, shape (n,)."""
         n, levers = len(self.reach), np.zeros((POINTS, len(self.reach)))
         levers[MASS], levers[MASS + 1] = self.moments / self.gravity, self.across / self.gravity
@@ -150,7 +150,7 @@ class Chain(NamedTuple):
         stand(linkage, motion)
         if motion.closed or n == 1:  # so short that plain Python will do
 
-            def moved(q: Sequence[float], dq: Sequence[float], slope: float) -> Sequence[float]:
+            def moved(q: Numbers, dq: Numbers, slope: float) -> Numbers:
                 motion.ddq[:n] = [0.0] * n
                 motion.sine, motion.cosine = sine_cosine(slope)
                 accelerate(linkage, motion, q, dq)
@@ -161,11 +161,10 @@ class Chain(NamedTuple):
         (fixed, below), (made, _) = packed(linkage), packed(motion)
         code = _machine_code()
 
-        def accelerations(q: Sequence[float], dq: Sequence[float], slope: float) -> Sequence[float]:
+        def accelerations(q: Numbers, dq: Numbers, slope: float) -> Numbers:
             motion.ddq[:] = [0.0] * len(motion.ddq)
             code(fixed.ctypes.data, made.ctypes.data, slope, np.array(q), np.array(dq))
-            found: Sequence[float] = motion.ddq[:n].tolist()  # type: ignore[union-attr]  # shared, and so an array
-            return found
+            return np.array(motion.ddq[:n])
 
         accelerations.kept = below  # type: ignore[attr-defined]  # lives as long as machine code reads it
         return accelerations

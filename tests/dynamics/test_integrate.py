@@ -120,3 +120,13 @@ def test_the_places_of_the_stages_are_scipys() -> None:
     assert w.asked == pytest.approx([0.0, *places[1 : STAGES + 1]], abs=0.0)
     assert tuple(places[list(IN_ORDER)]) == PLACES
     assert list(IN_ORDER) == sorted(IN_ORDER, key=lambda stage: places[stage])
+
+
+def test_the_estimate_is_that_of_scipys_formulas() -> None:
+    y, t, h, tolerance = (0.3, -0.5, 0.2), 0.7, 0.2, 1e-6
+    out, (c, w), error = one_step(h, t, y, tolerance)
+    judged = np.array(w.k[: STAGES + 1])[:, : c.judged]
+    scale = tolerance * (1.0 + np.maximum(np.abs(y), np.abs(out)))[: c.judged]
+    third, fifth = (np.sum((formula @ judged / scale) ** 2) for formula in (DOP853.E3, DOP853.E5))
+    # sums of some ten terms that cancel to 1e-3 of the largest
+    assert error == pytest.approx(h * fifth / math.sqrt((fifth + 0.01 * third) * c.judged), rel=1e-9)

@@ -10,11 +10,15 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 from lagrange import lagrange
+from simulations import hybrid_run
 
+from mjbiped.control.unpowered import Unpowered
 from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
 from mjbiped.robots.chain import Array, Chain, chain_by
+from mjbiped.robots.compass import Compass
 from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.round import RoundCompass
+from mjbiped.terrain.terrain import Terrain
 
 RELATIVE = 1e-12
 """Rounding of some hundred operations on terms that differ by a factor of 1e2 at most."""
@@ -141,3 +145,9 @@ def test_a_heel_strike_conserves_angular_momentum(half: float, dq: Array, radius
     assert total.sum() == pytest.approx((spin(after_places, behind, np.zeros(2)) + new).sum(), rel=1e-9, abs=1e-9)
     left = (spin(before_places, before, before_places[1]) + own)[0]
     assert left == pytest.approx((spin(after_places, behind, after_places[1]) + new)[2], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(("robot", "closed"), [(Compass(hip_mass=2.0), True), (RoundCompass(), False)])
+def test_two_straight_legs_on_a_point_have_the_short_equations(robot: Compass | RoundCompass, closed: bool) -> None:
+    run = hybrid_run(Unpowered(), Terrain.level(), robot=robot, q=(-0.2, 0.2), dq=(1.0, 1.0), compile=False)
+    assert run.state.closed == closed

@@ -150,8 +150,12 @@ def test_no_small_change_makes_it_cheaper(robot: mjbiped.Compass) -> None:
 
 @pytest.mark.slow
 def test_what_cannot_be_says_why(robot: mjbiped.Compass) -> None:
-    with pytest.raises(GaitError, match=r"limit of 0.5 N m: the best one .*less clearance, raise the torque limit"):
+    with pytest.raises(GaitError, match=r"torque limit of 0.5 N m: without .* needs 24.8 N m; raise the limit"):
         find_reference(robot, clearance=0.06, torque_limit=0.5)
+    with pytest.raises(
+        GaitError, match=r"2 m/s, a clearance of 0.05 m: with a clearance of 0\S* m there is one; ask for"
+    ):
+        find_reference(robot, speed=2.0, clearance=0.05)
     with pytest.raises(GaitError, match=r"a speed of 9 m/s without clearance: the best one breaks the constraint '.*'"):
         find_reference(robot, speed=9.0, clearance=0.0)
 

@@ -1,5 +1,6 @@
 """Strikes of the hybrid engine: a swing foot on a riser's face, against the robot's matrices and Newton's law alone."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, PassiveController
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -130,3 +131,20 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
     assert walk.touchdowns["strikes"].tolist() == [1, 0]
     assert walk.touchdowns["x"][0] > face + 0.1
     assert walk.touchdowns["z"][0] == pytest.approx(rise, abs=1e-12)
+
+
+@pytest.mark.parametrize(("later", "locked"), [(1e-4, 1.0), (-1e-4, 0.0)])
+def test_a_knee_strikes_in_the_step_in_which_the_hip_leaves_the_ground_if_it_comes_first(
+    later: float, locked: float
+) -> None:
+    """The ground ends just after the place of the hip at the strike, or just before: within one integration step."""
+    robot = mjbiped.KneedBiped()
+    ground, gait = Terrain.incline(2.5), mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
+    walk = mjbiped.walk(PassiveController(), ground, robot=robot, engine="hybrid", steps=1, sample_period=1e-4)
+    assert walk.touchdowns["knee_strike"][0] == pytest.approx(gait.knee_strike, abs=1e-6)
+    hip = float(np.interp(gait.knee_strike, walk.samples["time"], walk.samples["qpos"][:, 0]))
+    short = dataclasses.replace(ground, end=hip + later)  # at some 1 m/s
+    ended = mjbiped.walk(PassiveController(), short, robot=robot, engine="hybrid", steps=1)
+    assert ended.outcome == "left the terrain"
+    assert ended.end[0] == pytest.approx(gait.knee_strike, abs=2e-3)
+    assert ended.samples["locked"][-1] == locked
