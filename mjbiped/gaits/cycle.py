@@ -4,13 +4,14 @@ A step begins just after a heel strike, with both feet on the plane: its start i
 until the knee strikes its stop, or until straight legs pass each other; the second one until the swing foot comes down
 ahead of the stance foot, where q1 + q2 rises through zero. Straight legs may scuff beside the stance foot (eq. 4).
 
-Angles are in rad, times in sqrt(l/g): robots that are alike walk alike, to the last digits.
+Angles are in rad, times in the robot's own unit (`unit_of`): robots that are alike walk alike, to the last digits.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,14 +22,14 @@ from mjbiped.errors import GaitError
 from mjbiped.robots.chain import Chain
 from mjbiped.robots.robot import Array, Robot
 
-FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.5)
+FINEST, FINE, COARSE = (1e-13, 0.02), (1e-11, 0.05), (1e-6, 0.1)
 """Tolerance of an integration, relative and absolute, and its longest step, by which no event is missed; the finest
 one is as good between its steps as at their ends, and the coarse one leads to guesses, which are searched again."""
 
 LONGEST = 10.0  # longest part of a step; steps take 2
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad
 MOST_TRIALS = 100  # steps tried for one gait; those that are found take 10 to 60
-MOST_ASKED = 200.0
+MOST_ASKED = 100.0
 """Evaluations of a motion times its longest step: those that walk need some 40 of it, a wild one would take seconds."""
 
 
@@ -48,9 +49,16 @@ class Step(NamedTuple):
     after: Array
 
 
+@lru_cache(maxsize=256)
 def unit_of(robot: Robot) -> float:
-    """The unit of time, s."""
-    return math.sqrt(robot.leg_length / robot.gravity)
+    """The unit of time, s: sqrt(l/g), or more where the legs swing so slowly that their own time is longer."""
+    pendulum = math.sqrt(robot.leg_length / robot.gravity)
+    if len(robot.angles) == 1:
+        return pendulum
+    chain = robot.chains[2]
+    pull = chain.gravity_vector(np.full(2, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
+    swing = scipy.linalg.eigh(np.diag(pull), chain.mass_matrix(np.zeros(2)), eigvals_only=True)[1]
+    return max(pendulum, 1.0 / math.sqrt(swing))
 
 
 def no_gait(slope: float, reason: str) -> GaitError:

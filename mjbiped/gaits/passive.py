@@ -41,7 +41,7 @@ from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
-MOST_PLACES = 100  # slopes on the way from level ground to the one asked for; 5 to 50 do
+MOST_PLACES = 60  # slopes on the way from level ground to the one asked for; 5 to 50 do
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -116,7 +116,14 @@ def checked_slope(slope: float) -> float:
 def _search(robot: Robot, slope: float) -> dict[str, Any]:
     """The attributes of the gait on the branch that leaves level ground."""
     places = _follow_branch(robot, slope)
-    found = attributes(robot, slope, places, step(robot, slope, places))
+    try:
+        found = attributes(robot, slope, places, step(robot, slope, places))
+    except GaitError:
+        raise no_gait(
+            slope,
+            "the one there is so unstable that no start beside it makes a step; check the robot's lengths, "
+            "masses and inertia",
+        ) from None
     return {**found, "table": _tabulated(robot, slope, found["start"], found["period"], 2)}
 
 
@@ -181,6 +188,8 @@ def _level_limit(robot: Robot, slope: float) -> Array:
     q, dq = np.array([1e-2, -1e-2]), np.full(2, 1e-2 * growth)
     loss = chain.kinetic_energy(q, dq) - chain.kinetic_energy(q[::-1], robot.rates_after_touchdown(q, dq))
     ratio = math.cbrt(loss / unit**2 / (robot.weight * 2 * robot.leg_length * q[0]))
+    if not ratio > 0.0:  # what is lost is rounding beside the energy
+        raise no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
     return np.array([-q[0], *dq]) / ratio
 
 
