@@ -49,16 +49,22 @@ class Step(NamedTuple):
     after: Array
 
 
+def upright_modes(robot: Robot) -> tuple[Array, Array]:
+    """Squares of the rates at which two straight legs fall and swing about the upright posture, 1/s^2, and modes.
+
+    The first square is negative where the legs fall.
+    """
+    chain = robot.chains[2]
+    pull = chain.gravity_vector(np.full(2, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
+    squares, modes = scipy.linalg.eigh(np.diag(pull), chain.mass_matrix(np.zeros(2)))
+    return squares, modes
+
+
 @lru_cache(maxsize=256)
 def unit_of(robot: Robot) -> float:
     """The unit of time, s: sqrt(l/g), or more where the legs swing so slowly that their own time is longer."""
     pendulum = math.sqrt(robot.leg_length / robot.gravity)
-    if len(robot.angles) == 1:
-        return pendulum
-    chain = robot.chains[2]
-    pull = chain.gravity_vector(np.full(2, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
-    swing = scipy.linalg.eigh(np.diag(pull), chain.mass_matrix(np.zeros(2)), eigvals_only=True)[1]
-    return max(pendulum, 1.0 / math.sqrt(swing))
+    return pendulum if len(robot.angles) == 1 else max(pendulum, 1.0 / math.sqrt(upright_modes(robot)[0][1]))
 
 
 def no_gait(slope: float, reason: str) -> GaitError:

@@ -31,6 +31,7 @@ from mjbiped.gaits.cycle import (
     part_of,
     step,
     unit_of,
+    upright_modes,
 )
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.pieces import FALLEN
@@ -164,12 +165,10 @@ def _follow_branch(robot: Robot, slope: float) -> Array:
 
 def _level_limit(robot: Robot, slope: float) -> Array:
     """The start over the slope's cube root in the limit of level ground."""
-    chain, unit = robot.chains[2], unit_of(robot)
-    pull = chain.gravity_vector(np.full(2, 0.5 * math.pi), 0.0)  # at right angles to gravity: the whole moments
-    if pull[0] >= 0.0:
+    chain, unit, (squares, modes) = robot.chains[2], unit_of(robot), upright_modes(robot)
+    if squares[0] >= 0.0:
         raise no_gait(slope, "on feet as large as these the robot stands and does not fall forward; make them smaller")
-    eigenvalues, modes = scipy.linalg.eigh(np.diag(pull), chain.mass_matrix(np.zeros(2)))
-    fall, swing = unit * math.sqrt(-eigenvalues[0]), unit * math.sqrt(eigenvalues[1])  # rates of sinh and sin
+    fall, swing = unit * math.sqrt(-squares[0]), unit * math.sqrt(squares[1])  # rates of sinh and sin
     together, apart = modes.sum(axis=0), modes[0] - modes[1]
 
     def condition(half: float) -> float:
