@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterable
 from dataclasses import fields
-from functools import wraps
 from typing import Any, TypeVar
 
 import click
@@ -16,21 +15,23 @@ from mjbiped.utils.domains import Count, Domain, Ends, Words
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_OF_RESULTS = {field.name for field in fields(Results) if field.init}
+
 Row = tuple[str, Any, str] | tuple[str, Any, str, Any]
 """An option: its names, type (numbers: their domain), help, and default if it has one; () lets it be repeated."""
 
 
-class SectionOption(click.Option):
-    """An option in a section of its command's help."""
-
-    def __init__(self, *args: Any, section: str, **kwargs: Any) -> None:
-        """Make an option in a section; the other arguments are those of `click.Option`."""
-        super().__init__(*args, **kwargs)
-        self.section = section
-
-
 class SectionCommand(click.Command):
-    """A command whose help lists its options by section, in the order in which the sections first occur."""
+    """A command whose help lists its options by section, in the order in which the sections first occur.
+
+    It receives the options of the section "Results" together, as its argument `results`.
+    """
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        if given := {name: ctx.params.pop(name) for name in _OF_RESULTS & ctx.params.keys()}:
+            ctx.params["results"] = Results(**given)
+        return super().invoke(ctx)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Read the words of the command line, and keep them as `ctx.obj`: records say how they were made."""
@@ -59,8 +60,6 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
             default = rest[0] if rest else False if kind is bool else None
             function = click.option(
                 *name.split(),
-                cls=SectionOption,
-                section=section,
                 type=kind,
                 is_flag=kind is bool,
                 default=default,
@@ -69,6 +68,7 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
                 metavar=getattr(kind, "metavar", None),
                 help=text,
             )(function)
+            function.__click_params__[-1].section = section  # type: ignore[attr-defined]
         return function
 
     return decorate
@@ -85,19 +85,9 @@ def together(*decorators: Callable[[Function], Function]) -> Callable[[Function]
     return decorate
 
 
-def results(*rows: Row) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of its results, which it receives together as its argument `results`."""
-    names = {field.name for field in fields(Results) if field.init}
-
-    def decorate(function: Callable[..., None]) -> Callable[..., None]:
-        @wraps(function)
-        def collected(*args: Any, **values: Any) -> None:
-            given = {name: values.pop(name) for name in names & values.keys()}
-            function(*args, results=Results(**given), **values)
-
-        return options("Results", *rows)(collected)
-
-    return decorate
+def results(*rows: Row) -> Callable[[Function], Function]:
+    """Give a command the options of its results."""
+    return options("Results", *rows)
 
 
 def section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
