@@ -67,16 +67,12 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
     results.end(summaries.reference_summary(found))
 
 
+_OWN = "Your own controller class, if it made the walk: a record never decides which code is loaded."
+
+
 @click.command("stability", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
-@sections.options(
-    "Walk",
-    (
-        "--controller",
-        kinds.OWN_CONTROLLER,
-        "Your own controller class, if it made the walk: a record never decides which code is loaded.",
-    ),
-)
+@sections.options("Walk", ("--controller", kinds.OWN_CONTROLLER, _OWN))
 @results(*options.PLOT, *options.PRINTED)
 def stability(record: Path, results: Results, controller: str | None) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.

@@ -22,6 +22,7 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
+_MULTIPLIERS: sections.Row = ("--plot-multipliers", kinds.PLOT, "Write a figure of the multipliers.")
 
 
 @click.command("return-map", cls=sections.SectionCommand)
@@ -70,12 +71,7 @@ def return_map(ctx: click.Context, /, results: Results, **values: object) -> Non
 )
 @options.scuffing_option("Diagram")
 @options.robot_options
-@results(
-    options.DATA,
-    *options.PLOT,
-    ("--plot-multipliers", kinds.PLOT, "Write a figure of the multipliers."),
-    *options.PRINTED,
-)
+@results(options.DATA, *options.PLOT, _MULTIPLIERS, *options.PRINTED)
 @click.pass_context
 def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
@@ -134,30 +130,29 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
     results.end(summaries.bifurcation_summary(cascade, diagram, steps, (searched - began, ended - searched)))
 
 
+class _Basin:
+    """Options of a map of starts.
+
+    Attributes:
+        slope_deg: Slope of the plane; 2 for the passive robot, 0 with a controller.
+        controller: 'passive', or a controller that imitates a gait, such as 'adaptive'; your own by its class: {forms}.
+        stance_rates: Initial rates of the stance leg, rad/s; around the gait's if left out.
+        swing_rates: Initial rates of the swing leg, rad/s; around the gait's if left out.
+        grid: Number of starts along each side; 300, or 100 with a controller.
+        limit: Greatest number of steps; 100, or 10 with a controller.
+        threads: Number of threads; one for each core unless given.
+    """
+
+    slope_deg = domains.SLOPE_DEG
+    controller = kinds.CONTROLLER, "passive"
+    stance_rates = swing_rates = kinds.span(domains.RATE)
+    grid = domains.GRID
+    limit = domains.LIMIT
+    threads = domains.WORKERS
+
+
 @click.command("basin", cls=sections.SectionCommand)
-@sections.options(
-    "Map",
-    ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane; 2 for the passive robot, 0 with a controller."),
-    (
-        "--controller",
-        kinds.CONTROLLER,
-        f"'passive', or a controller that imitates a gait, such as 'adaptive'; your own by its class: {FORMS}.",
-        "passive",
-    ),
-    (
-        "--stance-rates",
-        kinds.span(domains.RATE),
-        "Initial rates of the stance leg, rad/s; around the gait's if left out.",
-    ),
-    (
-        "--swing-rates",
-        kinds.span(domains.RATE),
-        "Initial rates of the swing leg, rad/s; around the gait's if left out.",
-    ),
-    ("--grid", domains.GRID, "Number of starts along each side; 300, or 100 with a controller."),
-    ("--limit", domains.LIMIT, "Greatest number of steps; 100, or 10 with a controller."),
-    ("--threads", domains.WORKERS, "Number of threads; one for each core unless given."),
-)
+@sections.options("Map", *sections.rows_of(_Basin, forms=FORMS))
 @sections.options(options.ADAPTIVE, options.IMITATE, options.REFERENCE)
 @options.gain_option("Map")
 @options.scuffing_option("Map")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable, Collection
 from dataclasses import fields
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 import click
 
 from mjbiped.cli import kinds
-from mjbiped.cli.sections import Function, Row, options, together
+from mjbiped.cli.sections import Function, Row, described, options, rows_of, together
 from mjbiped.control.loading import FORMS
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.control.settings import shown_defaults
@@ -40,14 +39,9 @@ def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
 
-def described(kind: type) -> dict[str, str]:
-    """Return the first sentence about each field in the docstring of a dataclass and its bases."""
-    found: dict[str, str] = {}
-    for each in reversed(kind.__mro__):
-        attributes = inspect.cleandoc(each.__doc__ or "").partition("Attributes:\n")[2].partition("\n\n")[0]
-        entries = re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", attributes, re.MULTILINE)
-        found |= {name: " ".join(text.split()).partition(". ")[0].removesuffix(".") + "." for name, text in entries}
-    return found
+def _sentence(text: str) -> str:
+    """Return the first sentence of a text."""
+    return text.partition(". ")[0].removesuffix(".") + "."
 
 
 def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Callable[[Function], Function]:
@@ -67,7 +61,7 @@ def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Cal
         if not isinstance(default, bool):
             domain, optional = domain_of[name]
             valid = kinds.optional(domain) if optional and default is not None else domain
-        rows.append((f"{word}/--no-{word[2:]}" if valid is bool else word, valid, texts[name], default))
+        rows.append((f"{word}/--no-{word[2:]}" if valid is bool else word, valid, _sentence(texts[name]), default))
     return options(section, *rows)
 
 
@@ -75,30 +69,32 @@ ADAPTIVE, COMPARISON, MUJOCO = "Adaptive controller", "Comparison controllers", 
 ROBOT, VIDEO = "Robot", "Video"
 """Sections of the help."""
 
-SEED: Row = ("--seed", domains.SEED, "Seed of random ground.")
-INITIAL: Row = (
-    "--initial",
-    kinds.INITIAL_STATE,
-    "First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance and "
-    "swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.",
-    "gait",
-)
-walk_options = options(
-    "Walk",
-    SEED,
-    ("--steps", domains.STEPS, f"End after this many steps; {DEFAULT_STEPS} unless a distance is given."),
-    ("--distance", domains.DISTANCE, "End at this position x of the stance foot, m."),
-    INITIAL,
-    (
-        "--controller",
-        kinds.CONTROLLER,
-        "'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque; "
-        f"{', '.join(BUILT_ON)} go further, see docs/references.md and docs/feet.md; "
-        f"{', '.join(COMPARED)} are those that the paper compares with, see docs/comparison.md. Your own by its class: "
-        f"{FORMS}, as spread.py:HipSpread.",
-        DEFAULT_CONTROLLER,
-    ),
-)
+
+class _Walk:
+    """Options of a walk.
+
+    Attributes:
+        seed: Seed of random ground.
+        steps: End after this many steps; {steps} unless a distance is given.
+        distance: End at this position x of the stance foot, m.
+        initial: First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance
+            and swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.
+        controller: 'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque;
+            {built_on} go further, see docs/references.md and docs/feet.md; {compared} are those that the paper compares
+            with, see docs/comparison.md. Your own by its class: {forms}, as spread.py:HipSpread.
+    """
+
+    seed = domains.SEED
+    steps = domains.STEPS
+    distance = domains.DISTANCE
+    initial = kinds.INITIAL_STATE, "gait"
+    controller = kinds.CONTROLLER, DEFAULT_CONTROLLER
+
+
+_BUILT_ON, _COMPARED = ", ".join(BUILT_ON), ", ".join(COMPARED)
+_WALK = rows_of(_Walk, steps=str(DEFAULT_STEPS), built_on=_BUILT_ON, compared=_COMPARED, forms=FORMS)
+SEED, _, _, INITIAL, _ = _WALK
+walk_options = options("Walk", *_WALK)
 
 
 def gain_option(section: str) -> Callable[[Function], Function]:
@@ -125,62 +121,37 @@ def scuffing_option(section: str) -> Callable[[Function], Function]:
     return options(section, ("--scuffing-reach", domains.REACH, text, ScuffingRule.reach))
 
 
-engine_option = options(
-    "Walk",
-    (
-        "--engine",
-        click.Choice(tuple(ENGINES)),
-        "The physics: MuJoCo's contacts, or the paper's impact map.",
-        DEFAULT_ENGINE,
-    ),
-)
+_PHYSICS = "The physics: MuJoCo's contacts, or the paper's impact map."
+engine_option = options("Walk", ("--engine", click.Choice(tuple(ENGINES)), _PHYSICS, DEFAULT_ENGINE))
 
-REFERENCE: Row = (
-    "--reference",
-    kinds.REFERENCE,
-    "Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of them, in m, "
-    f"m/s and N m; for adaptive, limit-cycle, {', '.join(BUILT_ON)}.",
-    SHARED["reference"],
-)
 
-IMITATE: Row = (
-    "--imitate-slope-deg",
-    domains.SLOPE_DEG,
-    "Slope of the passive gait that is imitated; for all but passive.",
-    SHARED["imitate_slope_deg"],
-)
+class _Laws:
+    """Options of controllers that are no field of one.
 
+    Attributes:
+        imitate_slope_deg: Slope of the passive gait that is imitated; for all but passive.
+        reference: Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of
+            them, in m, m/s and N m; for adaptive, limit-cycle, {built_on}.
+        initial_slope_estimate_deg: Slope estimate at the start; for the comparison controllers the slope that they are
+            given.
+        slope_source: The slope that gravity is compensated for: as given at the start, dead reckoned under the stance
+            foot, or of the line through both feet; two_point for passivity, local for the others unless given.
+    """
+
+    imitate_slope_deg = domains.SLOPE_DEG, SHARED["imitate_slope_deg"]
+    reference = kinds.REFERENCE, SHARED["reference"]
+    initial_slope_estimate_deg = domains.SLOPE_DEG, SHARED["initial_slope_estimate_deg"]
+    slope_source = click.Choice(SLOPE_SOURCES)
+
+
+IMITATE, REFERENCE, _ESTIMATE, _SOURCE = rows_of(_Laws, built_on=_BUILT_ON)
+_GAINS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update")
 adaptive_options = together(
     options(ADAPTIVE, IMITATE, REFERENCE),
-    field_options(
-        ADAPTIVE,
-        AdaptiveController,
-        "position_gain",
-        "velocity_gain",
-        "adaptation_gain",
-        "replanning_delay",
-        "estimate_update",
-    ),
-    options(
-        ADAPTIVE,
-        (
-            "--initial-slope-estimate-deg",
-            domains.SLOPE_DEG,
-            "Slope estimate at the start; for the comparison controllers the slope that they are given.",
-            SHARED["initial_slope_estimate_deg"],
-        ),
-    ),
+    field_options(ADAPTIVE, AdaptiveController, *_GAINS),
+    options(ADAPTIVE, _ESTIMATE),
 )
-
-comparison_options = options(
-    COMPARISON,
-    (
-        "--slope-source",
-        click.Choice(SLOPE_SOURCES),
-        "The slope that gravity is compensated for: as given at the start, dead reckoned under the stance foot, or of "
-        "the line through both feet; two_point for passivity, local for the others unless given.",
-    ),
-)
+comparison_options = options(COMPARISON, _SOURCE)
 
 
 def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]:
@@ -192,7 +163,7 @@ def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]
             kind, _ = next(iter(owners.values()))
             defaults = {name: parameters.get(key) for name, (_, parameters) in owners.items()}
             default, *different = dict.fromkeys(defaults.values())
-            text, (domain, _) = described(kind).get(key, ""), domains.annotated(kind)[key]
+            text, (domain, _) = _sentence(described(kind)[key]), domains.annotated(kind)[key]
             if different:
                 text += f"  [default: {', '.join(f'{value} {name}' for name, value in defaults.items())}]"
             section = ROBOT if len(owners) == len(robots) else f"{ROBOT} {', '.join(owners)}"
@@ -200,44 +171,39 @@ def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]
     return together(*made)
 
 
-ROBOTS = " ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for name, make in NAMED.items())
-KIND: Row = (
-    "--robot",
-    kinds.ROBOT,
-    f"{ROBOTS} Or a .toml file with a kind and parameters as in the record; or an .xml file (MJCF) of a planar biped, "
-    "see docs/exports.md. Options below change single parameters.",
-    Compass.kind,
-)
-robot_options = together(options(ROBOT, KIND), parameter_options(NAMED))
+class _Robot:
+    """Options of any robot.
 
-_DISTURBANCES = ", ".join(
-    f"{field.name}={'none' if field.default is None else f'{field.default:g}'}"
-    for field in fields(Disturbances)
-    if field.name != "pushes"
-)
+    Attributes:
+        robot: {robots} Or a .toml file with a kind and parameters as in the record; or an .xml file (MJCF) of a planar
+            biped, see docs/exports.md. Options below change single parameters.
+    """
 
-disturbance_options = options(
-    "Disturbances",
-    (
-        "--disturb",
-        kinds.SETTING,
-        f"Noise, delay, weak motors, random pushes, in SI units; may be repeated: {_DISTURBANCES}. "
-        "docs/disturbances.md explains them.",
-        (),
-    ),
-    (
-        "--push pushes",
-        kinds.PUSH,
-        "Push the hip at TIME, s, with IMPULSE, N s, positive forward; may be repeated.",
-        (),
-    ),
-    (
-        "--model-error",
-        kinds.MODEL_ERROR,
-        "Give the controller's model FACTOR times the robot's NAME, such as leg_mass; may be repeated.",
-        (),
-    ),
-)
+    robot = kinds.ROBOT, Compass.kind
+
+
+_ROBOTS = " ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for name, make in NAMED.items())
+robot_options = together(options(ROBOT, *rows_of(_Robot, robots=_ROBOTS)), parameter_options(NAMED))
+
+
+class _Disturbed:
+    """Options of disturbances, all of which may be repeated.
+
+    Attributes:
+        disturb: Noise, delay, weak motors, random pushes, in SI units; may be repeated: {settings}.
+            docs/disturbances.md explains them.
+        pushes: Push the hip at TIME, s, with IMPULSE, N s, positive forward; may be repeated.
+        model_error: Give the controller's model FACTOR times the robot's NAME, such as leg_mass; may be repeated.
+    """
+
+    disturb = kinds.SETTING, ()
+    pushes = kinds.PUSH, (), "--push pushes"
+    model_error = kinds.MODEL_ERROR, ()
+
+
+_DEFAULTS = {each.name: each.default for each in fields(Disturbances) if each.name != "pushes"}
+_SETTINGS = ", ".join(f"{name}={'none' if value is None else f'{value:g}'}" for name, value in _DEFAULTS.items())
+disturbance_options = options("Disturbances", *rows_of(_Disturbed, settings=_SETTINGS))
 
 walker_options = together(
     walk_options,
@@ -253,20 +219,13 @@ walker_options = together(
 
 # ---- results, for `mjbiped.cli.sections.results` ---------------------------------------------------------------------
 
-RECORD: Row = (
-    "--out",
-    kinds.RECORD,
-    "Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs.",
-)
+_RECORD = "Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs."
+RECORD: Row = ("--out", kinds.RECORD, _RECORD)
 RECORDS: Row = ("--out", kinds.output(".npz"), "Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.")
 DATA: Row = ("--out", kinds.output(".npz"), "Write the data, an .npz file.")
-_WIDTHS = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
-WIDTH: Row = (
-    "--plot-width",
-    kinds.Width(tuple(WIDTHS)),
-    f"Width of figures: {_WIDTHS}; page is for the screen, double and single are columns in print.",
-    DEFAULT_WIDTH,
-)
+_SIZES = ", ".join(f"{name} {size.inches:g} in" for name, size in WIDTHS.items())
+_WIDTHS = f"Width of figures: {_SIZES}; page is for the screen, double and single are columns in print."
+WIDTH: Row = ("--plot-width", kinds.Width(tuple(WIDTHS)), _WIDTHS, DEFAULT_WIDTH)
 PLOT: tuple[Row, ...] = (("--plot", kinds.PLOT, "Write a figure, .png, .pdf or .svg."), WIDTH)
 VIDEO_FILE: Row = ("--video", kinds.VIDEO, "Write a video, .mp4 or .gif; see below.")
 JSON: Row = ("--json", bool, "Print the results as JSON instead of a table.")
@@ -276,38 +235,57 @@ PRINTED = (JSON, QUIET)
 # ---- video -----------------------------------------------------------------------------------------------------------
 
 CAMERAS = ("track", "side", "overview")
-video_options = options(
-    VIDEO,
-    ("--video-size", kinds.VIDEO_SIZE, "Width and height, pixels.", "1280x720"),
-    ("--camera", click.Choice(CAMERAS), "Camera of the video.", CAMERAS[0]),
-    ("--start", domains.TIME, "Time of the walk at which the video begins, s."),
-    ("--stop", domains.TIME, "Time of the walk at which it ends, s."),
-    ("--slow-motion", domains.SLOW_MOTION, "Seconds of video per second of the walk.", 1.0),
-    ("--fps", domains.FPS, "Frames per second.", 30),
-    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(ELEMENTS)}, or {ALL}.", ()),
-    (
-        "--flag flags",
-        kinds.VISUAL_FLAG,
-        "A visual flag of MuJoCo's to set, such as contactpoint, shadow or wireframe; with no- before it to clear, as "
-        "no-skin; may be repeated.",
-        (),
-    ),
-)
+
+
+class _Video:
+    """Options of a video.
+
+    Attributes:
+        video_size: Width and height, pixels.
+        camera: Camera of the video.
+        start: Time of the walk at which the video begins, s.
+        stop: Time of the walk at which it ends, s.
+        slow_motion: Seconds of video per second of the walk.
+        fps: Frames per second.
+        hide: Elements to hide, separated by commas: {elements}.
+        flags: A visual flag of MuJoCo's to set, such as contactpoint, shadow or wireframe; with no- before it to clear,
+            as no-skin; may be repeated.
+    """
+
+    video_size = kinds.VIDEO_SIZE, "1280x720"
+    camera = click.Choice(CAMERAS), CAMERAS[0]
+    start = stop = domains.TIME
+    slow_motion = domains.SLOW_MOTION, 1.0
+    fps = domains.FPS, 30
+    hide = kinds.HIDDEN, ()
+    flags = kinds.VISUAL_FLAG, (), "--flag flags"
+
+
+video_options = options(VIDEO, *rows_of(_Video, elements=f"{', '.join(ELEMENTS)}, or {ALL}"))
 """Options of a video, named as the arguments of `mjbiped.rendering.video.render_video`, `video_size` apart."""
 
 # ---- studies ---------------------------------------------------------------------------------------------------------
 
 study_argument = click.argument("study", type=click.Path(path_type=Path))
-WORKERS: Row = ("--workers", domains.WORKERS, "Number of processes; one for each core unless given.")
-STUDY: tuple[Row, ...] = (
-    WORKERS,
-    (
-        "--scheduler",
-        kinds.Kind("ADDRESS", str),
-        "Run on the workers of this Dask scheduler, such as tcp://host:8786; needs pip install 'mjbiped[cluster]'.",
-    ),
-    ("--fresh", bool, "Delete the rows of an earlier run and begin again."),
-)
+
+
+class _Study:
+    """Options of a study.
+
+    Attributes:
+        workers: Number of processes; one for each core unless given.
+        scheduler: Run on the workers of this Dask scheduler, such as tcp://host:8786; needs pip install
+            'mjbiped[cluster]'.
+        fresh: Delete the rows of an earlier run and begin again.
+    """
+
+    workers = domains.WORKERS
+    scheduler = kinds.Kind("ADDRESS", str)
+    fresh = bool
+
+
+STUDY = rows_of(_Study)
+WORKERS = STUDY[0]
 STUDY_FOLDER: Row = (
     "--out",
     kinds.Folder(),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 import shlex
 from collections.abc import Callable, Iterable
 from dataclasses import fields
@@ -49,6 +51,33 @@ class SectionCommand(click.Command):
         for section, records in sections.items():
             with formatter.section(section):
                 formatter.write_dl(records)
+
+
+def described(kind: type) -> dict[str, str]:
+    """Return the text about each field in the docstring of a class and its bases."""
+    found: dict[str, str] = {}
+    for each in reversed(kind.__mro__):
+        attributes = inspect.cleandoc(each.__doc__ or "").partition("Attributes:\n")[2].partition("\n\n")[0]
+        entries = re.findall(r"^ {4}(\w+): (.+(?:\n {8}.+)*)", attributes, re.MULTILINE)
+        found |= {name: " ".join(text.split()) for name, text in entries}
+    return found
+
+
+def rows_of(kind: type, **words: str) -> list[Row]:
+    """Return the options that a class describes, in the order of its docstring.
+
+    Args:
+        kind: A class with a field for each option, whose text in the docstring is the help. The field holds the type,
+            or a tuple of type and default, or of type, default and the option's names where the field's is not its.
+        **words: Words that stand in braces in the texts.
+    """
+    made: list[Row] = []
+    for field, text in described(kind).items():
+        value = getattr(kind, field)
+        valid, *rest = value if isinstance(value, tuple) else (value,)
+        name = rest.pop() if len(rest) > 1 else f"--{field.replace('_', '-')}"
+        made.append((name, valid, text.format(**words), *rest))
+    return made
 
 
 def options(section: str, *rows: Row) -> Callable[[Function], Function]:

@@ -18,24 +18,25 @@ from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
 
 
+class _Sweep:
+    """Options of a sweep.
+
+    Attributes:
+        trajectories: Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.
+        dry_run: Walk a few of them only, and tell how many there are, their time and the size of the files.
+        parquet: Write the table as study.parquet too; needs pip install 'mjbiped[data]'.
+    """
+
+    trajectories = dry_run = parquet = bool
+
+
+*_OF_SWEEPS, _PARQUET = sections.rows_of(_Sweep)
+
+
 @click.command("sweep", cls=sections.SectionCommand)
 @options.study_argument
-@sections.options(
-    "Walks",
-    *options.STUDY,
-    (
-        "--trajectories",
-        bool,
-        "Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.",
-    ),
-    ("--dry-run", bool, "Walk a few of them only, and tell how many there are, their time and the size of the files."),
-)
-@results(
-    options.STUDY_FOLDER,
-    ("--parquet", bool, "Write the table as study.parquet too; needs pip install 'mjbiped[data]'."),
-    options.WIDTH,
-    *options.PRINTED,
-)
+@sections.options("Walks", *options.STUDY, *_OF_SWEEPS)
+@results(options.STUDY_FOLDER, _PARQUET, options.WIDTH, *options.PRINTED)
 def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_run: bool, **walks: Any) -> None:
     """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
 
@@ -156,17 +157,13 @@ def reproduce(results: Results, **walks: Any) -> None:
     results.end(summary, [tables.checks_table(asked), what_counts(asked), *lines], files)
 
 
+_PAGE = "The page, an .html file; unless given, beside RECORD with its name (for a folder: in it)."
+_NO_VIDEO: sections.Row = ("--no-video", bool, "Leave out the video, which takes longest.")
+
+
 @click.command("report", cls=sections.SectionCommand)
 @click.argument("source", metavar="RECORD", type=click.Path(path_type=Path))
-@results(
-    (
-        "--out",
-        kinds.output(".html"),
-        "The page, an .html file; unless given, beside RECORD with its name (for a folder: in it).",
-    ),
-    ("--no-video", bool, "Leave out the video, which takes longest."),
-    options.QUIET,
-)
+@results(("--out", kinds.output(".html"), _PAGE), _NO_VIDEO, options.QUIET)
 def report(source: Path, results: Results) -> None:
     """Write an interactive page about the walk of RECORD, an .npz file, or about a study: the folder of a sweep.
 

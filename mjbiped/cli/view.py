@@ -40,20 +40,26 @@ class _KeysInHelp(sections.SectionCommand):
             formatter.write_dl([*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()])
 
 
+class _Window:
+    """Options of the window.
+
+    Attributes:
+        slow_motion: Seconds in the window per second of the walk, at the start.
+        hide: Elements to hide, separated by commas: {marks}.
+        flags: A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be
+            repeated.
+        seconds: Time after which the window closes, s.
+    """
+
+    slow_motion = domains.SLOW_MOTION, 1.0
+    hide = kinds.HIDDEN, ()
+    flags = kinds.VISUAL_FLAG, (), "--flag flags"
+    seconds = domains.TIME, None, "--for seconds"
+
+
 @click.command("view", cls=_KeysInHelp)
 @click.argument("what", metavar="[TERRAIN | RECORD]", default="mixed")
-@sections.options(
-    _VIEW,
-    ("--slow-motion", domains.SLOW_MOTION, "Seconds in the window per second of the walk, at the start.", 1.0),
-    ("--hide", kinds.HIDDEN, f"Elements to hide, separated by commas: {', '.join(_MARKS)}, or {ALL}.", ()),
-    (
-        "--flag flags",
-        kinds.VISUAL_FLAG,
-        "A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be repeated.",
-        (),
-    ),
-    ("--for seconds", domains.TIME, "Time after which the window closes, s."),
-)
+@sections.options(_VIEW, *sections.rows_of(_Window, marks=f"{', '.join(_MARKS)}, or {ALL}"))
 @options.walker_options
 @click.pass_context
 def view(ctx: click.Context, /, what: str, **values: object) -> None:
