@@ -35,7 +35,7 @@ SET = {
 
 
 @click.command("figures", cls=sections.SectionCommand)
-@click.argument("folder", type=kinds.Folder())
+@click.argument("folder", type=kinds.FOLDER)
 @results(options.WIDTH, *options.PRINTED)
 def figures(folder: Path, results: Results) -> None:
     """Draw the whole set of figures into FOLDER, as PDF for slides and papers.

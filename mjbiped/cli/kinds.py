@@ -47,16 +47,6 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest 
             self.fail(f"{shown(value)}; expected {self.expected}." if self.expected else f"{error}.", param, ctx)
 
 
-class Folder(click.Path):
-    """Type of a path to a folder, which need not exist."""
-
-    metavar = "FOLDER"
-
-    def __init__(self) -> None:
-        """Accept folders only."""
-        super().__init__(file_okay=False, path_type=Path)
-
-
 class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest click alone
     """Type of the option that sets the width of all figures until the command ends."""
 
@@ -217,6 +207,8 @@ _NUMBERS = [key for key in OWNERS if any(key in kind.numbers() for kind in KINDS
 _STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
+FOLDER = click.Path(file_okay=False, path_type=Path)  # which need not exist
+FOLDER.metavar = "FOLDER"  # type: ignore[attr-defined]  # as `Kind` has it
 RECORD = _record(*MODULES)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
@@ -18,46 +19,32 @@ from mjbiped.errors import MjbipedError, shortened
 from mjbiped.version import __version__
 
 _COMMANDS = {
-    "walk": ("walks:walk", "Simulate a walk on TERRAIN, and report how it went."),
-    "compare": ("walks:compare", "Simulate a walk on TERRAIN in both engines, and report where they diverge and why."),
-    "gait": ("gaits:gait", "Find the passive gait on a slope, its limit cycle and its stability."),
-    "reference": (
-        "gaits:reference",
-        "Find the cheapest gait on level ground that lifts its swing foot to a given height.",
-    ),
-    "return-map": (
-        "maps:return_map",
-        "Show how a step of the passive robot maps the state after an impact onto the next one.",
-    ),
-    "bifurcation": (
-        "maps:bifurcation",
-        "Follow the passive gait over the slope: where its period doubles, and where the robot falls.",
-    ),
-    "basin": ("maps:basin", "Map the initial rates of the legs from which the robot settles into walking, or falls."),
-    "stability": ("gaits:stability", "Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file."),
-    "figures": ("figures:figures", "Draw the whole set of figures into FOLDER, as PDF for slides and papers."),
-    "render": ("walks:render", "Draw the walk of RECORD, an .npz file: a video, a figure."),
-    "export": ("export:export", "Write a scene, a robot or a record to FILE, for other programs."),
-    "view": (
-        "view:view",
-        "Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.",
-    ),
-    "report": (
-        "studies:report",
-        "Write an interactive page about the walk of RECORD, an .npz file, or about a study: the folder of a sweep.",
-    ),
-    "sweep": ("studies:sweep", "Run the walks that STUDY, a .toml file, describes: grids, random samples, or both."),
-    "robustness": ("studies:robustness", "Measure how robust the controllers of STUDY are, a .toml file."),
-    "reproduce": (
-        "studies:reproduce",
-        "Reproduce section V of the paper in both engines: tables II and III, figures 4 to 6, and a report.",
-    ),
-    "compile": (
-        "studies:compile_",
-        "Compile the machine code for walks with CONTROLLERS in advance; for all registered ones unless given.",
-    ),
+    "walk": "walks:walk",
+    "compare": "walks:compare",
+    "gait": "gaits:gait",
+    "reference": "gaits:reference",
+    "return-map": "maps:return_map",
+    "bifurcation": "maps:bifurcation",
+    "basin": "maps:basin",
+    "stability": "gaits:stability",
+    "figures": "figures:figures",
+    "render": "walks:render",
+    "export": "export:export",
+    "view": "view:view",
+    "report": "studies:report",
+    "sweep": "studies:sweep",
+    "robustness": "studies:robustness",
+    "reproduce": "studies:reproduce",
+    "compile": "studies:compile_",
 }
-"""Where each command is, as "module:name" of this package, and the first sentence of its help."""
+"""Where each command is, as "module:name" of this package."""
+
+
+def _sentence(place: str) -> str:
+    """Return the first line of a command's docstring from its source: an import would take a second."""
+    module, name = place.split(":")
+    source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
+    return source.partition(f"\ndef {name}(")[2].partition('"""')[2].partition("\n")[0]
 
 
 class _ByName(Mapping[str, click.Command]):
@@ -65,7 +52,7 @@ class _ByName(Mapping[str, click.Command]):
 
     def __getitem__(self, name: str) -> click.Command:
         """Import a command."""
-        command: click.Command = resolve_name(f"mjbiped.cli.{_COMMANDS[name][0]}")
+        command: click.Command = resolve_name(f"mjbiped.cli.{_COMMANDS[name]}")
         return command
 
     def __iter__(self) -> Iterator[str]:
@@ -87,7 +74,7 @@ class _Commands(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands into the help, without importing them."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, sentence) for name, (_, sentence) in _COMMANDS.items()])
+            formatter.write_dl([(name, _sentence(place)) for name, place in _COMMANDS.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""

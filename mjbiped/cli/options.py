@@ -288,6 +288,6 @@ STUDY = rows_of(_Study)
 WORKERS = STUDY[0]
 STUDY_FOLDER: Row = (
     "--out",
-    kinds.Folder(),
+    kinds.FOLDER,
     "Folder for table and figures; beside STUDY, with its name, unless given.",
 )

@@ -126,8 +126,8 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
     ("--fresh", bool, "Delete the finished walks of an earlier run and begin again."),
 )
 @results(
-    ("--out", kinds.Folder(), "Folder where finished walks are kept.", "reproduction"),
-    ("--report", kinds.Folder(), "Folder for page, table and figures; --out unless given."),
+    ("--out", kinds.FOLDER, "Folder where finished walks are kept.", "reproduction"),
+    ("--report", kinds.FOLDER, "Folder for page, table and figures; --out unless given."),
     options.WIDTH,
     *options.PRINTED,
 )
