@@ -146,12 +146,10 @@ class _Laws:
 
 IMITATE, REFERENCE, _ESTIMATE, _SOURCE = rows_of(_Laws, built_on=_BUILT_ON)
 _GAINS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay", "estimate_update")
-adaptive_options = together(
-    options(ADAPTIVE, IMITATE, REFERENCE),
-    field_options(ADAPTIVE, AdaptiveController, *_GAINS),
-    options(ADAPTIVE, _ESTIMATE),
+_adaptive_options = together(
+    options(ADAPTIVE, IMITATE, REFERENCE), field_options(ADAPTIVE, AdaptiveController, *_GAINS)
 )
-comparison_options = options(COMPARISON, _SOURCE)
+law_options = together(_adaptive_options, options(ADAPTIVE, _ESTIMATE), options(COMPARISON, _SOURCE))
 
 
 def parameter_options(robots: Collection[str]) -> Callable[[Function], Function]:
@@ -210,8 +208,7 @@ walker_options = together(
     gain_option("Walk"),
     scuffing_option("Walk"),
     mujoco_options,
-    adaptive_options,
-    comparison_options,
+    law_options,
     robot_options,
     disturbance_options,
 )
@@ -286,8 +283,5 @@ class _Study:
 
 STUDY = rows_of(_Study)
 WORKERS = STUDY[0]
-STUDY_FOLDER: Row = (
-    "--out",
-    kinds.FOLDER,
-    "Folder for table and figures; beside STUDY, with its name, unless given.",
-)
+_TABLES = "Folder for table and figures; beside STUDY, with its name, unless given."
+STUDY_FOLDER: Row = ("--out", kinds.FOLDER, _TABLES)

@@ -81,8 +81,7 @@ def checks_table(answers: Iterable[Answer]) -> Table:
     """Return a table of the paper's claims, and whether they hold."""
     table = bare_table("claim", "settings", "engine", "found", "holds")
     for answer in answers:
-        holds = "-" if answer.holds is None else "yes" if answer.holds else "no"
-        asked = f"{holds}, of {answer.of}" if answer.of else holds
+        asked = f"{_cell(answer.holds)}, of {answer.of}" if answer.of else _cell(answer.holds)
         table.add_row(*(Text(cell) for cell in (answer.claim, answer.group, answer.engine, answer.found, asked)))
     return table
 
@@ -110,12 +109,9 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:
     shown: list[RenderableType] = [outcomes, *([quantiles] if quantiles.rows else [])]
     shown += [_value_table(name, entries) for name, entries in summary["by_value"].items() if len(entries) > 1]
     if best := summary["best"]:
-        shown.append(
-            Text(
-                f"best: {best['combination']} ({100 * best['finished']:.0f} % of {best['walks']} finished, median cost "
-                f"of transport {best['cost_of_transport']:.4f}, first cell {best['first_cell']})"
-            )
-        )
+        share = f"{100 * best['finished']:.0f} % of {best['walks']} finished"
+        cost = f"median cost of transport {best['cost_of_transport']:.4f}"
+        shown.append(Text(f"best: {best['combination']} ({share}, {cost}, first cell {best['first_cell']})"))
     if summary["walks_now"]:
         seconds = summary["seconds"]
         rate = f"{summary['walks_now'] / seconds:.3g} walks/s"

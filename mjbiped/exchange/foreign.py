@@ -19,6 +19,7 @@ from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils.reading import require_file
 
 _SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
+_OF_LINKS = ("mass", "length", "centre", "inertia")
 _ON_LINE = 1e-6  # leg lengths; farthest place of a centre of mass from its link's line
 
 
@@ -71,32 +72,14 @@ def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
     total, length = hip_mass + 2.0 * sum(link.mass for link in links), sum(link.length for link in links)
     if hip_mass <= (1.0 + _SAME) * SMALLEST_HIP_MASS * total:
         hip_mass = 0.0
-    inertias = [
-        link.inertia * (link.inertia > (1.0 + _SAME) * SMALLEST_INERTIA * link.mass * length**2) for link in links
-    ]
+    least = (1.0 + _SAME) * SMALLEST_INERTIA * length**2
+    links = [link._replace(inertia=link.inertia * (link.inertia > least * link.mass)) for link in links]
     if len(links) == 1:
         (leg,) = links
-        return Compass(
-            leg_mass=leg.mass,
-            hip_mass=hip_mass,
-            lower_length=leg.length - leg.centre,
-            upper_length=leg.centre,
-            leg_inertia=inertias[0],
-            gravity=gravity,
-        )
-    thigh, shank = links
-    return KneedBiped(
-        thigh_mass=thigh.mass,
-        shank_mass=shank.mass,
-        hip_mass=hip_mass,
-        thigh_length=thigh.length,
-        shank_length=shank.length,
-        thigh_centre=thigh.centre,
-        shank_centre=shank.centre,
-        thigh_inertia=inertias[0],
-        shank_inertia=inertias[1],
-        gravity=gravity,
-    )
+        return Compass(leg.mass, hip_mass, leg.length - leg.centre, leg.centre, leg.inertia, gravity)
+    named = zip(("thigh", "shank"), links, strict=True)
+    own = {f"{part}_{name}": getattr(link, name) for part, link in named for name in _OF_LINKS}
+    return KneedBiped(**own, hip_mass=hip_mass, gravity=gravity)
 
 
 def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[_Leg, _Leg]]:
@@ -198,8 +181,8 @@ def _difference(legs: tuple[_Leg, _Leg]) -> str:
     """Say in which number two legs differ; empty if they are equal."""
     scale = sum(_segment(piece).length for piece in legs[0])
     for ours, theirs in zip(*legs, strict=True):
-        units = Segment("", ours.part.mass, scale, scale, ours.part.mass * scale**2)
-        for name, unit in zip(Segment._fields[1:], units[1:], strict=True):
+        units = (ours.part.mass, scale, scale, ours.part.mass * scale**2)
+        for name, unit in zip(_OF_LINKS, units, strict=True):
             one, other = getattr(_segment(ours), name), getattr(_segment(theirs), name)
             if abs(one - other) > _SAME * unit:
                 return f"{name} {one:.6g} of {ours.part.name}, and {other:.6g} of {theirs.part.name}"

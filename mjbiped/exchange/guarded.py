@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from mjbiped.errors import InputError, shortened
 from mjbiped.utils.mujoco import mujoco
@@ -33,20 +34,13 @@ def compiled(path: Path) -> mujoco.MjModel:
         InputError: MuJoCo cannot read it or fails on it; the message continues the file's name.
     """
     paths = [str(Path(each).absolute()) for each in sys.path]  # the same mjbiped
-    threads = {"OPENBLAS_NUM_THREADS": "1"}  # the memory of others would count
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OPENBLAS_NUM_THREADS": "1"}  # threads take memory too
     with tempfile.TemporaryDirectory() as folder:
         saved = str(Path(folder) / "model.mjb")
         try:
-            process = subprocess.run(
-                [sys.executable, "-c", f"from {__name__} import main; main()", str(path), saved, str(_LONGEST)],
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), **threads},
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=_PATIENCE,
-                check=False,
-            )
+            words = [sys.executable, "-c", f"from {__name__} import main; main()", str(path), saved, str(_LONGEST)]
+            told: dict[str, Any] = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
+            process = subprocess.run(words, env=env, timeout=_PATIENCE, errors="replace", check=False, **told)
         except subprocess.TimeoutExpired as error:
             raise _failure(_ENDLESS) from error
         if process.returncode == _UNREADABLE:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from mjbiped.utils.mujoco import mujoco
 
 Vector = NDArray[np.float64]
 
+_LOSSES = "dof_damping dof_armature dof_frictionloss jnt_stiffness tendon_damping tendon_stiffness body_gravcomp"
 _PARALLEL = 1e-6  # greatest sine of the angle between directions that count as one
 _SPHERE, _CAPSULE = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -65,19 +67,12 @@ def check_lossless(model: mujoco.MjModel) -> None:
     Raises:
         InputError: A joint or tendon has it.
     """
-    properties = {
-        "damping": model.dof_damping,
-        "armature": model.dof_armature,
-        "frictionloss": model.dof_frictionloss,
-        "stiffness": model.jnt_stiffness,
-        "tendon damping": model.tendon_damping,
-        "tendon stiffness": model.tendon_stiffness,
-        "gravcomp": model.body_gravcomp,
-    }
-    for name, values in properties.items():
+    for name in _LOSSES.split():
+        values = getattr(model, name)
         if np.any(values):
+            said = re.sub("^(dof|jnt|body)_", "", name).replace("_", " ")
             raise InputError(
-                f"it has {name} ({np.max(values):g}), which the robots here have not; set it to 0 in a copy"
+                f"it has {said} ({np.max(values):g}), which the robots here have not; set it to 0 in a copy"
             )
 
 

@@ -37,12 +37,10 @@ def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], N
     if path.suffix == MCAP:
         return {"record": (path, partial(write_recording, walk))}
     samples, touchdowns = tables_of(type(walk.robot))
+    beside = path.with_stem(f"{path.stem}_touchdowns")
     return {
         "record": (path, partial(_write, flat_samples(walk), samples)),
-        "touchdowns": (
-            path.with_stem(f"{path.stem}_touchdowns"),
-            partial(_write, flat_touchdowns(walk), touchdowns),
-        ),
+        "touchdowns": (beside, partial(_write, flat_touchdowns(walk), touchdowns)),
     }
 
 

@@ -64,7 +64,7 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
     course = _course(gait)
     panels: list[Callable[[Axes, str, _Course], None]] = [_draw_cycle, _draw_foot]
     panels += [_draw_flexion] if len(course.phases) > 1 else []
-    panels += [_multipliers_of] if course.torques is None else [_draw_torques]
+    panels += [draw_multipliers] if course.torques is None else [_draw_torques]
     with drawn(path) as figure:
         across = min(width().beside(3), len(panels) if len(panels) != 4 else 2)
         lines = math.ceil(len(panels) / across)
@@ -102,12 +102,8 @@ def _title(gait: Any) -> str:
     """Kind of the gait and its main numbers."""
     knees = " with knees" if gait.knee_strike else ""
     strike = [f"knee strike at {gait.knee_strike:.4f}\u00a0s"] if knees else []
-    parts = [
-        f"period {gait.period:.4f}\u00a0s",
-        *strike,
-        f"step {gait.step_length:.4f}\u00a0m",
-        f"speed {gait.speed:.4f}\u00a0m/s",
-    ]
+    parts = [f"period {gait.period:.4f}\u00a0s", *strike]
+    parts += [f"step {gait.step_length:.4f}\u00a0m", f"speed {gait.speed:.4f}\u00a0m/s"]
     if hasattr(gait, "goal"):
         parts.append(f"clearance {100 * gait.goal.clearance:.3g}\u00a0cm")
         return f"Optimised gait{knees}: {C_MT} {gait.measures.cost_of_transport:.4f}, {', '.join(parts)}"
@@ -217,9 +213,8 @@ def _draw_foot(axes: Axes, letter: str, course: _Course) -> None:
         axes.margins(y=0.15)
         if goal is not None and goal.clearance:
             x, z = robot.swing_foot(gait.reference(gait.clearance_phase * gait.period)[0])
-            mark(
-                "begins to\ncome back" if goal.retraction else "clearance", x, 100 * z, (-6, 0), ha="right", va="center"
-            )
+            words = "begins to\ncome back" if goal.retraction else "clearance"
+            mark(words, x, 100 * z, (-6, 0), ha="right", va="center")
     axes.set(xlabel="swing foot ahead of the stance foot (m)", ylabel="height above the ground (cm)")
     titled(axes, letter, "Path of the swing foot")
 
@@ -236,13 +231,9 @@ def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
     legend_above(axes)
 
 
-def _multipliers_of(axes: Axes, letter: str, course: _Course) -> None:
-    """Floquet multipliers of the gait."""
-    draw_multipliers(axes, letter, course.gait.multipliers)
-
-
-def draw_multipliers(axes: Axes, letter: str, multipliers: NDArray[np.complex128]) -> None:
-    """Draw Floquet multipliers in the complex plane and in figures."""
+def draw_multipliers(axes: Axes, letter: str, course: Any) -> None:
+    """Draw the Floquet multipliers of what has a gait, in the complex plane and in figures."""
+    multipliers: NDArray[np.complex128] = course.gait.multipliers
     reach = 1.25 * max(1.0, float(np.abs(multipliers).max()))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
     axes.axhline(0.0, color=GUIDE, linewidth=0.5)

@@ -56,11 +56,11 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
     with drawn(path) as figure:
         figure.set_figheight(7.4 if near else 4.2)
         grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
-        _draw_diagram(grid[0, 0], diagram, cascade, (degrees[0], degrees[-1]), onsets)
-        _entitle(grid[0, 0], "a", "Step lengths on which the passive robot settles")
-        if near and window is not None:
-            _draw_diagram(grid[1, 0], diagram, cascade, (float(window[0]), float(window[1])), onsets)
-            _entitle(grid[1, 0], "b", "The same, magnified")
+        words = ("Step lengths on which the passive robot settles", "The same, magnified")
+        for (axes,), letter, title, (low, high) in zip(grid, "ab", words, (degrees[[0, -1]], window), strict=False):
+            _draw_diagram(axes, diagram, cascade, (float(low), float(high)), onsets)
+            titled(axes, letter, title)
+            axes.set_title(axes.get_title(loc="left"), pad=6.0 + 1.5 * width().small)  # above the names of the onsets
         handles = [Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked, the last steps of each slope")]
         if cascade is not None:
             handles.append(Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"))
@@ -70,12 +70,6 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
             paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # lines of onsets pass under the words
             note_at(grid[0, 0], f"first fall on {lost:.2f}°", lost, 0.02, (-4, 0), ha="right", va="bottom", bbox=paper)
     return figure
-
-
-def _entitle(axes: Axes, letter: str, words: str) -> None:
-    """Give a panel a title above the line that names the onsets."""
-    titled(axes, letter, words)
-    axes.set_title(axes.get_title(loc="left"), pad=6.0 + 1.5 * width().small)
 
 
 def _draw_diagram(
@@ -95,13 +89,8 @@ def _draw_diagram(
         # from the onset on, beyond both ends of the panel: it ends at none of the slopes that were followed
         unstable = [*born, *(gait for gait in first.gaits if not gait.stable)]
         if unstable:
-            axes.plot(
-                [math.degrees(gait.slope) for gait in unstable],
-                [gait.step_lengths[0] for gait in unstable],
-                color=VERMILLION,
-                linestyle="--",
-                linewidth=1.0,
-            )
+            line = [(math.degrees(gait.slope), gait.step_lengths[0]) for gait in unstable]
+            axes.plot(*np.transpose(line), color=VERMILLION, linestyle="--", linewidth=1.0)
     _name_onsets(axes, limits, [(onset, f"{2**number}: {onset:.4f}°") for number, onset in enumerate(onsets, start=1)])
     axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
 
@@ -118,16 +107,9 @@ def _name_onsets(axes: Axes, limits: tuple[float, float], onsets: Sequence[tuple
             else:
                 texts.append((onset, f"period {name}"))
     for onset, text in texts:
-        fits = onset + letter * len(text) < limits[1]
-        axes.text(
-            onset if fits else limits[1],
-            1.015,
-            text,
-            transform=axes.get_xaxis_transform(),
-            ha="left" if fits else "right",
-            fontsize=width().small,
-            color=SHADE,
-        )
+        x, side = (onset, "left") if onset + letter * len(text) < limits[1] else (limits[1], "right")
+        above = axes.get_xaxis_transform()
+        axes.text(x, 1.015, text, transform=above, ha=side, fontsize=width().small, color=SHADE)
 
 
 def plot_multipliers(branches: Sequence[Sequence[PeriodicGait]], path: Path | None = None) -> Figure:
@@ -215,24 +197,17 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
         norm = Normalize(0.0, max(most, 1.0))
         label = "steps until settled on the gait"
     mesh = axes.pcolormesh(x, y, torque, cmap=_SETTLED, norm=norm, rasterized=True)
-    bar = figure.colorbar(
-        mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend="neither" if controlled else "max"
-    )
-    bar.set_label(label)
-    other = ~(settled | fell)
-    if other.any():
-        axes.pcolormesh(
-            x, y, np.where(other, 1.0, np.nan), cmap=ListedColormap([VERMILLION]), vmin=0, vmax=1, rasterized=True
-        )
+    ends = "neither" if controlled else "max"
+    figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend=ends, label=label)
+    if (other := ~(settled | fell)).any():
+        others, red = np.where(other, 1.0, np.nan), ListedColormap([VERMILLION])
+        axes.pcolormesh(x, y, others, cmap=red, vmin=0, vmax=1, rasterized=True)
     half = len(basin.start) // 2
     axes.plot(basin.start[half], basin.start[half + 1], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
-    titled(
-        axes,
-        letter,
-        plain(f"{basin.walker} on {ground}: {100 * basin.share(Fate.SETTLED):.1f} %\u00a0of the window settle"),
-    )
+    share = f"{100 * basin.share(Fate.SETTLED):.1f} %\u00a0of the window settle"
+    titled(axes, letter, plain(f"{basin.walker} on {ground}: {share}"))
 
 
 def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:

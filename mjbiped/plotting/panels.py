@@ -66,15 +66,9 @@ def legend_above(axes: Axes, **settings: object) -> None:
         **settings: Arguments of matplotlib's `legend`.
     """
     columns = 9
+    place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
     while True:
-        legend = axes.legend(
-            loc="lower right",
-            ncols=columns,
-            bbox_to_anchor=(1.0, 1.0),
-            borderaxespad=0.0,
-            columnspacing=1.2,
-            **settings,
-        )
+        legend = axes.legend(ncols=columns, columnspacing=1.2, **place, **settings)
         columns = min(columns, len(legend.get_texts())) - 1
         if columns < 1 or _inches(legend) < _room(axes):
             break

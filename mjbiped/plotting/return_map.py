@@ -51,7 +51,7 @@ def plot_return_map(slices: MapSlices, path: str | Path | None = None) -> Figure
         places = [figure.add_subplot(grid[k // across, k % across]) for k in range(panels)]
         for k, axes in enumerate(places[:-1]):
             _draw_slice(axes, "abc"[k], slices, k)
-        draw_multipliers(places[-1], "abcd"[panels - 1], gait.multipliers)
+        draw_multipliers(places[-1], "abcd"[panels - 1], slices)
         legend_below(figure, *places[0].get_legend_handles_labels())
     return figure
 
@@ -63,15 +63,13 @@ def _draw_slice(axes: Axes, letter: str, slices: MapSlices, k: int) -> None:
     axes.plot(ends, ends, color=GUIDE, linewidth=0.9, label="diagonal: repeats itself")
     axes.plot(slices.before[k], slices.after[k], color=BLUE, label="one step, this component alone varied")
     stairs = np.repeat(slices.walk[:, k], 2)
-    look: dict[str, Any] = {"color": ORANGE, "linewidth": 0.8, "marker": ".", "markersize": 3, "markevery": 2}
-    label = f"walk that begins {100 * PUSH:g} % off the gait"
-    axes.plot(stairs[:-1], stairs[1:], label=label, **{**look, "markevery": (0, 2)})
+    look: dict[str, Any] = {"color": ORANGE, "linewidth": 0.8, "marker": ".", "markersize": 3, "markevery": (0, 2)}
+    axes.plot(stairs[:-1], stairs[1:], label=f"walk that begins {100 * PUSH:g} % off the gait", **look)
     if slices.settled is not None:
         count, found = len(slices.settled.states), places_of(slices.settled.states)[:, k]
         axes.plot(found, np.roll(found, -1), "s", color=GREEN, markersize=5, label=f"gait of period {count}", zorder=4)
     fixed = slices.fixed_point[k]
-    axes.plot(
-        fixed, fixed, "o", color="white", markeredgecolor="black", markersize=6, label="gait of period one", zorder=5
-    )
+    ring: dict[str, Any] = {"color": "white", "markeredgecolor": "black", "markersize": 6, "zorder": 5}
+    axes.plot(fixed, fixed, "o", label="gait of period one", **ring)
     axes.set(xlim=ends, ylim=ends, xlabel=f"before the step {unit}", ylabel=f"after it {unit}")
     titled(axes, letter, name[0].upper() + name[1:])

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import matplotlib
 import numpy as np
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -70,23 +70,8 @@ PLANNED: Mapping[str, Any] = {"color": "#C4C4C4", "linestyle": "-", "linewidth":
 C_MT = r"$c_\mathrm{mt}$"
 """The cost of mechanical transport, as every figure writes it."""
 
-STYLE: Mapping[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.formatter.useoffset": False,
-    "axes.unicode_minus": True,
-    "legend.frameon": True,
-    "legend.framealpha": 0.85,
-    "legend.edgecolor": "none",
-    "figure.dpi": 100.0,
-    "pdf.fonttype": 42,  # letters that an editor can change
-    "svg.fonttype": "path",
-    "svg.hashsalt": "mjbiped",  # the same figure is the same file
-}
-"""Settings of matplotlib, in its own names, while a figure is made or written; its width adds others."""
+_SHEET = Path(__file__).with_name("figures.mplstyle")
+"""Matplotlib's settings while a figure is made or written."""
 
 SUFFIXES = (".png", ".pdf", ".svg")
 """Suffixes of figures' files."""
@@ -137,7 +122,7 @@ def styled() -> Iterator[None]:
         "lines.linewidth": now.lines,
         "savefig.dpi": now.dots,
     }
-    with matplotlib.rc_context(cast(Any, {**STYLE, **sized})):
+    with style.context([_SHEET, sized]):
         yield
 
 

@@ -117,14 +117,7 @@ def _times_between(walk: Walk, scale: float) -> Array:
 
 
 def _draw_sticks(
-    axes: Axes,
-    row: Row,
-    qpos: Array,
-    stance: NDArray[Any],
-    robot: Robot,
-    width: float,
-    alpha: float,
-    color: str = "",
+    axes: Axes, row: Row, qpos: Array, stance: NDArray[Any], robot: Robot, width: float, alpha: float, color: str = ""
 ) -> None:
     """Draw postures as lines from the hip to the feet, the swing legs under the stance legs."""
     inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] < row.stop)
@@ -134,17 +127,10 @@ def _draw_sticks(
     hip, limbs = qpos[:, :2], robot.outline(qpos)
     stands = np.arange(limbs.shape[1]) == stance[:, None]
     for is_stance in (False, True):
-        axes.add_collection(
-            LineCollection(
-                list(limbs[stands == is_stance]),
-                colors=color or (BLUE if is_stance else ORANGE),
-                linewidths=width if is_stance else 0.7 * width,
-                alpha=alpha,
-                zorder=4 + 2 * (alpha == 1.0) + is_stance,
-                capstyle="round",
-            ),
-            autolim=False,
-        )
+        leg, thick = (BLUE, width) if is_stance else (ORANGE, 0.7 * width)
+        look: dict[str, Any] = {"colors": color or leg, "linewidths": thick, "alpha": alpha, "capstyle": "round"}
+        lines = LineCollection(list(limbs[stands == is_stance]), zorder=4 + 2 * (alpha == 1.0) + is_stance, **look)
+        axes.add_collection(lines, autolim=False)
     axes.plot(*hip.T, "o", color=color or SHADE, markersize=1.8 * width, markeredgewidth=0, alpha=alpha, zorder=8)
 
 

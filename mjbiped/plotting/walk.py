@@ -16,18 +16,7 @@ from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
 from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
 from mjbiped.plotting.signals import draw_signals
-from mjbiped.plotting.style import (
-    BLUE,
-    C_MT,
-    GUIDE,
-    ORANGE,
-    PLANNED,
-    TRUTH,
-    drawn,
-    figure_png,
-    widen,
-    zero_line,
-)
+from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, widen, zero_line
 from mjbiped.plotting.timelapse import Row, draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
@@ -77,9 +66,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         titled(grid[0], "a", "Time lapse")
         labelled(grid[-1], "x (m);  under the ground: step height and slope, positive downhill")
         legs = (BLUE, 1.8, "stance leg"), (ORANGE, 1.2, "swing leg")
-        legend_above(
-            grid[0], handles=[Line2D([], [], color=colour, linewidth=size, label=leg) for colour, size, leg in legs]
-        )
+        handles = [Line2D([], [], color=colour, linewidth=size, label=leg) for colour, size, leg in legs]
+        legend_above(grid[0], handles=handles)
         letters = iter("bcdefghijklm")
         axes = histories.subplots(len(panels), 1, sharex=True)
         for below, lines in zip(axes, panels, strict=True):

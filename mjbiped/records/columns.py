@@ -157,17 +157,13 @@ SAMPLES, TOUCHDOWNS = tables_of(Compass)
 
 def row_type(columns: Columns) -> np.dtype[Any]:
     """Structured type of a table's row; a column with named parts is an array in it."""
-    return np.dtype(
-        [
-            (name, np.int64 if column.whole else np.float64, (column.width,) if column.parts else ())
-            for name, column in columns.items()
-        ]
-    )
+    kinds = {name: np.int64 if column.whole else np.float64 for name, column in columns.items()}
+    return np.dtype([(name, kinds[name], (len(each.parts),) if each.parts else ()) for name, each in columns.items()])
 
 
 def width(columns: Columns) -> int:
     """Numbers in one row of a table."""
-    return sum(column.width for column in columns.values())
+    return row_type(columns).itemsize // 8
 
 
 def index_of(columns: Columns, name: str) -> int:
@@ -191,8 +187,7 @@ def split(columns: Columns, rows: Sequence[Sequence[float]] | NDArray[np.float64
         rows: Rows of `width(columns)` numbers each.
     """
     table, kind = np.asarray(rows, dtype=np.float64).reshape(len(rows), width(columns)), row_type(columns)
-    numbers = np.split(table, np.cumsum([column.width for column in columns.values()])[:-1], axis=1)
-    return {
-        name: part.reshape(len(table), *kind[name].shape).astype(kind[name].base)
-        for name, part in zip(columns, numbers, strict=True)
-    }
+    numbers = zip(
+        columns, np.split(table, np.cumsum([column.width for column in columns.values()])[:-1], axis=1), strict=True
+    )
+    return {name: part.reshape(-1, *kind[name].shape).astype(kind[name].base) for name, part in numbers}

@@ -217,13 +217,8 @@ class Walk:
 
     def _arrays(self, *, sort_keys: bool = False) -> dict[str, NDArray[Any]]:
         """Return the arrays of the record's file by name; `sort_keys` puts the settings into alphabetical order."""
-        header = {
-            "format": FORMAT,
-            "version": FORMAT_VERSION,
-            "outcome": self.outcome,
-            "end": self.end,
-            "settings": dict(self.settings),
-        }
+        header: dict[str, Any] = {"format": FORMAT, "version": FORMAT_VERSION, "outcome": self.outcome}
+        header |= {"end": self.end, "settings": dict(self.settings)}
         return {
             "header": np.array(json.dumps(header, sort_keys=sort_keys)),
             "peak_torque": self.peak_torque,

@@ -189,13 +189,8 @@ def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mappin
     """
     jinja = needed("jinja2", "report", "a report")
     offline = needed("plotly.offline", "report", "a report")
-    environment = jinja.Environment(
-        loader=jinja.FileSystemLoader(_HERE),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja.StrictUndefined,
-    )
+    loader, tidy = jinja.FileSystemLoader(_HERE), {"trim_blocks": True, "lstrip_blocks": True}
+    environment = jinja.Environment(loader=loader, autoescape=True, undefined=jinja.StrictUndefined, **tidy)
     plots = {shown.name: json.loads(shown.plot.to_json()) for shown in figures}
     text = environment.get_template(template).render(
         figures=figures,

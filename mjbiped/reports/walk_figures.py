@@ -98,16 +98,8 @@ def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
         "Point at a moment: the line is the same moment in every panel, on the ground and in the phase portraits."
         f"{click} Drag to zoom, double-click to see all.{thinned}"
     )
-    return panels.shown(
-        "time",
-        "Over time",
-        note,
-        height + _ABOVE + _BELOW,
-        hovermode="x unified",
-        hoversubplots="axis",
-        legend=1.0 + 30 / height,
-        margin={"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
-    )
+    looks = {"hovermode": "x unified", "hoversubplots": "axis", "margin": {"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW}}
+    return panels.shown("time", "Over time", note, height + _ABOVE + _BELOW, legend=1.0 + 30 / height, **looks)
 
 
 def _over_ground(walk: Walk) -> Shown:
@@ -141,16 +133,13 @@ def _over_ground(walk: Walk) -> Shown:
             x=now_x[:-1], y=now_z[:-1], mode="lines+markers", line={"color": colour, "width": 5},
             marker={"size": 7, "color": colour}, name=f"{leg} leg now", hoverinfo="skip",
         )  # fmt: skip
+    told = np.stack([np.arange(1, walk.steps + 1), rows["time"], np.degrees(rows["slope"])], axis=1)
+    step, place = "step %{customdata[0]}, %{customdata[1]:.3f} s", "x %{x:.3f} m, z %{y:.4f} m"
     figure.add_scatter(
-        x=rows["x"],
-        y=rows["z"],
-        mode="markers",
-        marker={"size": 9, "color": SHADE, "symbol": "triangle-up"},
-        name="footholds",
-        customdata=np.stack([np.arange(1, walk.steps + 1), rows["time"], np.degrees(rows["slope"])], axis=1),
-        hovertemplate="step %{customdata[0]}, %{customdata[1]:.3f} s<br>x %{x:.3f} m, z %{y:.4f} m<br>"
-        "slope %{customdata[2]:.2f}°<extra></extra>",
-    )
+        x=rows["x"], y=rows["z"], mode="markers", marker={"size": 9, "color": SHADE, "symbol": "triangle-up"},
+        name="footholds", customdata=told,
+        hovertemplate=f"{step}<br>{place}<br>slope %{{customdata[2]:.2f}}°<extra></extra>",
+    )  # fmt: skip
     note = (
         "Thin: the legs at each touchdown. Thick: the legs at the moment that the other figures point at; the view "
         "follows them. Drag to move along, scroll to zoom, double-click to see all."
@@ -200,11 +189,5 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
             add("imitated gait", cycle[0][:, k], cycle[1][:, k], line=line("slope", width=2))
         ring = {"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}
         add("now", q[:1], dq[:1], mode="markers", meta="now", showlegend=False, marker=ring)  # the page moves it
-    return panels.shown(
-        "phases",
-        "Phase portraits",
-        "The ring is the moment that the other figures point at.",
-        520,
-        legend=1.07,
-        margin={"l": 70, "r": 20, "t": 70, "b": 50},
-    )
+    note, margin = "The ring is the moment that the other figures point at.", {"l": 70, "r": 20, "t": 70, "b": 50}
+    return panels.shown("phases", "Phase portraits", note, 520, legend=1.07, margin=margin)

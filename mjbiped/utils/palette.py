@@ -3,15 +3,8 @@
 BLUE, ORANGE, VERMILLION, GREEN, BLACK = "#0072B2", "#E69F00", "#D55E00", "#009E73", "#000000"
 PURPLE, SKY = "#CC79A7", "#56B4E9"
 
-IN_WORDS = {
-    BLUE: "blue",
-    ORANGE: "orange",
-    VERMILLION: "vermillion",
-    GREEN: "green",
-    BLACK: "black",
-    PURPLE: "purple",
-    SKY: "sky blue",
-}
+IN_WORDS = {BLUE: "blue", ORANGE: "orange", VERMILLION: "vermillion", GREEN: "green", BLACK: "black"}
+IN_WORDS |= {PURPLE: "purple", SKY: "sky blue"}
 """Names of the colours, for legends and captions."""
 
 
