@@ -212,16 +212,12 @@ FOLDER.metavar = "FOLDER"  # type: ignore[attr-defined]  # as `Kind` has it
 RECORD = _record(*MODULES)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
-INITIAL_STATE = Kind(
-    "STATE", _initial_state, f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
-)
+_STATE = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
+INITIAL_STATE = Kind("STATE", _initial_state, _STATE)
 SETTING = Kind("NAME=VALUE", pair, "NAME=VALUE, as gain=10")
 PUSH = Kind("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")
-MODEL_ERROR = Kind(
-    "NAME=FACTOR",
-    _model_error,
-    f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(_NUMBERS)}, and {domains.MODEL_ERROR.words}",
-)
+_FACTORS = f"NAME=FACTOR, as leg_mass=1.2, of {', '.join(_NUMBERS)}, and {domains.MODEL_ERROR.words}"
+MODEL_ERROR = Kind("NAME=FACTOR", _model_error, _FACTORS)
 CONTROLLER = Kind("NAME", _controller)
 OWN_CONTROLLER = Kind("FILE.py:CLASS", _own_controller)
 REFERENCE = Kind("GOAL", _reference)

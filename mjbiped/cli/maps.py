@@ -180,13 +180,9 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
     slope_deg, grid, limit = (values.pop(name) for name in ("slope_deg", "grid", "limit"))
     slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
     gait = law.gait if controlled else passive_gait_of(robot, slope)
-    settings: dict[str, Any] = {
-        **_rates(gait, grid or (100 if controlled else 300), controlled, values),
-        "limit": limit or (10 if controlled else 100),
-        "threads": values["threads"],
-        "scuffing": ScuffingRule(reach=scuffing_reach),
-        "progress": not results.quiet,
-    }
+    settings: dict[str, Any] = {"scuffing": ScuffingRule(reach=scuffing_reach), "progress": not results.quiet}
+    settings |= {"limit": limit or (10 if controlled else 100), "threads": values["threads"]}
+    settings |= _rates(gait, grid or (100 if controlled else 300), controlled, values)
     began, trouble = time.perf_counter(), (0, "")
     try:
         if controlled:

@@ -76,13 +76,8 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
         if trajectories:
             files.append(folder / FILE)
         files += draw(planned, swept.rows, folder)
-    summary = {
-        **summarised(swept.rows),
-        "by_value": by_value(swept.rows, planned),
-        "best": best(swept.rows, planned),
-        "walks_now": swept.walks,
-        "seconds": swept.seconds,
-    }
+    summary = {**summarised(swept.rows), "by_value": by_value(swept.rows, planned), "best": best(swept.rows, planned)}
+    summary |= {"walks_now": swept.walks, "seconds": swept.seconds}
     results.end(summary, tables.sweep_tables(summary), files)
 
 

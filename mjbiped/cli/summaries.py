@@ -34,15 +34,12 @@ def gait_summary(gait: Any) -> Summary:
     else:
         states = {"state_after_impact": gait.start.tolist(), "state_before_impact": gait.end.tolist()}
         own = {**states, "energy_J": gait.energy}
+    found: list[complex] = gait.multipliers.tolist()
     return {
         "slope_deg": math.degrees(gait.slope),
         **own,
-        "period_s": gait.period,
-        "step_length_m": gait.step_length,
-        "speed_m_per_s": gait.speed,
-        "multipliers": [
-            {"real": value.real, "imaginary": value.imag, "modulus": abs(value)} for value in gait.multipliers.tolist()
-        ],
+        **{"period_s": gait.period, "step_length_m": gait.step_length, "speed_m_per_s": gait.speed},
+        "multipliers": [{"real": each.real, "imaginary": each.imag, "modulus": abs(each)} for each in found],
         "stable": gait.stable,
     }
 

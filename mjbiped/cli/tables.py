@@ -13,7 +13,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.records.measure_table import MEASURES, in_words
+from mjbiped.records.measure_table import MEASURES, in_words, quantile_rows
 from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
@@ -102,10 +102,8 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:
     for outcome, count in summary["verdicts"].items():
         outcomes.add_row(outcome, str(count), f"{100.0 * count / summary['walks']:.1f}")
     quantiles = bare_table("of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
-    for label, key, factor, form, unit, *_ in MEASURES:
-        values = summary["finished"].get(key)
-        if values is not None:
-            quantiles.add_row(label, *(in_words(value, factor, form) for value in values), unit)
+    for row in quantile_rows(summary["finished"]):
+        quantiles.add_row(*row)
     shown: list[RenderableType] = [outcomes, *([quantiles] if quantiles.rows else [])]
     shown += [_value_table(name, entries) for name, entries in summary["by_value"].items() if len(entries) > 1]
     if best := summary["best"]:

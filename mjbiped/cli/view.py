@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,12 +12,11 @@ from mjbiped.cli import kinds, options, sections
 from mjbiped.cli.ending import end
 from mjbiped.cli.sections import refuse, taken
 from mjbiped.cli.walkers import mujoco_of, next_ground, walker
-from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import shown
 from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ALL, look
 from mjbiped.rollout.walk import WalkStopped
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.viewing.player import KEYS, MOUSE, Player
 
@@ -77,12 +75,13 @@ def view(ctx: click.Context, /, what: str, **values: object) -> None:
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
     settings = taken(ctx, values, _VIEW)
-    from mjbiped.viewing.window import ground, require_screen, view  # for this command alone
+    from mjbiped.viewing.sources import Replay  # for this command alone
+    from mjbiped.viewing.window import ground, require_screen, view
 
     if what.endswith(_RECORD):
         walks = [each for each in ctx.command.params if getattr(each, "section", _VIEW) != _VIEW]
         refuse(ctx, walks, "walks that are made", f"the record {shown(what)}")
-        make: Callable[[], Source] = _replay(Path(what))
+        make: Callable[[], Source] = partial(Replay, Walk.load(what))
     else:
         make = _live(ctx, what, values)
     require_screen()
@@ -98,14 +97,6 @@ def view(ctx: click.Context, /, what: str, **values: object) -> None:
     click.echo(f"{told}: {source.ended or 'walking'}")
 
 
-def _replay(path: Path) -> Callable[[], Source]:
-    """Read a record, and return a function that begins its replay."""
-    from mjbiped.viewing.sources import Replay
-
-    record = Walk.load(path)
-    return lambda: Replay(record)
-
-
 def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[], Source]:
     """Check the options of a walk, and return a function that starts it."""
     from mjbiped.viewing.sources import LiveWalk
@@ -119,8 +110,5 @@ def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[],
     terms = Terms(engine, sample_period=None, **values)
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     grounds = next_ground(text, seed)
-
-    def on_next_ground(ground: Callable[[], Terrain]) -> Plan:
-        return make_plan(terms, controller, ground(), initial, plan.description, disturbances)
-
-    return lambda: LiveWalk(plan, grounds and partial(on_next_ground, grounds))
+    anew = grounds and (lambda: make_plan(terms, controller, grounds(), initial, plan.description, disturbances))
+    return lambda: LiveWalk(plan, anew)

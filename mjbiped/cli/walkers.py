@@ -118,15 +118,11 @@ def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None
     Raises:
         click.UsageError: One is given.
     """
-    adaptive, comparison = section(ctx, options.ADAPTIVE), section(ctx, options.COMPARISON)
-    if is_reference(name):  # whatever its fields are called, their domains are its own: --gain sets them
-        own = [each for each in (*SHARED, "slope_source") if each in valid]
-        others = [each for each in (*adaptive, *comparison) if each.name not in own]
-        refuse(ctx, others, "controllers of this project, and --gain sets what yours has", name)
-        return
-    refuse(ctx, [each for each in adaptive if each.name not in valid], "--controller adaptive", name)
-    others = [each for each in comparison if each.name not in valid]
-    refuse(ctx, others, f"--controller {', '.join(options.COMPARED)}", name)
+    own = is_reference(name)  # whatever its fields are called, their domains are its own: --gain sets them
+    known = {*valid} & {*SHARED, "slope_source"} if own else {*valid}
+    for part, owners in ((options.ADAPTIVE, "adaptive"), (options.COMPARISON, ", ".join(options.COMPARED))):
+        owner = "controllers of this project, and --gain sets what yours has" if own else f"--controller {owners}"
+        refuse(ctx, [each for each in section(ctx, part) if each.name not in known], owner, name)
 
 
 def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:

@@ -107,14 +107,9 @@ def _transform(time: int, link: Link, places: Mapping[str, float]) -> Message:
     place = places[link.joint]
     half, moved = (0.0, place) if link.slides else (0.5 * place, 0.0)
     x, y, z = (part * moved for part in link.axis)
-    return {
-        "header": _header(time, link.parent),
-        "child_frame_id": link.name,
-        "transform": {
-            "translation": {"x": x + link.place[0], "y": y, "z": z + link.place[1]},
-            "rotation": {"y": math.sin(half), "w": math.cos(half)},
-        },
-    }
+    translation = {"x": x + link.place[0], "y": y, "z": z + link.place[1]}
+    transform = {"translation": translation, "rotation": {"y": math.sin(half), "w": math.cos(half)}}
+    return {"header": _header(time, link.parent), "child_frame_id": link.name, "transform": transform}
 
 
 def _ground(terrain: Terrain, hips: NDArray[np.float64], length: float, time: int) -> Message:

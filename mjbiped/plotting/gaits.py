@@ -30,7 +30,7 @@ _SETTLED = ListedColormap(colormaps["viridis"](np.linspace(0.8, 0.0, 256)))
 """Without yellow, so that all of it is darker than falling starts in grey print."""
 
 
-def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None, path: Path | None = None) -> Figure:
+def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade, path: Path | None = None) -> Figure:
     """Draw step length over slope: the whole diagram, and its cascade magnified.
 
     Args:
@@ -45,25 +45,24 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
         InputError: The path has another suffix; nothing has been drawn then.
         RenderError: The file cannot be written.
     """
-    degrees = np.degrees(diagram.slopes)
-    onsets = np.degrees(cascade.onsets) if cascade is not None else np.empty(0)
+    degrees, onsets, lost = np.degrees(diagram.slopes), np.degrees(cascade.onsets), math.degrees(diagram.lost)
     onsets = onsets[(onsets >= degrees[0]) & (onsets <= degrees[-1])]
-    lost = math.degrees(diagram.lost)
-    window = None if cascade is None or cascade.window is None else np.degrees(cascade.window)
-    if window is not None:
-        window = np.clip(window, degrees[0], min(degrees[-1], lost) if math.isfinite(lost) else degrees[-1])
-    near = window is not None and window[1] > window[0]
+    spans = [degrees[[0, -1]]]
+    if cascade.window is not None:
+        near = np.clip(np.degrees(cascade.window), degrees[0], np.fmin(degrees[-1], lost))
+        spans += [near] if near[1] > near[0] else []
+    words = ("Step lengths on which the passive robot settles", "The same, magnified")
     with drawn(path) as figure:
-        figure.set_figheight(7.4 if near else 4.2)
-        grid: Any = figure.subplots(2 if near else 1, 1, squeeze=False)
-        words = ("Step lengths on which the passive robot settles", "The same, magnified")
-        for (axes,), letter, title, (low, high) in zip(grid, "ab", words, (degrees[[0, -1]], window), strict=False):
-            _draw_diagram(axes, diagram, cascade, (float(low), float(high)), onsets)
+        figure.set_figheight(7.4 if len(spans) > 1 else 4.2)
+        grid: Any = figure.subplots(len(spans), 1, squeeze=False)
+        for (axes,), letter, title, span in zip(grid, "ab", words, spans, strict=False):
+            _draw_diagram(axes, diagram, cascade, (float(span[0]), float(span[1])), onsets)
             titled(axes, letter, title)
             axes.set_title(axes.get_title(loc="left"), pad=6.0 + 1.5 * width().small)  # above the names of the onsets
-        handles = [Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked, the last steps of each slope")]
-        if cascade is not None:
-            handles.append(Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"))
+        handles = [
+            Line2D([], [], color=BLUE, linestyle="", marker=".", label="walked, the last steps of each slope"),
+            Line2D([], [], color=VERMILLION, linestyle="--", label="period one, unstable"),
+        ]
         legend_below(figure, handles)
         if math.isfinite(lost):
             grid[0, 0].axvline(lost, color=SHADE, linestyle=":", linewidth=1.0)
@@ -73,7 +72,7 @@ def plot_bifurcation(diagram: BifurcationDiagram, cascade: Cascade | None = None
 
 
 def _draw_diagram(
-    axes: Axes, diagram: BifurcationDiagram, cascade: Cascade | None, limits: tuple[float, float], onsets: Array
+    axes: Axes, diagram: BifurcationDiagram, cascade: Cascade, limits: tuple[float, float], onsets: Array
 ) -> None:
     """Draw the points between two slopes, larger ones for periodic walking, and lines at the onsets."""
     degrees, lengths = np.degrees(diagram.slopes), diagram.step_lengths
@@ -83,14 +82,13 @@ def _draw_diagram(
         x = np.repeat(degrees[mine], lengths.shape[1])
         look: dict[str, Any] = {"color": BLUE, "markersize": size, "alpha": alpha, "markeredgewidth": 0}
         axes.plot(x, lengths[mine].ravel(), ".", rasterized=True, **look)
-    if cascade is not None:
-        first = cascade.branches[0]
-        born = [] if first.doubling is None else [first.doubling]
-        # from the onset on, beyond both ends of the panel: it ends at none of the slopes that were followed
-        unstable = [*born, *(gait for gait in first.gaits if not gait.stable)]
-        if unstable:
-            line = [(math.degrees(gait.slope), gait.step_lengths[0]) for gait in unstable]
-            axes.plot(*np.transpose(line), color=VERMILLION, linestyle="--", linewidth=1.0)
+    first = cascade.branches[0]
+    born = [] if first.doubling is None else [first.doubling]
+    # from the onset on, beyond both ends of the panel: it ends at none of the slopes that were followed
+    unstable = [*born, *(gait for gait in first.gaits if not gait.stable)]
+    if unstable:
+        line = [(math.degrees(gait.slope), gait.step_lengths[0]) for gait in unstable]
+        axes.plot(*np.transpose(line), color=VERMILLION, linestyle="--", linewidth=1.0)
     _name_onsets(axes, limits, [(onset, f"{2**number}: {onset:.4f}°") for number, onset in enumerate(onsets, start=1)])
     axes.set(xlim=limits, xlabel="slope (°)", ylabel="step length (m)")
 

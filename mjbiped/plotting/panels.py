@@ -1,4 +1,4 @@
-"""Titles and legends of panels, fitted to the width of the figure."""
+"""Titles and legends of panels, fitted to the width of the figure, and the lines of signals in them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
-from mjbiped.plotting.style import C_MT
+from mjbiped.plotting.style import C_MT, look
 from mjbiped.plotting.width import width
+from mjbiped.records.signals import Lines, Values
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
 _MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place
@@ -58,7 +59,7 @@ def titled(axes: Axes, letter: str, words: str) -> None:
         title.set_text("\n".join("\n".join(textwrap.wrap(line, fitting, break_long_words=False)) for line in lines))
 
 
-def legend_above(axes: Axes, **settings: object) -> None:
+def legend_above(axes: Axes, **settings: Any) -> None:
     """Draw a legend above a panel, at its right, below the title if they do not fit beside each other.
 
     Args:
@@ -66,9 +67,9 @@ def legend_above(axes: Axes, **settings: object) -> None:
         **settings: Arguments of matplotlib's `legend`.
     """
     columns = 9
-    place: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
+    settings |= {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0, "columnspacing": 1.2}
     while True:
-        legend = axes.legend(ncols=columns, columnspacing=1.2, **place, **settings)
+        legend = axes.legend(ncols=columns, **settings)
         columns = min(columns, len(legend.get_texts())) - 1
         if columns < 1 or _inches(legend) < _room(axes):
             break
@@ -101,3 +102,9 @@ def _room(axes: Axes) -> float:
 def _inches(artist: Artist) -> float:
     """Width of an artist as drawn, inches, with a margin for letters that are fitted to coarser pixels."""
     return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)
+
+
+def draw_signals(axes: Axes, time: Values, lines: Lines, part: slice = slice(None)) -> None:
+    """Draw the signals of a panel over time (s), all samples or a part of them."""
+    for name, signal in lines.signals.items():
+        axes.plot(time[part], lines.values[name][part], label=signal.label, **look(name))

@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
-from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
-from mjbiped.plotting.signals import draw_signals
+from mjbiped.plotting.panels import draw_signals, head, labelled, legend_above, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, widen, zero_line
 from mjbiped.plotting.timelapse import Row, draw_row, rows_of
 from mjbiped.plotting.width import width

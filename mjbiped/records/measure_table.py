@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -128,3 +128,12 @@ MEASURES = measures_of(Compass)
 def in_words(value: float | None, factor: float, form: str) -> str:
     """Format a measure for display; a dash stands for one that does not exist."""
     return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
+
+
+def quantile_rows(finished: Mapping[str, Any]) -> list[list[str]]:
+    """Return label, formatted quantiles and unit of each measure of a study's finished walks."""
+    return [
+        [label, *(in_words(value, factor, form) for value in finished[key]), unit]
+        for label, key, factor, form, unit, *_ in MEASURES
+        if finished.get(key) is not None
+    ]

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from mjbiped.plotting.signals import draw_signals
+from mjbiped.plotting.panels import draw_signals
 from mjbiped.plotting.style import widen, zero_line
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of

@@ -138,7 +138,7 @@ def span(values: NDArray[np.floating]) -> dict[str, Any]:
     return {"range": [middle - half, middle + half]}
 
 
-def include(values: NDArray[np.floating], *, least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
+def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
     """Ends that an axis shows whatever its range.
 
     Args:

@@ -9,7 +9,7 @@ from typing import Any
 
 from mjbiped.errors import InputError, RecordError
 from mjbiped.records.measure_table import MEASURES as SHOWN
-from mjbiped.records.measure_table import in_words
+from mjbiped.records.measure_table import in_words, quantile_rows
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
 from mjbiped.reports.walk import flattened
@@ -60,11 +60,7 @@ def report_study(folder: Path, path: Path) -> None:
         outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["verdicts"].items()],
         errors=[[each["error"], each["walks"], each["first_cell"]] for each in summary["errors"]],
         quantile_headings=["measure", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit"],
-        quantiles=[
-            [label, *(in_words(value, factor, form) for value in summary["finished"][key]), unit]
-            for label, key, factor, form, unit, *_ in SHOWN
-            if summary["finished"].get(key) is not None
-        ],
+        quantiles=quantile_rows(summary["finished"]),
         table_note=f"Click a heading to sort by it. {told}".strip(),
         headings=[listed.get(name, name) for name in names],
         rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],

@@ -121,20 +121,17 @@ def _number(value: float) -> str:
 def _data(walk: Walk) -> dict[str, Any]:
     """Data by name that the page's program needs to show a moment, at the samples that are drawn."""
     keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
-    told = {
-        name: signal
+    told = [
+        [signal.name, _digits(values_of(walk, name)[keep], 2), PANELS[signal.panel].unit]
         for name, signal in signals_of(robot).items()
         if PANELS[signal.panel].in_words and not (signal.optional and walk.robot.sole is None)
-    }
+    ]
     legs = walk.robot.outline(samples["qpos"][keep])
     rows, stance = np.arange(len(keep)), samples["stance"][keep]
     return {
         "time": _digits(samples["time"][keep]),
         "step": flat_samples(walk)["step"][keep].tolist(),
-        "told": [
-            [signal.name, _digits(values_of(walk, name)[keep], 2), PANELS[signal.panel].unit]
-            for name, signal in told.items()
-        ],
+        "told": told,
         "legs": {
             f"{role} leg now": [[_digits(axis, 4) for axis in point.T] for point in np.moveaxis(legs[rows, side], 1, 0)]
             for role, side in (("stance", stance), ("swing", (stance + 1) % legs.shape[1]))

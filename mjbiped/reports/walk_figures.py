@@ -59,23 +59,14 @@ def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
     time, every = samples["time"][keep], list(lines_of(walk))
     height = len(every) * (_PANEL_HEIGHT + _PANEL_GAP) - _PANEL_GAP
     panels, named = Panels(), set[str]()
-    x_axis = {
-        "title": {"text": "time (s)"},
-        "range": [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)],
-        "unifiedhovertitle": _MOMENT,
-    }
+    ends = [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)]
+    x_axis = {"title": {"text": "time (s)"}, "range": ends, "unifiedhovertitle": _MOMENT}
     for number, lines in enumerate(every):
         panel, top = lines.panel, 1.0 - number * (_PANEL_HEIGHT + _PANEL_GAP) / height
         shown = {name: values[keep] for name, values in lines.values.items()}
-        place = panels.add(
-            down=(max(0.0, top - _PANEL_HEIGHT / height), top),
-            x=None if number else x_axis,
-            y={
-                "title": {"text": f"{panel.quantity} ({panel.unit})"},
-                **include(np.array([*shown.values()]), least=panel.least),
-            },
-            heading=f"<b>{panel.title}</b>",
-        )
+        down, reach = (max(0.0, top - _PANEL_HEIGHT / height), top), include(np.array([*shown.values()]), panel.least)
+        y = {"title": {"text": f"{panel.quantity} ({panel.unit})"}, **reach}
+        place = panels.add(down=down, x=None if number else x_axis, y=y, heading=f"<b>{panel.title}</b>")
         at = breaks if panel.by_legs else breaks[:0]
         for name, values in shown.items():
             signal = lines.signals[name]
@@ -162,12 +153,9 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
     for k, (part, across) in enumerate(zip(angles, shares(len(angles), _PORTRAIT_GAP), strict=True)):
         angle, rate = signals[f"q_{part}"], signals[f"dq_{part}"]
         q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
-        place = panels.add(
-            across,
-            x={"title": {"text": f"angle {angle.symbol} (rad)"}, **include(q, room=_ROOM)},
-            y={"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(dq, room=_ROOM)},
-            heading=f"<b>{angle.name.capitalize()}</b>",
-        )
+        x = {"title": {"text": f"angle {angle.symbol} (rad)"}, **include(q, room=_ROOM)}
+        y = {"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(dq, room=_ROOM)}
+        place = panels.add(across, x=x, y=y, heading=f"<b>{angle.name.capitalize()}</b>")
 
         def add(
             name: str, x: Array, y: Array, place: dict[str, str] = place, first: bool = not k, **looks: object

@@ -65,11 +65,6 @@ def test_the_unstable_gait_of_period_one_begins_at_its_onset(diagram: Bifurcatio
     assert points[0, 0] < low < high < points[-1, 0]
 
 
-def test_bifurcation_without_a_cascade(robot: Compass) -> None:
-    figure = plot_bifurcation(bifurcation_diagram(robot, [0.03, 0.035], steps=50, keep=5))
-    assert len(figure.get_axes()) == 1
-
-
 def test_multipliers(cascade: Cascade, tmp_path: Path) -> None:
     figure = plot_multipliers([branch.gaits for branch in cascade.branches], tmp_path / "multipliers.svg")
     assert (tmp_path / "multipliers.svg").exists()
