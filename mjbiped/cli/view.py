@@ -110,5 +110,7 @@ def _live(ctx: click.Context, text: str, values: dict[str, Any]) -> Callable[[],
     terms = Terms(engine, sample_period=None, **values)
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     grounds = next_ground(text, seed)
-    anew = grounds and (lambda: make_plan(terms, controller, grounds(), initial, plan.description, disturbances))
-    return lambda: LiveWalk(plan, anew)
+    if grounds is None:
+        return partial(LiveWalk, plan)
+    same = (initial, plan.description, disturbances)
+    return partial(LiveWalk, plan, lambda: make_plan(terms, controller, grounds(), *same))
