@@ -32,8 +32,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.functions import gives_its_law, in_python
-from mjbiped.control.scalar_laws import on_arrays
+from mjbiped.control.functions import in_python, law_of
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import Block, numbers, packed, reader
 from mjbiped.numerics.sources import raises, takes_powers
@@ -189,7 +188,10 @@ _TAKEN |= {"tick": "taa", "knee_strike": "taa"}
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
-def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float | None) -> Callable[..., Any]:
+def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
+    """One of a law's functions by the addresses of its arrays."""
+    nothing = math.nan if name in _RETURNING else None
+
     def call(head: Head, memory: int, *given: object) -> Any:
         found = nothing
         arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
@@ -198,13 +200,6 @@ def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float |
         except Exception:  # such as an index out of bounds; it could not pass through C
             head.failed = 1.0
         return found
-
-    return call
-
-
-def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
-    """One of a law's functions by the addresses of its arrays."""
-    call = _guarded(law, read, math.nan if name in _RETURNING else None)
 
     def torque(parameters: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
         head = _head_at(parameters, 0)
@@ -247,8 +242,7 @@ def compilable_law(controller: Controller) -> Law | None:
     """Return the law that engines compile for a controller, or None where its methods must be called."""
     if controller.inner is not None and compilable_law(controller.inner) is None:
         return None
-    law = controller.law() if gives_its_law(controller) else None
-    law = None if law is None else on_arrays(law)
+    law = law_of(controller)
     return law if law is not None and can_be_compiled(law) else None
 
 

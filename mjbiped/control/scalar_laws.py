@@ -24,10 +24,9 @@ def on_arrays(law: Law) -> Law:
     if not takes_scalars(law.torque):
         return law
     _warn(law.torque)
-    wrapped = law._replace(torque=partial(_torque, law.torque), touchdown=partial(_event, law.touchdown))
-    if law.knee_strike is law._field_defaults["knee_strike"]:
-        return wrapped
-    return wrapped._replace(knee_strike=partial(_event, law.knee_strike))
+    events = {name: getattr(law, name) for name in ("touchdown", "knee_strike")}
+    wrapped = {name: partial(_event, each) for name, each in events.items() if each is not law._field_defaults[name]}
+    return law._replace(torque=partial(_torque, law.torque), **wrapped)
 
 
 def _torque(torque: Function, parameters: object, memory: object, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
