@@ -47,7 +47,17 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         if law is None:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
-        _try_out(controller, law, q, dq)
+        memory, before = [0.0] * controller.memory_size, _attributes(controller)
+        _given(controller, "start", lambda: controller.start(memory, q, dq))
+        _check_memory(controller, "start", memory)
+        first = _asked(controller, law, memory, 0.0, q, dq)
+        if fault := fault_in(controller, first, 0.0, q, dq):
+            raise InputError(f"{fault}: the walk cannot begin")
+        _step_on(controller, law, memory, q, dq)
+        changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
+        if changed:
+            raise InputError(f"{kind.__name__} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
+        again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
     except FrozenInstanceError as error:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
@@ -56,26 +66,9 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         raise
     except (Exception, SystemExit):
         return  # the walk tells of it
-
-
-def _try_out(controller: Controller, law: Law | None, q: State, dq: State) -> None:
-    """Try the law or the methods as `try_out` does; whatever they raise is passed on."""
-    name = type(controller).__name__
-    memory = [0.0] * controller.memory_size
-    before = _attributes(controller)
-    _given(controller, "start", lambda: controller.start(memory, q, dq))
-    _check_memory(controller, "start", memory)
-    first = _asked(controller, law, memory, 0.0, q, dq)
-    if fault := fault_in(controller, first, 0.0, q, dq):
-        raise InputError(f"{fault}: the walk cannot begin")
-    _step_on(controller, law, memory, q, dq)
-    changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
-    if changed:
-        raise InputError(f"{name} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
-    again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
     if repr(again) != repr(first):  # a rate may be no number
         raise InputError(
-            f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
+            f"{kind.__name__}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
             "and neither chance nor the clock has a part in it"
         )
 
