@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
-from mjbiped.control.controller import Law
-from mjbiped.controllers.adaptive import knee_strike
-from mjbiped.controllers.bounded.bounded_ankle import OnSole, next_discontinuity, torque, touchdown
-from mjbiped.controllers.bounded.identifier import slope_estimate
+from mjbiped.controllers.bounded.bounded_ankle import OnSole
 from mjbiped.controllers.kneed import KneedController
-from mjbiped.gaits.gait import Gait
 from mjbiped.robots.kneed import KneedBiped
 
 
@@ -30,9 +25,3 @@ class BoundedKneedController(OnSole, KneedController):
     """
 
     robot: KneedBiped
-    gait: Gait
-
-    @cached_property
-    def plain_law(self) -> Law:
-        """The laws of `mjbiped.controllers.bounded.bounded_ankle`; see `LawController.plain_law`."""
-        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike)
