@@ -184,7 +184,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def ended(self) -> bool:
         """Whether the episode has ended."""
-        return bool(self._walkers.each[0].outcome)
+        return self.outcome() not in (Outcome.WALKING, Outcome.TIME_LIMIT)
 
     def reward_terms(self) -> dict[str, float]:
         """The terms of the last step's reward."""
