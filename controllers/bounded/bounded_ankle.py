@@ -1,7 +1,7 @@
 """The paper's tracking law on a sole: what the ankle cannot give is left to the stance leg, not to the swing leg.
 
-Its laws are those of every chain of segments, with straight legs and with knees (`mjbiped.controllers.bounded.kneed`),
-and of recovery steps where one is planned (`mjbiped.controllers.bounded.supervisor`).
+Its laws are those of every chain of segments, with straight legs and with knees, and of recovery steps where one is
+planned (`mjbiped.controllers.bounded.supervisor`).
 """
 
 from __future__ import annotations
@@ -25,12 +25,14 @@ from mjbiped.controllers.bounded.recovery import planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.footholds import feel
+from mjbiped.controllers.kneed import KneedController
 from mjbiped.controllers.layout import SOLE_SHARE
 from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
 from mjbiped.controllers.room import FORCE, TORQUE
 from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.tracking import track
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
 
 
@@ -138,5 +140,23 @@ class BoundedAnkleController(OnSole):
 
     robot: Compass
 
-    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.kneed:BoundedKneedController"
+    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController"
     support: ClassVar[int] = SUPPORT
+
+
+@dataclass(frozen=True)
+class BoundedKneedController(OnSole, KneedController):
+    """Imitates a gait with knees as `KneedController`, with an ankle torque that the robot's sole transmits.
+
+    It is to that as `BoundedAnkleController` is to `AdaptiveController`: where the sole does not bear what is asked
+    for, swing thigh and shank still follow their reference, and the slope comes from the angular momentum about the
+    foot, which a knee strike does not change.
+
+    Attributes:
+        robot: Robot model of the law, with the sole on which it leans; it may differ from the robot that walks.
+        gait: See `KneedController`, as for all attributes not named here.
+        adaptation_gain: gamma of the slope identifier.
+        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
+    """
+
+    robot: KneedBiped

@@ -13,8 +13,8 @@ from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.bounded.prediction import FAILURE, GRID, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Ankle, Step
 from mjbiped.controllers.bounded.stance import set_support
-from mjbiped.controllers.gait_library import GaitLibrary
 from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, SUPERVISION
+from mjbiped.controllers.library import GaitLibrary
 from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.rules.scuffing import ScuffingRule
 

@@ -68,7 +68,7 @@ class Law(NamedTuple):
         touchdown: (parameters, memory, q_before, q, dq), as `Controller.on_touchdown`; unless given, nothing happens.
         slope_estimate: (parameters, memory) -> float, rad; unless given, NaN.
         next_discontinuity: (parameters, memory, t) -> float, s; `never` unless given.
-        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.sampled.SampledController` once in each
+        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.loop.SampledController` once in each
             control period; None for all other controllers.
         knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; unless given, nothing happens.
     """
