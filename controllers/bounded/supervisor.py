@@ -179,7 +179,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
         supervision = [
             # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
             *(self.margin * self.sole_share, 0.02 * time, 5.0 * time, 0.8, 0.05 * failure / length, 0.75),
-            *(length, ScuffingRule().reach * length, 0.6 * length, *self.robot.constants[5:], failure),
+            *(length, ScuffingRule().reach * length, 0.6 * length, *self.robot.constants, failure),
             *(UNEVENNESS * length, times.first * time, times.step * time, times.number, *halves, *retractions),
         ]
         return {**super().chains(), SUPERVISION: supervision}

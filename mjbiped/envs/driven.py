@@ -67,12 +67,8 @@ class DrivenController(Around):
 
     def describe(self) -> dict[str, Any]:
         """Name, limits and the other controller's own description."""
-        return {
-            "name": type(self).__name__,
-            "base": self.inner.describe(),
-            "most": list(self.most),
-            "peak": list(self.peak),
-        }
+        limits = {"most": list(self.most), "peak": list(self.peak)}
+        return {"name": type(self).__name__, "base": self.inner.describe(), **limits}
 
 
 def _torque(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
