@@ -6,7 +6,7 @@ Its laws are those of every chain of segments, with straight legs and with knees
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.control.tracking import AdaptiveTracking
@@ -59,7 +59,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     robot: Compass
 
     with_knees: ClassVar[str | None] = "mjbiped.controllers.kneed:KneedController"
-    functions = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
+    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
 
     def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
         """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""

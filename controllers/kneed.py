@@ -14,7 +14,7 @@ Law (14), adaptive law (17), update (27) and re-planning are those of `mjbiped.c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.control.tracking import Tracking
@@ -46,7 +46,7 @@ class KneedController(PaperSettings, Tracking):
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = KNEES_SIZE
-    functions = AdaptiveController.functions
+    functions: ClassVar[tuple[Any, ...]] = AdaptiveController.functions
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""

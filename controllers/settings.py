@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -61,7 +60,7 @@ class PaperSettings(LawController):
     initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 
-    functions: ClassVar[tuple[Callable[..., Any] | None, ...]]
+    functions: ClassVar[tuple[Any, ...]]
     """Functions of the class's `Law`, in their order there."""
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
     memory_size: ClassVar[int] = STRAIGHT_LEGS_SIZE

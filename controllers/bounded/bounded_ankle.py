@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
@@ -107,7 +107,7 @@ class OnSole(PaperSettings, Tracking):
     sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
-    functions = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
+    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
 
     def scalars(self) -> dict[int, float]:
         """Return the scalars among the parameters, by their indices."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.bounded import prediction, recovery
@@ -154,7 +154,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     """
 
     with_knees: ClassVar[str | None] = None
-    functions = torque, touchdown, slope_estimate, next_discontinuity
+    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )

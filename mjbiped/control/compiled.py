@@ -134,6 +134,11 @@ class CalledMethods:
         addresses: Any = {name: ctypes.cast(each, ctypes.c_void_p).value for name, each in self._kept.items()}
         self.law = Law(**{"tick": 0, "parameters": ctypes.addressof(self._failed)} | addresses)
 
+    @property
+    def failed(self) -> bool:
+        """Whether a method has raised an exception."""
+        return self.error is not None
+
     def raised(self) -> BaseException | None:
         """Take what a method has raised: from then on methods are called again."""
         error, self.error, self._failed.value = self.error, None, 0.0

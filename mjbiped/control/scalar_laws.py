@@ -9,7 +9,7 @@ import inspect
 import warnings
 from functools import lru_cache, partial
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mjbiped.numerics.sources import Function
 
@@ -24,8 +24,8 @@ def on_arrays(law: Law) -> Law:
     if not takes_scalars(law.torque):
         return law
     _warn(law.torque)
-    events = {name: getattr(law, name) for name in ("touchdown", "knee_strike")}
-    wrapped = {name: partial(_event, each) for name, each in events.items() if each is not law._field_defaults[name]}
+    given = [name for name in ("touchdown", "knee_strike") if getattr(law, name) is not law._field_defaults[name]]
+    wrapped: dict[str, Any] = {name: partial(_event, getattr(law, name)) for name in given}
     return law._replace(torque=partial(_torque, law.torque), **wrapped)
 
 
