@@ -5,8 +5,7 @@
 
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 from mjbiped.controllers.adaptive import AdaptiveController
-from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController
-from mjbiped.controllers.bounded.kneed import BoundedKneedController
+from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, BoundedKneedController
 from mjbiped.controllers.bounded.supervisor import SupervisedController
 from mjbiped.controllers.comparison.energy_constraint import EnergyConstraintController
 from mjbiped.controllers.comparison.kinetic_energy import KineticEnergyController

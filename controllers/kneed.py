@@ -14,17 +14,14 @@ Law (14), adaptive law (17), update (27) and re-planning are those of `mjbiped.c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from mjbiped.control.controller import Law, Memory, Numbers
+from mjbiped.control.controller import Memory, Numbers
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import layout
-from mjbiped.controllers.adaptive import knee_strike, torque, touchdown
+from mjbiped.controllers.adaptive import AdaptiveController
 from mjbiped.controllers.memory import KNEES_SIZE
-from mjbiped.controllers.replanning import next_discontinuity
 from mjbiped.controllers.settings import PaperSettings
-from mjbiped.controllers.slope_estimator import slope_estimate
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.kneed import KneedBiped
@@ -44,12 +41,12 @@ class KneedController(PaperSettings, Tracking):
     """
 
     robot: KneedBiped
-    gait: Gait
     knee_bump: Annotated[float, domains.KNEE_BUMP] = 0.5
     knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = KNEES_SIZE
+    functions: ClassVar[tuple[Any, ...]] = AdaptiveController.functions
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""
@@ -68,11 +65,6 @@ class KneedController(PaperSettings, Tracking):
         """Return the robot model's chains, free, locked and whole, by the indices of their starts."""
         places = {layout.FREE: 3, layout.STIFF: 2, layout.WHOLE: 4}
         return {place: layout.chain_block(*self.robot.chains[n][:3]) for place, n in places.items()}
-
-    @cached_property
-    def plain_law(self) -> Law:
-        """The laws of `mjbiped.controllers.adaptive`; see `LawController.plain_law`."""
-        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike)
 
     def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
         """Tracked angle, rate and acceleration of stance leg, swing thigh and swing shank at time t of the step."""

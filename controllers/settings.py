@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from mjbiped.control.controller import Controller, LawController, Memory, Numbers, check_tracking
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, check_tracking
 from mjbiped.controllers import layout, replanning
 from mjbiped.controllers.layout import TRANSITION_TIME
 from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
@@ -61,6 +60,8 @@ class PaperSettings(LawController):
     initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 
+    functions: ClassVar[tuple[Any, ...]]
+    """Functions of the class's `Law`, in their order there."""
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
     memory_size: ClassVar[int] = STRAIGHT_LEGS_SIZE
 
@@ -76,13 +77,18 @@ class PaperSettings(LawController):
         if not isinstance(self.estimate_update, bool):
             raise InputError(f"estimate_update = {shown(self.estimate_update)}: must be True or False")
 
-    @abstractmethod
     def check_imitated(self) -> None:
-        """Refuse a robot or a gait that the law is not made for.
+        """Refuse a robot or a gait that the law is not made for: other ones than a compass biped's.
 
         Raises:
             InputError: One is not.
         """
+        check_imitation(self)
+
+    @cached_property
+    def plain_law(self) -> Law:
+        """The functions of the class with the parameters of this object; see `LawController.plain_law`."""
+        return Law(self.parameters, *self.functions)
 
     @cached_property
     def parameters(self) -> list[float]:

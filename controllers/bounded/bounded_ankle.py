@@ -1,19 +1,19 @@
 """The paper's tracking law on a sole: what the ankle cannot give is left to the stance leg, not to the swing leg.
 
-Its laws are those of every chain of segments, with straight legs and with knees (`mjbiped.controllers.bounded.kneed`),
-and of recovery steps where one is planned (`mjbiped.controllers.bounded.supervisor`).
+Its laws are those of every chain of segments, with straight legs and with knees, and of recovery steps where one is
+planned (`mjbiped.controllers.bounded.supervisor`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from mjbiped.control.controller import Law, Memory, Numbers, Room
+from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import replanning
+from mjbiped.controllers.adaptive import knee_strike
 from mjbiped.controllers.bounded.identifier import (
     SLOPE,
     begin_prediction,
@@ -25,73 +25,15 @@ from mjbiped.controllers.bounded.recovery import planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.footholds import feel
+from mjbiped.controllers.kneed import KneedController
 from mjbiped.controllers.layout import SOLE_SHARE
 from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
 from mjbiped.controllers.room import FORCE, TORQUE
-from mjbiped.controllers.settings import PaperSettings, check_imitation
+from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.tracking import track
-from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kneed import KneedBiped
 from mjbiped.utils import domains
-
-
-@dataclass(frozen=True)
-class OnSole(PaperSettings, Tracking):
-    """Settings and first step of the tracking law on a sole, of robots with and without knees.
-
-    Attributes:
-        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
-        replanning: See `PaperSettings`, as for all attributes not named here.
-    """
-
-    replanning: str = "additive"
-    sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
-
-    states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
-
-    def scalars(self) -> dict[int, float]:
-        """Return the scalars among the parameters, by their indices."""
-        return {**super().scalars(), **footing_of(self.robot, self.sole_share)}
-
-    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
-        """Begin with the initial estimate, and plan the first step."""
-        memory[SLOPE] = self.initial_slope_estimate
-        begin_prediction(self.parameters, memory, q, dq)
-        self.plan_first_step(memory, q, dq)
-
-
-@dataclass(frozen=True)
-class BoundedAnkleController(OnSole):
-    """Imitates a gait as `AdaptiveController` does, with an ankle torque that the robot's sole transmits.
-
-    Where the tracking law (14) asks the ankle for more than the sole bears, the swing leg still follows its reference,
-    and the stance leg moves as it must. The slope comes from what the angular momentum about the foot does
-    (`controllers.bounded.identifier`), since tracking errors are no longer the slope's alone. Without a sole it differs
-    from `AdaptiveController` in the identifier only. On feet with mass the sole is what the ground bears of it in
-    this step (`Controller.support`), and the ankle's height over it counts.
-
-    Attributes:
-        robot: Robot model of the law, with the sole on which it leans; it may differ from the robot that walks.
-        gait: Gait that is imitated.
-        adaptation_gain: gamma of the slope identifier.
-        replanning: See `AdaptiveController`, as for all attributes not named here.
-        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
-    """
-
-    robot: Compass
-    gait: Gait
-
-    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.kneed:BoundedKneedController"
-    support: ClassVar[int] = SUPPORT
-
-    def check_imitated(self) -> None:
-        """Refuse robots other than a compass biped, and gaits of other robots."""
-        check_imitation(self)
-
-    @cached_property
-    def plain_law(self) -> Law:
-        """The laws of this module; see `LawController.plain_law`."""
-        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity)
 
 
 def move(parameters: Numbers, memory: Numbers, t: float, share: float, slope: tuple[float, float], room: Room) -> float:
@@ -150,3 +92,71 @@ def next_discontinuity(parameters: Numbers, memory: Numbers, t: float) -> float:
         return replanning.next_discontinuity(parameters, memory, t)
     time = planned(memory).time
     return time if t < time else math.inf
+
+
+@dataclass(frozen=True)
+class OnSole(PaperSettings, Tracking):
+    """Settings and first step of the tracking law on a sole, of robots with and without knees.
+
+    Attributes:
+        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
+        replanning: See `PaperSettings`, as for all attributes not named here.
+    """
+
+    replanning: str = "additive"
+    sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
+
+    states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
+    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
+
+    def scalars(self) -> dict[int, float]:
+        """Return the scalars among the parameters, by their indices."""
+        return {**super().scalars(), **footing_of(self.robot, self.sole_share)}
+
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
+        """Begin with the initial estimate, and plan the first step."""
+        memory[SLOPE] = self.initial_slope_estimate
+        begin_prediction(self.parameters, memory, q, dq)
+        self.plan_first_step(memory, q, dq)
+
+
+@dataclass(frozen=True)
+class BoundedAnkleController(OnSole):
+    """Imitates a gait as `AdaptiveController` does, with an ankle torque that the robot's sole transmits.
+
+    Where the tracking law (14) asks the ankle for more than the sole bears, the swing leg still follows its reference,
+    and the stance leg moves as it must. The slope comes from what the angular momentum about the foot does
+    (`controllers.bounded.identifier`), since tracking errors are no longer the slope's alone. Without a sole it differs
+    from `AdaptiveController` in the identifier only. On feet with mass the sole is what the ground bears of it in
+    this step (`Controller.support`), and the ankle's height over it counts.
+
+    Attributes:
+        robot: Robot model of the law, with the sole on which it leans; it may differ from the robot that walks.
+        gait: Gait that is imitated.
+        adaptation_gain: gamma of the slope identifier.
+        replanning: See `AdaptiveController`, as for all attributes not named here.
+        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
+    """
+
+    robot: Compass
+
+    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController"
+    support: ClassVar[int] = SUPPORT
+
+
+@dataclass(frozen=True)
+class BoundedKneedController(OnSole, KneedController):
+    """Imitates a gait with knees as `KneedController`, with an ankle torque that the robot's sole transmits.
+
+    It is to that as `BoundedAnkleController` is to `AdaptiveController`: where the sole does not bear what is asked
+    for, swing thigh and shank still follow their reference, and the slope comes from the angular momentum about the
+    foot, which a knee strike does not change.
+
+    Attributes:
+        robot: Robot model of the law, with the sole on which it leans; it may differ from the robot that walks.
+        gait: See `KneedController`, as for all attributes not named here.
+        adaptation_gain: gamma of the slope identifier.
+        sole_share: Share of the sole on which the law leans; the rest is left to errors of its model.
+    """
+
+    robot: KneedBiped

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers import replanning
@@ -11,7 +11,7 @@ from mjbiped.controllers.bounded.bounded_ankle import move
 from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.stance import set_support
 from mjbiped.controllers.dynamics import observe
-from mjbiped.controllers.layout import FREE, SUPERVISION
+from mjbiped.controllers.layout import SUPERVISION
 from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
 from mjbiped.robots import compass
@@ -23,8 +23,8 @@ length of an integration step and greatest duration of a gait step, s; greatest 
 normal force, N; greatest friction that may be used; leg length, m; reach of the scuffing rule, m; and distance ahead of
 the stance foot at which the swing foot has to be above the ground, m."""
 
-IMPACT, FAILURE, UNEVENNESS, GRID = 9, 11, 12, 13
-"""Indices there of the two impact terms of `compass.Constants`, kg m²; of what a failure counts, m g l, J; of the
+LUMPED, FAILURE, UNEVENNESS, GRID = 9, 16, 17, 18
+"""Indices there of the robot model's `compass.Constants`; of what a failure counts, m g l, J; of the
 difference of height between footholds that a recovery step should bear, m; and of the recovery steps that are tried:
 first value, distance and number of times (s), half angles (rad) and retractions."""
 
@@ -126,15 +126,7 @@ def _transferred(parameters: Numbers, before: State, after: State, share: float)
     """Return the state after a support transfer at a share of the way between two states."""
     q1, q2 = before.q1 + share * (after.q1 - before.q1), before.q2 + share * (after.q2 - before.q2)
     dq1, dq2 = before.dq1 + share * (after.dq1 - before.dq1), before.dq2 + share * (after.dq2 - before.dq2)
-    chain, terms = int(parameters[FREE]), int(parameters[SUPERVISION]) + IMPACT
-    constants = (
-        parameters[chain],
-        -parameters[chain + 1],
-        parameters[chain + 3],
-        parameters[chain + 4],
-        -parameters[chain + 5],
-        parameters[terms],
-        parameters[terms + 1],
-    )
+    lumped = int(parameters[SUPERVISION]) + LUMPED
+    constants: Any = parameters[lumped : lumped + 7]
     new1, new2 = compass.impact_rates(constants, q1, q2, dq1, dq2)
     return State(q2, q1, new1, new2)

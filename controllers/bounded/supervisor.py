@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
-from mjbiped.control.controller import Law, Memory, Numbers
+from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.bounded import prediction, recovery
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, feel_step, next_discontinuity, torque
 from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.bounded.prediction import FAILURE, GRID, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Ankle, Step
 from mjbiped.controllers.bounded.stance import set_support
-from mjbiped.controllers.gait_library import GaitLibrary
 from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, SUPERVISION
+from mjbiped.controllers.library import GaitLibrary
 from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.rules.scuffing import ScuffingRule
 
@@ -55,69 +54,6 @@ AHEAD, AFTER = 3, 2
 
 UNEVENNESS = 0.01
 """Difference of height between footholds that a recovery step should bear, in leg lengths."""
-
-
-@dataclass(frozen=True)
-class SupervisedController(GaitLibrary, BoundedAnkleController):
-    """Tracks a gait while it can foresee that this goes well, and otherwise makes a recovery step.
-
-    At each touchdown the steps to come are simulated with the tracking law of `BoundedAnkleController`, on a plane of
-    the estimated slope. Where one fails, because the foot does not get ahead or the ground would have to pull or to
-    hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
-    which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower. The
-    simulations know the ground as far as it was felt, and the default scuffing rule. Where the foot landed much higher
-    than expected, the steps that follow track a gait of more clearance.
-
-    Attributes:
-        robot: See `BoundedAnkleController`, as for all attributes but those of the climbing gait; for those
-            `GaitLibrary`.
-        recovery: Recovery steps that are tried.
-        margin: Share that simulations count on, of the sole on which the law leans; errors of its model take the rest.
-    """
-
-    with_knees: ClassVar[str | None] = None
-    recovery: ClassVar[Recovery] = Recovery(
-        Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
-    )
-
-    margin: ClassVar[float] = 0.9
-
-    def scalars(self) -> dict[int, float]:
-        """Return the scalars among the parameters, by their indices."""
-        time, failure, (gain, rate, stiffness) = *self._units, self.recovery.ankle
-        own = (gain * failure * time, rate / time, stiffness / time)
-        return {**super().scalars(), **dict(zip((ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS), own, strict=True))}
-
-    @property
-    def _units(self) -> tuple[float, float]:
-        """Unit of time, s, and weight times leg length, by which a failure counts more than any work, J."""
-        length, gravity = self.robot.leg_length, self.robot.gravity
-        return math.sqrt(length / gravity), self.robot.total_mass * gravity * length
-
-    def chains(self) -> dict[int, Numbers]:
-        """Return the robot model's chain, and what choices take, by the indices of their starts."""
-        (time, failure), length, (times, halves, retractions, _) = self._units, self.robot.leg_length, self.recovery
-        supervision = [
-            # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
-            *(self.margin * self.sole_share, 0.02 * time, 5.0 * time, 0.8, 0.05 * failure / length, 0.75),
-            *(length, ScuffingRule().reach * length, 0.6 * length, *self.robot.constants[5:], failure),
-            *(UNEVENNESS * length, times.first * time, times.step * time, times.number, *halves, *retractions),
-        ]
-        return {**super().chains(), SUPERVISION: supervision}
-
-    @cached_property
-    def plain_law(self) -> Law:
-        """The laws of this module; see `LawController.plain_law`."""
-        return Law(self.parameters, torque, touchdown, slope_estimate, next_discontinuity)
-
-    def tracked(self, memory: Memory, t: float) -> tuple[Numbers, Numbers]:
-        """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
-        nothing = (math.nan, math.nan)
-        return (nothing, nothing) if memory[RECOVERING] else super().tracked(memory, t)
-
-    def plan_first_step(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
-        """Choose the first step."""
-        choose(self.parameters, memory, State(q[0], q[1], dq[0], dq[1]))
 
 
 def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
@@ -197,3 +133,62 @@ def cost(parameters: Numbers, memory: Memory, state: State, step: Step, best: fl
         if found >= best or (steps < AFTER and side == 0):
             return found
     return found
+
+
+@dataclass(frozen=True)
+class SupervisedController(GaitLibrary, BoundedAnkleController):
+    """Tracks a gait while it can foresee that this goes well, and otherwise makes a recovery step.
+
+    At each touchdown the steps to come are simulated with the tracking law of `BoundedAnkleController`, on a plane of
+    the estimated slope. Where one fails, because the foot does not get ahead or the ground would have to pull or to
+    hold more than friction can, this step becomes a recovery step: of a grid of them, the one with the least work from
+    which steps of the tracking law are foreseen, preferably also if the next foothold is a little higher or lower. The
+    simulations know the ground as far as it was felt, and the default scuffing rule. Where the foot landed much higher
+    than expected, the steps that follow track a gait of more clearance.
+
+    Attributes:
+        robot: See `BoundedAnkleController`, as for all attributes but those of the climbing gait; for those
+            `GaitLibrary`.
+        recovery: Recovery steps that are tried.
+        margin: Share that simulations count on, of the sole on which the law leans; errors of its model take the rest.
+    """
+
+    with_knees: ClassVar[str | None] = None
+    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity
+    recovery: ClassVar[Recovery] = Recovery(
+        Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
+    )
+
+    margin: ClassVar[float] = 0.9
+
+    def scalars(self) -> dict[int, float]:
+        """Return the scalars among the parameters, by their indices."""
+        time, failure, (gain, rate, stiffness) = *self._units, self.recovery.ankle
+        own = (gain * failure * time, rate / time, stiffness / time)
+        return {**super().scalars(), **dict(zip((ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS), own, strict=True))}
+
+    @property
+    def _units(self) -> tuple[float, float]:
+        """Unit of time, s, and weight times leg length, by which a failure counts more than any work, J."""
+        length, gravity = self.robot.leg_length, self.robot.gravity
+        return math.sqrt(length / gravity), self.robot.total_mass * gravity * length
+
+    def chains(self) -> dict[int, Numbers]:
+        """Return the robot model's chain, and what choices take, by the indices of their starts."""
+        (time, failure), length, (times, halves, retractions, _) = self._units, self.robot.leg_length, self.recovery
+        supervision = [
+            # the friction leaves a margin to the ground's 0.8, as do the other numbers to a fall
+            *(self.margin * self.sole_share, 0.02 * time, 5.0 * time, 0.8, 0.05 * failure / length, 0.75),
+            *(length, ScuffingRule().reach * length, 0.6 * length, *self.robot.constants, failure),
+            *(UNEVENNESS * length, times.first * time, times.step * time, times.number, *halves, *retractions),
+        ]
+        return {**super().chains(), SUPERVISION: supervision}
+
+    def tracked(self, memory: Memory, t: float) -> tuple[Numbers, Numbers]:
+        """Angles and rates that are tracked; in recovery steps, which follow no time, there are none: NaN."""
+        nothing = (math.nan, math.nan)
+        return (nothing, nothing) if memory[RECOVERING] else super().tracked(memory, t)
+
+    def plan_first_step(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
+        """Choose the first step."""
+        choose(self.parameters, memory, State(q[0], q[1], dq[0], dq[1]))

@@ -7,14 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from mjbiped.control.controller import Memory, Numbers, Room
-from mjbiped.controllers.comparison.known_slope import (
-    ENERGY,
-    GAINS,
-    IMITATED_SLOPE,
-    KnownSlopeController,
-    against_slope,
-)
-from mjbiped.controllers.comparison.virtual_gravity import energy_error
+from mjbiped.controllers.comparison import known_slope
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, against_slope, energy_error
 from mjbiped.errors import InputError
 from mjbiped.robots import compass
 from mjbiped.utils import domains
@@ -79,14 +73,14 @@ class EnergyConstraintController(KnownSlopeController):
 
 
 def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
-    imitated = parameters[IMITATED_SLOPE]
-    gain, ratio, band = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
+    imitated, first = parameters[known_slope.IMITATED_SLOPE], known_slope.GAINS
+    gain, ratio, band = parameters[first], parameters[first + 1], parameters[first + 2]
     slope, q1, q2 = against_slope(memory, q)
     constants: Any = parameters  # which begin with them
     gc1, gc2, gs1, gs2 = compass.gravity_terms(constants, compass.legs_of(q1, q2))
     moment, moment_rate = -(gs1 + gs2), -(gc1 * dq[0] + gc2 * dq[1])  # M g X and its rate
     pull = math.cos(slope) * math.tan(imitated) - math.sin(slope)  # of the torques, in weights
-    wanted = parameters[ENERGY] * math.cos(slope) / math.cos(imitated) + pull * moment
+    wanted = parameters[known_slope.ENERGY] * math.cos(slope) / math.cos(imitated) + pull * moment
     power = pull * moment_rate - gain * energy_error(parameters, slope, wanted, q1, q2, dq)
     hip_speed = (ratio - 1.0) * dq[0] + dq[1]  # power per hip torque
     hip = power * hip_speed / max(hip_speed * hip_speed, band * band)

@@ -6,14 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from mjbiped.control.controller import Memory, Numbers, Room
-from mjbiped.controllers.comparison.known_slope import (
-    ENERGY,
-    GAINS,
-    IMITATED_SLOPE,
-    KnownSlopeController,
-    against_slope,
-)
-from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
+from mjbiped.controllers.comparison import known_slope
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, against_slope, energy_error, shaped_torque
 from mjbiped.utils import domains
 
 
@@ -60,10 +54,10 @@ class KineticEnergyController(KnownSlopeController):
 
 
 def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
-    imitated = parameters[IMITATED_SLOPE]
-    gain, slowest, hip_weight = parameters[GAINS], parameters[GAINS + 1], parameters[GAINS + 2]
+    imitated, first = parameters[known_slope.IMITATED_SLOPE], known_slope.GAINS
+    gain, slowest, hip_weight = parameters[first], parameters[first + 1], parameters[first + 2]
     slope, q1, q2 = against_slope(memory, q)
-    error = energy_error(parameters, imitated, parameters[ENERGY], q1, q2, dq)  # T - T_ref
+    error = energy_error(parameters, imitated, parameters[known_slope.ENERGY], q1, q2, dq)  # T - T_ref
     swing = hip_weight * dq[1]
     damping = gain * error / max(dq[0] * dq[0] + swing * dq[1], slowest * slowest)
     out[0], out[1] = shaped_torque(parameters, slope, imitated, q1, q2, -damping * dq[0], -damping * swing)

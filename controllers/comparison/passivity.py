@@ -6,14 +6,8 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from mjbiped.control.controller import Memory, Numbers, Room
-from mjbiped.controllers.comparison.known_slope import (
-    ENERGY,
-    GAINS,
-    IMITATED_SLOPE,
-    KnownSlopeController,
-    against_slope,
-)
-from mjbiped.controllers.comparison.virtual_gravity import energy_error, shaped_torque
+from mjbiped.controllers.comparison import known_slope
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, against_slope, energy_error, shaped_torque
 from mjbiped.utils import domains
 
 
@@ -44,10 +38,10 @@ class PassivityController(KnownSlopeController):
 
 
 def _torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
-    imitated = parameters[IMITATED_SLOPE]
-    gain = parameters[GAINS]
+    imitated = parameters[known_slope.IMITATED_SLOPE]
+    gain = parameters[known_slope.GAINS]
     slope, q1, q2 = against_slope(memory, q)
-    damping = gain * energy_error(parameters, imitated, parameters[ENERGY], q1, q2, dq)
+    damping = gain * energy_error(parameters, imitated, parameters[known_slope.ENERGY], q1, q2, dq)
     out[0], out[1] = shaped_torque(parameters, slope, imitated, q1, q2, -damping * dq[0], -damping * dq[1])
 
 

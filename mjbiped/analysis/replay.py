@@ -14,7 +14,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.registry import controller_from
 from mjbiped.control.tracking import AdaptiveTracking, Tracking
 from mjbiped.disturbances.disturbances import DEFAULT_PERIOD, Disturbances
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.disturbances.loop import SampledController
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.gait import Gait

@@ -32,8 +32,7 @@ from typing import Any
 import numpy as np
 
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.functions import gives_its_law, in_python
-from mjbiped.control.scalar_laws import on_arrays
+from mjbiped.control.functions import in_python, law_of
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import Block, numbers, packed, reader
 from mjbiped.numerics.sources import raises, takes_powers
@@ -90,12 +89,13 @@ class MachineCode:
         self._inner = None if controller.inner is None else as_machine_code(controller.inner)
         if self._inner is not None:
             given = given._replace(inner=[self._inner.law])
-        block = hasattr(given, "_fields")
-        read = _block_at(type(given)) if block else numbers
-        values, kept = packed(given) if block else (np.array(given, dtype=np.float64), [])
-        length, joints = 0 if block else len(values), len(controller.joints)
-        sizes = {"memory": controller.memory_size, "angles": joints, "values": joints + len(controller.states)}
-        self._head, _ = packed(Head(failed=0.0, parameters=values, length=length, **sizes))
+        if hasattr(given, "_fields"):
+            (values, kept), read, length = packed(given), _block_at(type(given)), 0
+        else:
+            values, kept, read, length = np.array(given, dtype=np.float64), [], numbers, len(given)
+        joints, memory = len(controller.joints), controller.memory_size
+        sizes = {"length": length, "memory": memory, "angles": joints, "values": joints + len(controller.states)}
+        self._head, _ = packed(Head(failed=0.0, parameters=values, **sizes))
         self._kept: list[Any] = [values, kept]
         addresses: Any = {"tick": 0, "parameters": self._head.ctypes.data}
         for name, function in law.functions.items():
@@ -131,10 +131,8 @@ class CalledMethods:
         self._failed = ctypes.c_double()  # as a head begins
         law = in_python(controller)
         self._kept = {name: self._behind(name, each, law, controller) for name, each in law.functions.items()}
-        addresses: Any = {"tick": 0, "parameters": ctypes.addressof(self._failed)}
-        self.law = Law(
-            **addresses | {name: ctypes.cast(each, ctypes.c_void_p).value for name, each in self._kept.items()}
-        )
+        addresses: Any = {name: ctypes.cast(each, ctypes.c_void_p).value for name, each in self._kept.items()}
+        self.law = Law(**{"tick": 0, "parameters": ctypes.addressof(self._failed)} | addresses)
 
     @property
     def failed(self) -> bool:
@@ -147,29 +145,25 @@ class CalledMethods:
         return error
 
     def _behind(self, name: str, function: Callable[..., Any], law: Law, controller: Controller) -> Any:
-        """The C function of a function."""
+        """The C function of a function, which works on the arrays themselves, without copies."""
         number, word, n = ctypes.c_double, ctypes.c_int64, len(controller.joints)
-        count = n + len(controller.states)
-        memory_of, state_of, values_of = number * controller.memory_size, number * n, number * count
+        count, memory_of = n + len(controller.states), number * controller.memory_size
+        sizes = {"a": n, "o": count + ROOM}
+        kinds = [number * sizes[kind] if kind in sizes else None for kind in _TAKEN[name]]
 
         def call(_parameters: int, memory: int, *given: Any) -> float:
+            taken = [each if kind is None else kind.from_address(each) for kind, each in zip(kinds, given, strict=True)]
             if self.error is None:
                 try:
-                    held: Any = memory_of.from_address(memory)
-                    own, out = held[:], [0.0] * (count + ROOM)
-                    taken = [each if isinstance(each, float) else state_of.from_address(each)[:] for each in given]
-                    found = function(law.parameters, own, *(taken if name != "torque" else [*taken[:-1], out]))
-                    held[:] = own
-                    if name == "torque":
-                        ctypes.memmove(given[-1], values_of(*out[:count]), ctypes.sizeof(values_of))
+                    found = function(law.parameters, memory_of.from_address(memory), *taken)
                     return 0.0 if found is None else float(found)
                 except BaseException as error:  # an interruption, too
                     self.error, self._failed.value = error, 1.0
             if name == "torque":
-                ctypes.memset(given[-1], 0, ctypes.sizeof(values_of))
+                taken[-1][:count] = [0.0] * count
             return math.nan
 
-        passed = [number if kind == "t" else word for kind in _TAKEN[name]]
+        passed = [number if kind is None else word for kind in kinds]
         return ctypes.CFUNCTYPE(number if name in _RETURNING else None, word, word, *passed)(call)
 
 
@@ -183,13 +177,16 @@ def as_machine_code(controller: Controller) -> MachineCode | CalledMethods:
     return CalledMethods(controller) if law is None else MachineCode(controller, law)
 
 
-_TAKEN = {"touchdown": "aaa", "slope_estimate": "", "next_discontinuity": "t", "torque": "taaa"}
+_TAKEN = {"touchdown": "aaa", "slope_estimate": "", "next_discontinuity": "t", "torque": "taao"}
 _TAKEN |= {"tick": "taa", "knee_strike": "taa"}
-"""What a law's functions take beside parameters and memory: a time, and arrays."""
+"""What a law's functions take beside parameters and memory: a time, arrays of angles or rates, and `out`."""
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
-def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float | None) -> Callable[..., Any]:
+def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
+    """One of a law's functions by the addresses of its arrays."""
+    nothing = math.nan if name in _RETURNING else None
+
     def call(head: Head, memory: int, *given: object) -> Any:
         found = nothing
         arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
@@ -198,13 +195,6 @@ def _guarded(law: Callable[..., Any], read: Callable[..., Any], nothing: float |
         except Exception:  # such as an index out of bounds; it could not pass through C
             head.failed = 1.0
         return found
-
-    return call
-
-
-def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
-    """One of a law's functions by the addresses of its arrays."""
-    call = _guarded(law, read, math.nan if name in _RETURNING else None)
 
     def torque(parameters: int, memory: int, t: float, q: int, dq: int, out: int) -> None:
         head = _head_at(parameters, 0)
@@ -247,8 +237,7 @@ def compilable_law(controller: Controller) -> Law | None:
     """Return the law that engines compile for a controller, or None where its methods must be called."""
     if controller.inner is not None and compilable_law(controller.inner) is None:
         return None
-    law = controller.law() if gives_its_law(controller) else None
-    law = None if law is None else on_arrays(law)
+    law = law_of(controller)
     return law if law is not None and can_be_compiled(law) else None
 
 

@@ -38,8 +38,17 @@ ROOM = 64
 """Floats behind torques and rates in `out` of `Law.torque`, for a law's intermediate results."""
 
 
-def _strike_nothing(parameters: object, memory: object, t: float, q: object, dq: object) -> None:
-    """Do nothing at a knee strike."""
+def never(parameters: object, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
+    """Return infinity: `Law.next_discontinuity` of a law without kinks."""
+    return math.inf
+
+
+def _do_nothing(parameters: object, memory: object, first: object, q: object, dq: object) -> None:
+    """Change nothing at a touchdown or a knee strike."""
+
+
+def _no_estimate(parameters: object, memory: object) -> float:  # noqa: ARG001
+    return math.nan
 
 
 class Law(NamedTuple):
@@ -56,21 +65,21 @@ class Law(NamedTuple):
         parameters: All that the laws need besides the memory: one flat sequence of floats.
         torque: (parameters, memory, t, q, dq, out): writes the torque of each joint (N m), then the rate of each state
             (1/s), into `out`. Behind these stand `ROOM` floats for intermediate results.
-        touchdown: (parameters, memory, q_before, q, dq), as `Controller.on_touchdown`.
-        slope_estimate: (parameters, memory) -> float, rad.
-        next_discontinuity: (parameters, memory, t) -> float, s.
-        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.sampled.SampledController` once in each
+        touchdown: (parameters, memory, q_before, q, dq), as `Controller.on_touchdown`; unless given, nothing happens.
+        slope_estimate: (parameters, memory) -> float, rad; unless given, NaN.
+        next_discontinuity: (parameters, memory, t) -> float, s; `never` unless given.
+        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.loop.SampledController` once in each
             control period; None for all other controllers.
         knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; unless given, nothing happens.
     """
 
     parameters: Sequence[float]
     torque: Callable[..., None]
-    touchdown: Callable[..., None]
-    slope_estimate: Callable[..., float]
-    next_discontinuity: Callable[..., float]
+    touchdown: Callable[..., None] = _do_nothing
+    slope_estimate: Callable[..., float] = _no_estimate
+    next_discontinuity: Callable[..., float] = never
     tick: Callable[..., None] | None = None
-    knee_strike: Callable[..., None] = _strike_nothing
+    knee_strike: Callable[..., None] = _do_nothing
 
     @property
     def functions(self) -> dict[str, Callable[..., Any]]:
@@ -255,11 +264,6 @@ class LawController(Controller):
     def law(self) -> Law:
         """The law for compilation; see `Controller.law`."""
         return self._law
-
-
-def never(parameters: object, memory: Memory, t: float) -> float:  # noqa: ARG001 (a law has all of them)
-    """Return infinity: `Law.next_discontinuity` of a law without kinks."""
-    return math.inf
 
 
 def check_tracking(kind: type[Controller]) -> None:

@@ -5,36 +5,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from numbers import Real
 from typing import Any
 
 from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
+from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.domains import entries
 
 _METHODS = ("on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
 
 
-def gives_its_law(controller: Controller) -> bool:
-    """Tell whether `law` stands for all methods of the controller: none of them is newer than it.
+def law_of(controller: Controller) -> Law | None:
+    """The law of a controller, on arrays; None where it gives none, or one that does not stand for all its methods.
 
-    A method is newer that was replaced in a class derived from the one that has `law`, or in the object itself.
+    A method is newer than `law` that was replaced in a class derived from the one that has `law`, or in the object
+    itself.
+
+    Raises:
+        InputError: `law` gives something else.
     """
     order = (controller, *type(controller).__mro__)
-
-    def place(name: str) -> int:
-        return next(i for i, owner in enumerate(order) if name in vars(owner))
-
-    return all(place("law") <= place(name) for name in _METHODS)
+    places = {name: next(i for i, owner in enumerate(order) if name in vars(owner)) for name in ("law", *_METHODS)}
+    law: object = controller.law() if places["law"] == min(places.values()) else None
+    if not isinstance(law, Law | None):
+        raise InputError(f"{type(controller).__name__}.law() gives {shown(law)}; expected a Law, or None")
+    return None if law is None else on_arrays(law)
 
 
 def in_python(controller: Controller) -> Law:
     """The functions of a controller's law, or its methods behind the same signatures."""
-    law = controller.law() if isinstance(controller, LawController) and gives_its_law(controller) else None
     parameters: Any = controller
-    methods = Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, knee_strike=_knee_strike)
-    return methods if law is None else law
+    methods = Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, None, _knee_strike)
+    return (law_of(controller) if isinstance(controller, LawController) else None) or methods
 
 
 def _torque(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
@@ -46,29 +49,24 @@ def _torque(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Nu
     out[:count] = values
 
 
-def _touchdown(controller: Controller, memory: Memory, *state: Numbers) -> None:
-    _change(controller.on_touchdown, controller, memory, *map(tuple, state))
+def _touchdown(controller: Controller, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+    own = memory[: controller.memory_size]  # a disturbed loop's stands behind it
+    controller.on_touchdown(own, tuple(q_before), tuple(q), tuple(dq))
+    memory[: controller.memory_size] = own
 
 
 def _knee_strike(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
-    _change(controller.on_knee_strike, controller, memory, t, tuple(q), tuple(dq))
+    own = memory[: controller.memory_size]
+    controller.on_knee_strike(own, t, tuple(q), tuple(dq))
+    memory[: controller.memory_size] = own
 
 
 def _slope_estimate(controller: Controller, memory: Memory) -> float:
-    found: float = controller.slope_estimate(memory[: controller.memory_size])
-    return found
+    return controller.slope_estimate(memory[: controller.memory_size])
 
 
 def _next_discontinuity(controller: Controller, memory: Memory, t: float) -> float:
-    found: float = controller.next_discontinuity(memory[: controller.memory_size], t)
-    return found
-
-
-def _change(method: Callable[..., None], controller: Controller, memory: Memory, *state: object) -> None:
-    """Call a method that changes the controller's own part of the memory; a disturbed loop's stands behind it."""
-    own = memory[: controller.memory_size]
-    method(own, *state)
-    memory[: controller.memory_size] = own
+    return controller.next_discontinuity(memory[: controller.memory_size], t)
 
 
 def values_of(controller: Controller, given: object) -> tuple[float, ...]:
@@ -78,18 +76,16 @@ def values_of(controller: Controller, given: object) -> tuple[float, ...]:
         InputError: `torque` returned something else.
     """
     wanted = len(controller.joints) + len(controller.states)
-    values = entries(given)
+    values, said = entries(given), f"{type(controller).__name__}.torque returned"
     if values is None or len(values) != wanted:
         got = shown(given) if values is None else f"{len(values)} values"
         rates = ", ".join(controller.states) or "none"
         returned = ", ".join((*controller.joints, *(f"rate_of_{state}" for state in controller.states)))
         raise InputError(
-            f"{type(controller).__name__}.torque returned {got}; expected {wanted}: {', '.join(controller.joints)} "
-            f"(N m) and a rate per state ({rates}), as `return {returned}`"
+            f"{said} {got}; expected {wanted}: {', '.join(controller.joints)} (N m) and a rate per state ({rates}), "
+            f"as `return {returned}`"
         )
     for value in values:
         if not isinstance(value, Real):
-            raise InputError(
-                f"{type(controller).__name__}.torque returned {shown(given)}; {shown(value)} in it is no number"
-            )
+            raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number")
     return values

@@ -14,7 +14,7 @@ import os
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
 from types import ModuleType
 
@@ -53,7 +53,7 @@ def own_class(reference: str) -> type[Controller]:
         InputError: There is no such file, module or class, loading it fails, or the class is no controller.
     """
     place, name = _parts(check_text("the controller's place", reference))
-    module = _module_of_file(place) if _is_file(place) else _module(place)
+    module = _module(place)
     own = [each for each in vars(module).values() if isinstance(each, type) and each.__module__ == module.__name__]
     valid = [each.__name__ for each in own if issubclass(each, Controller) and not inspect.isabstract(each)]
     if not name:
@@ -109,13 +109,10 @@ def digest_of(reference: str) -> str:
     if _is_file(place):
         return hashlib.sha256(_read(place)[1]).hexdigest()
     _import_from(Path.cwd())
-    try:
-        spec = importlib.util.find_spec(place)
-    except ImportError:
-        spec = None
-    if spec is None or not spec.origin:
-        raise InputError(f"there is no module {shown(place)} to take a controller from")
-    return hashlib.sha256(read_bytes(Path(spec.origin))).hexdigest()
+    with suppress(ImportError):
+        if (spec := importlib.util.find_spec(place)) and spec.origin:
+            return hashlib.sha256(read_bytes(Path(spec.origin))).hexdigest()
+    raise InputError(f"there is no module {shown(place)} to take a controller from")
 
 
 def _parts(reference: str) -> tuple[str, str]:
@@ -130,26 +127,43 @@ def _is_file(place: str) -> bool:
     return place.endswith(".py") or "/" in place or os.sep in place
 
 
-def _module_of_file(place: str) -> ModuleType:
-    """Load a file as a module; see `own_class`."""
-    path, text = _read(place)
+def _module(place: str) -> ModuleType:
+    """Load a file or import a module; see `own_class`."""
+    path, text = _read(place) if _is_file(place) else (None, b"")
+    if path is None and not all(part.isidentifier() for part in place.split(".")):
+        raise InputError(f"{shown(place)} is no name of a module; expected {FORMS}")
+    _import_from(path.parent if path else Path.cwd())
+    try:
+        with redirect_stdout(sys.stderr):  # a command's own output may be for machines
+            return _executed(path, text) if path else importlib.import_module(place)
+    except (Exception, SystemExit) as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) and path is None else None
+        if missing is not None and f"{place}.".startswith(f"{missing}."):
+            raise InputError(
+                f"there is no module {shown(missing)} to take a controller from, neither in {Path.cwd()} nor among "
+                "the installed ones; a file is named with its suffix, as spread.py:HipSpread"
+            ) from error
+        hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
+        raise InputError(
+            f"{place} cannot be loaded: {explained(error)}{place_of(error, path or Path())}{hint}"
+        ) from error
+
+
+def _executed(path: Path, text: bytes) -> ModuleType:
+    """Make a module of a file's text, unless there is one already.
+
+    Importlib would take what it has compiled before for a file of the same size and second.
+    """
     if path in _loaded and _loaded[path][0] == text:
         return _loaded[path][1]
     # the name tells files of different folders apart, and stays when the file changes: machine code is kept by it
     name = f"{re.sub(r'[^0-9A-Za-z_]', '_', path.stem)}_{hashlib.sha256(str(path).encode()).hexdigest()[:8]}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look for it there
-    _import_from(path.parent)
+    module = sys.modules[name] = ModuleType(name)  # dataclasses look for it there
+    module.__file__ = str(path)
     try:
-        # not by the loader: it would take what it has compiled before for a file of the same size and second
-        with redirect_stdout(sys.stderr):  # a command's own output may be for machines
-            exec(compile(text, str(path), "exec"), vars(module))
-    except BaseException as error:
+        exec(compile(text, str(path), "exec"), vars(module))
+    except BaseException:
         del sys.modules[name]
-        if isinstance(error, Exception | SystemExit):
-            raise _failing(place, error, path) from error
         raise
     _loaded[path] = text, module
     return module
@@ -168,31 +182,6 @@ def _read(place: str) -> tuple[Path, bytes]:
         return path, read_bytes(path)
     except InputError as error:
         raise InputError(f"the controller's file {shown(place)} (in {path.parent}): {error}") from error
-
-
-def _module(name: str) -> ModuleType:
-    """Import the module of a name; see `own_class`."""
-    if not all(part.isidentifier() for part in name.split(".")):
-        raise InputError(f"{shown(name)} is no name of a module; expected {FORMS}")
-    _import_from(Path.cwd())
-    try:
-        with redirect_stdout(sys.stderr):
-            return importlib.import_module(name)
-    except ModuleNotFoundError as error:
-        if error.name is not None and f"{name}.".startswith(f"{error.name}."):
-            raise InputError(
-                f"there is no module {shown(error.name)} to take a controller from, neither in {Path.cwd()} nor among "
-                "the installed ones; a file is named with its suffix, as spread.py:HipSpread"
-            ) from error
-        raise _failing(name, error) from error
-    except (Exception, SystemExit) as error:
-        raise _failing(name, error) from error
-
-
-def _failing(place: str, error: BaseException, path: Path | None = None) -> InputError:
-    """Make the error that says why a file or module cannot be loaded."""
-    hint = f"; {hidden}" if isinstance(error, ImportError) and (hidden := hidden_laws()) else ""
-    return InputError(f"{place} cannot be loaded: {explained(error)}{place_of(error, path or Path())}{hint}")
 
 
 def _import_from(folder: Path) -> None:

@@ -9,7 +9,7 @@ import inspect
 import warnings
 from functools import lru_cache, partial
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mjbiped.numerics.sources import Function
 
@@ -24,10 +24,9 @@ def on_arrays(law: Law) -> Law:
     if not takes_scalars(law.torque):
         return law
     _warn(law.torque)
-    wrapped = law._replace(torque=partial(_torque, law.torque), touchdown=partial(_event, law.touchdown))
-    if law.knee_strike is law._field_defaults["knee_strike"]:
-        return wrapped
-    return wrapped._replace(knee_strike=partial(_event, law.knee_strike))
+    given = [name for name in ("touchdown", "knee_strike") if getattr(law, name) is not law._field_defaults[name]]
+    wrapped: dict[str, Any] = {name: partial(_event, getattr(law, name)) for name in given}
+    return law._replace(torque=partial(_torque, law.torque), **wrapped)
 
 
 def _torque(torque: Function, parameters: object, memory: object, t: float, q: Numbers, dq: Numbers, out: Room) -> None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import copy
-import math
 from dataclasses import dataclass
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room, never
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
 from mjbiped.robots.robot import Robot
 
 
@@ -30,17 +29,9 @@ class Unpowered(LawController):
     @property
     def plain_law(self) -> Law:
         """Law that applies no torque in any state."""
-        return Law([], _no_torque, _no_notice, _no_estimate, never)
+        return Law([], _no_torque)
 
 
 def _no_torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     for joint in range(len(q)):
         out[joint] = 0.0
-
-
-def _no_notice(parameters: Numbers, memory: Memory, first: object, q: object, dq: object) -> None:
-    pass
-
-
-def _no_estimate(parameters: Numbers, memory: Memory) -> float:
-    return math.nan

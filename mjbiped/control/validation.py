@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import FrozenInstanceError
 from functools import cached_property
@@ -18,8 +18,7 @@ from numbers import Real
 from typing import Any
 
 from mjbiped.control.controller import ROOM, Controller, Law
-from mjbiped.control.functions import gives_its_law, values_of
-from mjbiped.control.scalar_laws import on_arrays
+from mjbiped.control.functions import law_of, values_of
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
@@ -44,15 +43,21 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     kind = type(controller)
     _check_parameters(controller)
     try:
-        if gives_its_law(controller):  # a law keeps nothing
-            law = _given(controller, "law")
-            if not isinstance(law, Law | None):
-                raise InputError(f"{kind.__name__}.law() gives {shown(law)}; expected a Law, or None")
-            _try_out(controller, None if law is None else on_arrays(law), q, dq)
-        else:  # methods may change the object's attributes
+        law: Law | None = _given(controller, "law", lambda: law_of(controller))
+        if law is None:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
-            _try_out(controller, None, q, dq)
+        memory, before = [0.0] * controller.memory_size, _attributes(controller)
+        _given(controller, "start", lambda: controller.start(memory, q, dq))
+        _check_memory(controller, "start", memory)
+        first = _asked(controller, law, memory, 0.0, q, dq)
+        if fault := fault_in(controller, first, 0.0, q, dq):
+            raise InputError(f"{fault}: the walk cannot begin")
+        _step_on(controller, law, memory, q, dq)
+        changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
+        if changed:
+            raise InputError(f"{kind.__name__} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
+        again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
     except FrozenInstanceError as error:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
@@ -61,38 +66,21 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         raise
     except (Exception, SystemExit):
         return  # the walk tells of it
-
-
-def _try_out(controller: Controller, law: Law | None, q: State, dq: State) -> None:
-    """Try the law or the methods as `try_out` does; whatever they raise is passed on."""
-    name = type(controller).__name__
-    memory = [0.0] * controller.memory_size
-    before = _attributes(controller)
-    _given(controller, "start", memory, q, dq)
-    _check_memory(controller, "start", memory)
-    first = _asked(controller, law, memory, 0.0, q, dq)
-    if fault := fault_in(controller, first, 0.0, q, dq):
-        raise InputError(f"{fault}: the walk cannot begin")
-    _step_on(controller, law, memory, q, dq)
-    changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
-    if changed:
-        raise InputError(f"{name} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
-    again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
     if repr(again) != repr(first):  # a rate may be no number
         raise InputError(
-            f"{name}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
+            f"{kind.__name__}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
             "and neither chance nor the clock has a part in it"
         )
 
 
-def _given(controller: Controller, method: str, *arguments: object) -> Any:
+def _given(controller: Controller, method: str, call: Callable[[], Any]) -> Any:
     """Call a method whose failure no walk could report, because none has begun.
 
     Raises:
         InputError: It fails.
     """
     try:
-        return getattr(controller, method)(*arguments)
+        return call()
     except (InputError, FrozenInstanceError):
         raise
     except (Exception, SystemExit) as error:

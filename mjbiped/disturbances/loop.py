@@ -1,15 +1,18 @@
 """A disturbed control loop at its ticks, at touchdowns and at knee strikes, as functions of blocks and arrays.
 
-They are the law of `mjbiped.disturbances.sampled.SampledController`, in plain Python and as machine code. The loop's
-own memory stands behind the controller's: `at` counts from there.
+They are the law of `SampledController`, in plain Python and as machine code. The loop's own memory stands behind the
+controller's: `at` counts from there.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from mjbiped.control.controller import ROOM, Law, Memory, Numbers, Room
+from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room, never
+from mjbiped.control.functions import in_python
+from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
 from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
 
@@ -203,3 +206,85 @@ def limited(torque: float, limit: float) -> float:
     if torque > limit:
         return limit
     return -limit if torque < -limit else torque
+
+
+class Around(LawController):
+    """A controller put around another one, whose memory is the first part of its own.
+
+    Attributes:
+        inner: The other controller.
+    """
+
+    inner: Controller
+
+    def _surround(self, inner: Controller, more: int) -> None:
+        """Take over what another controller has, with a memory of so many numbers more."""
+        own = {name: getattr(inner, name) for name in ("states", "joints", "support", "robot", "gait")}
+        for name, value in {**own, "inner": inner, "memory_size": inner.memory_size + more}.items():
+            object.__setattr__(self, name, value)
+
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
+        """Start the other controller; the memory's further numbers stay zero."""
+        own = memory[: self.inner.memory_size]
+        self.inner.start(own, q, dq)
+        memory[: self.inner.memory_size] = own
+
+
+class SampledController(Around):
+    """A controller run digitally, with disturbances in the loop between it and the robot.
+
+    `tick` is called once in each control period, before anything else is asked at that time; `torque` gives what is
+    held since then.
+
+    Attributes:
+        loop: Parameters of the loop.
+    """
+
+    def __init__(self, inner: Controller, disturbances: Disturbances, period: float) -> None:
+        """Put the disturbances around a controller.
+
+        Args:
+            inner: The controller.
+            disturbances: The disturbances.
+            period: Time between two ticks, s.
+
+        Raises:
+            InputError: The delay does not fit the period.
+        """
+        given, states, joints = disturbances, len(inner.states), len(inner.joints)
+        sensors = given.sensors
+        delay = given.delay_ticks(period)
+        lag = 0.0 if given.motor_bandwidth is None else 2.0 * math.pi * given.motor_bandwidth * period
+        room = LONGEST_DELAY + 1 if delay else 0
+        held = BEGUN + joints
+        ring = held + joints + states
+        self._surround(inner, ring + joints * room)
+        self.loop = Loop(
+            inner=[in_python(inner)],
+            size=inner.memory_size,
+            joints=joints,
+            held=held,
+            rates=held + joints,
+            states=states,
+            ring=ring,
+            room=room,
+            delay=delay,
+            senses=any(sensors[:5]),
+            torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
+            remaining=math.exp(-lag) if lag else 0.0,
+            mean=-math.expm1(-lag) / lag if lag else 0.0,
+            sensors=[sensors],
+            shown=[0.0] * SHOWN,
+            given=[0.0] * (joints + states + ROOM),
+        )
+
+    @property
+    def plain_law(self) -> Law:
+        """The loop's law around the controller's."""
+        parameters: Any = self.loop
+        return Law(parameters, torque, touchdown, slope_estimate, never, tick, knee_strike)
+
+    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
+        """Begin a walk; the left leg stands."""
+        super().start(memory, q, dq)
+        memory[self.loop.size + SIDE], memory[self.loop.size + TICKED] = 1.0, -1.0

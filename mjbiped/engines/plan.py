@@ -20,7 +20,7 @@ from mjbiped.control.loading import source_of
 from mjbiped.control.registry import driver_of
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule
 from mjbiped.engines.compiling import AHEAD
 from mjbiped.errors import GaitError, InputError, shown

@@ -164,11 +164,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def hip_position(self) -> float:
         """Place of the hip, x in m."""
-        return self._walkers.each[0].x_position
+        return float(self._walkers.each[0].x_position)
 
     def slope(self) -> float:
         """Slope under the stance foot, rad, positive downhill."""
-        return self._walkers.each[0].slope
+        return float(self._walkers.each[0].slope)
 
     def ground_heights(self) -> NDArray[np.float64]:
         """Heights of the ground 0.1 to 1 leg length ahead of the stance foot, above the stance foot, m."""
@@ -184,7 +184,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def ended(self) -> bool:
         """Whether the episode has ended."""
-        return bool(self._walkers.each[0].outcome)
+        return self.outcome() not in (Outcome.WALKING, Outcome.TIME_LIMIT)
 
     def reward_terms(self) -> dict[str, float]:
         """The terms of the last step's reward."""
@@ -192,7 +192,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def reward(self) -> float:
         """The reward of the last step."""
-        return self._walkers.each[0].reward
+        return float(self._walkers.each[0].reward)
 
     def walk(self) -> Walk:
         """The record of the episode so far, as `mjbiped.walk` would give it."""

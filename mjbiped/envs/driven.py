@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room, never
+from mjbiped.control.controller import Controller, Law, Memory, Numbers, Room, never
 from mjbiped.control.functions import in_python
-from mjbiped.disturbances.loop import limited, slope_estimate
-from mjbiped.numerics.blocks import call, numbers, reader
+from mjbiped.disturbances.loop import Around, law_at, limited, slope_estimate
+from mjbiped.numerics.blocks import call, numbers
 
 Torques = tuple[float, ...]
 """A torque for each joint with a motor, N m."""
@@ -33,11 +33,8 @@ class Added(NamedTuple):
     peak: Numbers
 
 
-_law_at = reader(Law)
-
-
 @dataclass(frozen=True)
-class DrivenController(LawController):
+class DrivenController(Around):
     """Adds the torques in the last numbers of its memory, one for each joint, to those of another controller.
 
     The environment writes them between two ticks. While they are zero, and the motors strong enough, the walk is
@@ -55,37 +52,27 @@ class DrivenController(LawController):
 
     def __post_init__(self) -> None:
         """Take over the other controller's joints, states, memory, robot and gait."""
-        own = {name: getattr(self.inner, name) for name in ("joints", "states", "robot", "gait")}
-        for name, value in {**own, "memory_size": self.inner.memory_size + len(self.inner.joints)}.items():
-            object.__setattr__(self, name, value)
+        self._surround(self.inner, len(self.inner.joints))
 
     @property
     def place(self) -> int:
         """Index in the memory of the torque added at the ankle."""
         return self.inner.memory_size
 
-    def start(self, memory: Memory, q: Numbers, dq: Numbers) -> None:
-        """Start the other controller, with no torque added."""
-        self.inner.start(memory, q, dq)
-
     @property
     def plain_law(self) -> Law:
         """Add to the other controller's torques, and clip the sum to the motors' limits."""
         parameters: Any = Added([in_python(self.inner)], self.place, len(self.joints), self.most, self.peak)
-        return Law(parameters, _torque, _touchdown, slope_estimate, never, knee_strike=_knee_strike)
+        return Law(parameters, _torque, _touchdown, slope_estimate, never, None, _knee_strike)
 
     def describe(self) -> dict[str, Any]:
         """Name, limits and the other controller's own description."""
-        return {
-            "name": type(self).__name__,
-            "base": self.inner.describe(),
-            "most": list(self.most),
-            "peak": list(self.peak),
-        }
+        limits = {"most": list(self.most), "peak": list(self.peak)}
+        return {"name": type(self).__name__, "base": self.inner.describe(), **limits}
 
 
 def _torque(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
-    law, joints = _law_at(added.inner, 0), added.joints
+    law, joints = law_at(added.inner, 0), added.joints
     most, peak = numbers(added.most, joints), numbers(added.peak, joints)
     call(law.torque, law.parameters, memory, t, q, dq, out)
     for joint in range(joints):
@@ -94,10 +81,10 @@ def _torque(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: 
 
 
 def _touchdown(added: Any, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
-    law = _law_at(added.inner, 0)
+    law = law_at(added.inner, 0)
     call(law.touchdown, law.parameters, memory, q_before, q, dq)
 
 
 def _knee_strike(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
-    law = _law_at(added.inner, 0)
+    law = law_at(added.inner, 0)
     call(law.knee_strike, law.parameters, memory, t, q, dq)

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Mapping, MutableSequence
-from typing import Any
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, posture_before, sensed
+from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.state import ANGLES, MARK, State
 from mjbiped.numerics.blocks import first, reader
 from mjbiped.rules.termination import Outcome
@@ -30,59 +30,48 @@ ECONOMY_WEIGHT = 0.25
 _ANGLE, _RATE, _TIME, _TORQUE = 10.0, 100.0, 100.0, 1000.0
 """Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
 
-_DIVERGED = float(Outcome.DIVERGED)
+_DIVERGED, _TIME_LIMIT = float(Outcome.DIVERGED), float(Outcome.TIME_LIMIT)
 _BEFORE, _AFTER = 2 * MOST, 3 * MOST
 """Where angles in the old and in the new roles begin among the `readings`."""
 
 
 class Felt(ctypes.Structure):
-    """Numbers of a robot from one action to the next."""
+    """Numbers of a robot from one action to the next.
 
-    action: Angles  # torques to be added in the next control period, N m
-    # what an episode begins with
-    ticks: int  # of the controller between two actions
-    target: float  # distance that the hip is to go between two actions, m
-    share: float  # of that time in the average of that distance
-    afforded: float  # work in that time at which the reward's second term is a half, J
-    senses: int  # 1: the sensors err, as the seven numbers of `disturbances.sensors.Sensors` say
-    angle_noise: float
-    rate_noise: float
-    angle_bias: float
-    rate_bias: float
-    angle_resolution: float
-    seed_low: int
-    seed_high: int
-    # what is kept from call to call
-    tick: int  # number of the controller's next tick
-    average: float  # distance that the hip goes between two actions, averaged, m
-    work: float  # absolute work so far, J
-    count: float  # touchdowns so far
-    readings: (
-        Readings  # angles and rates now; angles at the last touchdown in the old roles, and in the new; rates then
-    )
-    # what is told
-    x_position: float  # of the hip, m
-    reward_progress: float
-    reward_economy: float
-    reward: float
-    outcome: float  # `Outcome`
-    slope: float  # of the ground under the stance foot, rad
-    foot_x: float  # place of the stance foot, m
-    foot_z: float
-    observation: Observation  # see `observed`
+    Attributes:
+        action: Torques to be added in the next control period, N m.
+        ticks: Number of the controller's ticks between two actions.
+        last: Number of its last tick in the longest episode.
+        target: Distance that the hip is to go between two actions, m.
+        share: Share of that time in the average of that distance.
+        afforded: Work in that time at which the reward's second term is a half, J.
+        senses: Whether the sensors err.
+        tick: Number of the controller's next tick.
+        average: Distance that the hip goes between two actions, averaged, m.
+        work: Absolute work so far, J.
+        count: Touchdowns so far.
+        readings: Angles and rates now; angles at the last touchdown in the old roles, and in the new; rates then.
+        x_position: Place of the hip, m.
+        reward_progress: First term of the reward.
+        reward_economy: Second term.
+        reward: Their sum.
+        outcome: `Outcome` as a float.
+        slope: Slope of the ground under the stance foot, rad.
+        foot_x: Place of the stance foot, m.
+        foot_z: Its height, m.
+        observation: See `observed`.
+    """
 
+    _fields_: ClassVar = [
+        ("action", ctypes.c_double * ANGLES),
+        *((name, ctypes.c_int64) for name in ("ticks", "last", "senses", "tick")),
+        *((name, ctypes.c_double) for name in ("target", "share", "afforded", "average", "work", "count")),
+        ("readings", ctypes.c_double * (5 * MOST)),
+        *((name, ctypes.c_double) for name in ("x_position", "reward_progress", "reward_economy", "reward")),
+        *((name, ctypes.c_double) for name in ("outcome", "slope", "foot_x", "foot_z")),
+        ("observation", ctypes.c_double * (5 * ANGLES + 3)),
+    ]
 
-_KINDS: dict[str, Any] = {
-    "int": ctypes.c_int64,
-    "float": ctypes.c_double,
-    "Angles": ctypes.c_double * ANGLES,
-    "Readings": ctypes.c_double * (5 * MOST),
-    "Observation": ctypes.c_double * (5 * ANGLES + 3),
-}
-Felt._fields_ = [(name, _KINDS[kind]) for name, kind in Felt.__annotations__.items()]
-Angles = MutableSequence[float]
-Readings = MutableSequence[float]
-Observation = MutableSequence[float]
 
 felt_at = reader(Felt)
 
@@ -115,21 +104,24 @@ def bounds(joints: int, privileged: bool = False) -> tuple[NDArray[np.float64], 
     return np.repeat(low, sizes), np.repeat(high, sizes)
 
 
-def feel(now: State, felt: Felt, joints: int) -> bool:
+def feel(now: State, felt: Felt, sensors: Sensors, joints: int) -> bool:
     """Fill in a robot's observation, and its reward since the last call.
 
     Args:
         now: State of its walk as the next tick will find it.
         felt: Its numbers.
+        sensors: Errors of its sensors.
         joints: Number of its motors.
 
     Returns:
         Whether all of them are finite.
     """
-    _sense(now, felt, joints)
+    _sense(now, felt, sensors, joints)
     sound = _observe(now, felt, joints)
     _reward(now, felt)
     felt.outcome, felt.slope, felt.foot_x, felt.foot_z = now.outcome, now.slope, now.foot_x, now.foot_z
+    if felt.outcome == 0.0 and felt.tick > felt.last:
+        felt.outcome = _TIME_LIMIT
     return sound and math.isfinite(felt.x_position + felt.reward + felt.slope + felt.foot_x)
 
 
@@ -142,11 +134,8 @@ def diverge(felt: Felt) -> None:
         felt.observation[index] = 0.0
 
 
-def _sense(now: State, felt: Any, joints: int) -> None:
-    """Note angles and rates now and angles at the last touchdown, as the sensors show them: `felt` is a `Felt`.
-
-    Its fields bear the names of `Sensors`.
-    """
+def _sense(now: State, felt: Felt, sensors: Sensors, joints: int) -> None:
+    """Note angles and rates now and angles at the last touchdown, as the sensors show them."""
     shown = felt.readings
     for joint in range(joints):
         shown[joint], shown[MOST + joint] = now.angles[joint], now.turning[joint]
@@ -155,11 +144,11 @@ def _sense(now: State, felt: Any, joints: int) -> None:
         q, dq, before = first(now.angles, joints), first(now.turning, joints), first(now.told_before, joints)
         after, rates_after = first(now.told_q, joints), first(now.told_dq, joints)
         side = 1.0 - 2.0 * now.stance
-        sensed(felt, side, (felt.tick, TICK), q, dq, shown, 0)
+        sensed(sensors, side, (felt.tick, TICK), q, dq, shown, 0)
         if now.count > 0.0:
             number = int(now.count) - 1
-            posture_before(felt, side, number, before, after, shown, _BEFORE)
-            sensed(felt, side, (number, TOUCHDOWN), after, rates_after, shown, _AFTER)
+            posture_before(sensors, side, number, before, after, shown, _BEFORE)
+            sensed(sensors, side, (number, TOUCHDOWN), after, rates_after, shown, _AFTER)
     felt.tick += felt.ticks
 
 

@@ -223,17 +223,10 @@ class WalkTask:
             episode: What was drawn for it.
             recorded: Whether samples are kept.
         """
-        terms = Terms(
-            self.engine,
-            math.ceil(self.time_limit / _SHORTEST_STEP) + 1,
-            None,
-            episode.robot,
-            DEFAULT_SAMPLE_PERIOD if recorded else None,
-            ScuffingRule(),
-        )
-        return make_plan(
-            terms, self.controller, episode.terrain, episode.start, self._description, episode.disturbances
-        )
+        robot, terrain, disturbances, start, _ = episode
+        period, most = DEFAULT_SAMPLE_PERIOD if recorded else None, math.ceil(self.time_limit / _SHORTEST_STEP) + 1
+        terms = Terms(self.engine, most, None, robot, period, ScuffingRule())
+        return make_plan(terms, self.controller, terrain, start, self._description, disturbances)
 
 
 def task_of(name: str, kind: str, settings: Mapping[str, Any]) -> WalkTask:

@@ -74,14 +74,12 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         self.num_envs = WALKS.check("num_envs", num_envs)
         threads = WORKERS.check("threads", cores() if threads is None else threads)
         self.walkers = Walkers(chosen, num_envs, threads=threads, recorded=False)
-        self._longest = chosen.max_steps
         self._drawn: dict[str, NDArray[Any]] = {}
         self.single_action_space, self.single_observation_space = action_space(chosen), observation_space(chosen)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._most = np.array(chosen.limits)
         self._randoms = [seeding.np_random()[0] for _ in range(num_envs)]
-        self._steps = np.zeros(num_envs, dtype=np.int64)
         self._ended = np.zeros(num_envs, dtype=bool)
 
     def reset(
@@ -120,22 +118,17 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         walkers = self.walkers
         walkers.act(actions, self._most)
         walkers.step()
-        self._steps += 1
         if self._ended.any():
             self._begin(self._ended)
         rewards, outcomes = walkers.columns["reward"].copy(), walkers.columns["outcome"].copy()
-        terminated = outcomes != 0.0
         rewards[self._ended] = 0.0
-        truncated = (self._steps >= self._longest) & ~terminated
-        outcomes[truncated] = float(Outcome.TIME_LIMIT)
-        self._ended = terminated | truncated
-        return walkers.observations(), rewards, terminated, truncated, self._info(outcomes)
+        self._ended, truncated = outcomes != 0.0, outcomes == float(Outcome.TIME_LIMIT)
+        return walkers.observations(), rewards, self._ended & ~truncated, truncated, self._info(outcomes)
 
     def _begin(self, mask: NDArray[np.bool_]) -> None:
         """Begin episodes of some robots, and note what was drawn for all, in new arrays: infos keep the old ones."""
         for index in np.flatnonzero(mask).tolist():
             self.walkers.begin(index, self._randoms[index])
-        self._steps[mask] = 0
         each = [self.walkers.walker(index).episode.drawn for index in range(self.num_envs)]
         self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
 

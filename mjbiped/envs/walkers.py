@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.disturbances.loop import sensors_at
 from mjbiped.engines.compiling import compiles
 from mjbiped.engines.mujoco import callback
 from mjbiped.engines.mujoco.constants import constants_at
@@ -46,6 +47,7 @@ class Row(NamedTuple):
         model: Its mjModel.
         data: Its mjData.
         felt: Its numbers, alone in a list.
+        sensors: Errors of its sensors, alone in a list.
         place: Index of the action in its controller's memory.
     """
 
@@ -54,6 +56,7 @@ class Row(NamedTuple):
     model: Any
     data: Any
     felt: Any
+    sensors: Any
     place: int
 
 
@@ -82,7 +85,7 @@ def advance_rows(rows: Any, first: int, last: int, ticks: int) -> None:
         seen = state_at(ahead.state, 0)
         if ticks and seen.outcome and not u.outcome:
             advance_ticks(c, row.model, row.data, 1)  # so that its own state knows of it
-        if not feel(seen, felt, c.angles) or warned(c):
+        if not feel(seen, felt, sensors_at(row.sensors, 0), c.angles) or warned(c):
             diverge(felt)
 
 
@@ -167,7 +170,7 @@ class Walkers:
 
     def place(self, index: int, episode: Episode) -> None:
         """Set a robot on the ground at the beginning of an episode, which may be the one that it is in."""
-        task, before, felt = self.task, self._walkers[index], self.each[index]
+        task, before = self.task, self._walkers[index]
         plan = task.plan(episode, recorded=self._recorded)
         if before is None or episode is not before.episode:  # one that begins again: others hold its model and data
             spent = math.inf if len(self.each) > 1 else self._interpreting
@@ -177,22 +180,24 @@ class Walkers:
             same = before.run.simulation if self._compiled == (before.run.simulation.block is not None) else None
         run = MujocoRun(plan, task.engine, before=same, scenery=self._scenery, compile=self._compiled)
         self._connect(index, run, episode)
-        self.columns[index] = 0
-        felt.target = task.target_speed * task.control_period
-        felt.afforded = AFFORDED * plan.robot.weight * felt.target
-        felt.share, felt.ticks = min(1.0, task.control_period / task.gait.period), task.ticks
-        sensors = episode.disturbances.sensors
-        felt.senses = any(sensors[:5])
-        for name, value in sensors._asdict().items():
-            setattr(felt, name, value)
+        target = task.target_speed * task.control_period
+        self.each[index] = Felt(
+            ticks=task.ticks,
+            last=task.ticks * task.max_steps,
+            senses=any(episode.disturbances.sensors[:5]),
+            target=target,
+            share=min(1.0, task.control_period / task.gait.period),
+            afforded=AFFORDED * plan.robot.weight * target,
+        )
         self._go(index, index + 1, 0)
-        felt.average = felt.target
+        self.each[index].average = target
 
     def _connect(self, index: int, run: MujocoRun, episode: Episode) -> None:
         """Let the simulation of a run be stepped as that of a robot."""
         simulation, living = run.simulation, None
         model, data, ahead = simulation.model, simulation.data, simulation.ahead()
-        row = Row([simulation.constants], [ahead], model, data, [self.each[index]], self.task.controller.place)
+        felt, sensors = [self.each[index]], [episode.disturbances.sensors]
+        row = Row([simulation.constants], [ahead], model, data, felt, sensors, self.task.controller.place)
         if self._compiled:
             block, below = simulation.packed(ahead)
             where = {"model": model._address, "data": data._address, "felt": self.columns[index : index + 1]}
@@ -271,9 +276,7 @@ class Walkers:
 
     def outcome(self, index: int = 0) -> Outcome:
         """Outcome of a robot's episode; `Outcome.WALKING` while it lasts."""
-        outcome = Outcome(int(self.each[index].outcome))
-        late = self.walker(index).run.simulation.data.time > self.task.time_limit - 0.5 * self.task.control_period
-        return Outcome.TIME_LIMIT if outcome is Outcome.WALKING and late else outcome
+        return Outcome(int(self.each[index].outcome))
 
     def observations(self) -> NDArray[np.float64]:
         """Observations of all robots, in a privileged task with those of the ground."""

@@ -16,7 +16,7 @@ import mjbiped
 from controllers import Controller, KneedController
 from mjbiped import Disturbances, KneedBiped, Terrain, Walk
 from mjbiped.control.controller import Law, Memory
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.disturbances.loop import SampledController
 
 ROBOT = KneedBiped()
 SLOPE = 2.5

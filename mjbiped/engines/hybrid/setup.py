@@ -11,8 +11,8 @@ import numpy as np
 from mjbiped.control.controller import ROOM as SPARE
 from mjbiped.control.controller import Controller, Law
 from mjbiped.control.functions import in_python
+from mjbiped.disturbances.loop import SampledController
 from mjbiped.disturbances.pushes import following
-from mjbiped.disturbances.sampled import SampledController
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.validation import fault_in
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import can_compile
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SLIDING_WORDS, SQUEEZING_WORDS

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.functions import in_python
-from mjbiped.disturbances.sampled import SampledController
+from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
 from mjbiped.engines.mujoco.collisions import ALL
 from mjbiped.engines.mujoco.constants import Constants
