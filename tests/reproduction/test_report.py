@@ -22,7 +22,7 @@ from mjbiped.reproduction.grounds import (
     TABLE_3,
 )
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
-from mjbiped.reproduction.report.checks_figures import ZERO
+from mjbiped.reproduction.report.claims import ZERO
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
 from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, row_of, write_rows
