@@ -7,7 +7,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction.grounds import DIGITS, ENERGY_BASED, FILES, IMITATED_SLOPE, LEVEL, TABLE_2, TABLE_3, meets
@@ -90,7 +90,7 @@ def of_all_methods(rows: Sequence[Row], best: Choice, engine: str, settings: str
     costs = {ground: {method: best.cost(walk) for method, walk in mine.items()} for ground, mine in walks.items()}
     shown = {ground: {method: printed(cost) for method, cost in mine.items()} for ground, mine in costs.items()}
 
-    def asked(name: str, on: str, methods: Iterable[str], holds: bool, more: str = "", **words: str | float) -> Answer:
+    def asked(name: str, on: str, methods: Iterable[str], holds: bool, more: str = "", **words: Any) -> Answer:
         mine = {method: costs[on][method] for method in methods}
         told = ", ".join(f"{method} {number(cost)}" for method, cost in mine.items())
         return answer(name, holds, more + told, mine.values(), **words)
