@@ -5,102 +5,72 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mjbiped.control.controller import Controller
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, versions
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.methods import gains_told
 from mjbiped.reproduction.rows import COLUMNS, COSTS, Row, row_of
 from mjbiped.reproduction.traces import traced
-from mjbiped.rollout.walk import walk
-from mjbiped.sweeps.cell import FAILED, SPARSE, attempt
-from mjbiped.sweeps.run import sources, walk_cells
+from mjbiped.sweeps.cell import FAILED, LIMIT, SPARSE, Cell, attempt
+from mjbiped.sweeps.run import machinery, walk_cells
 from mjbiped.sweeps.store import opened
 from mjbiped.terrain.terrain import Terrain
 
 _KEY_DIGITS = 24  # hexadecimal
 
 
-@dataclass(frozen=True)
-class Cell:
-    """A walk to be made, and its role in the report.
+def cell(
+    terrain: Terrain, law: Mapping[str, Any], *, steps: int | None = None, distance: float | None = None, **columns: Any
+) -> Cell:
+    """Make a cell of the reproduction.
 
-    Attributes:
-        engine: "mujoco" or "hybrid".
-        controller: The law with its parameters.
+    Args:
         terrain: The ground.
-        initial: First state, "gait" or "rest".
-        steps: Touchdowns after which the walk is finished, or None.
-        distance: Position x at which it is finished, m, or None.
-        record: Whether the whole record is kept, for figures, and not the measures alone.
-        method: The paper's name of the controller.
-        part: "table 2", "blind", "fitted", "misjudged", "gravity", "table 3", "start" or "figure 5".
-        ground: The ground's name.
-        pattern: Pattern in which Table II's ground was read.
-        first: Position of its first change, m.
+        law: Values of the control law, by the names of a study's cell.
+        steps: Touchdowns after which the walk is finished, where it has no other end.
+        distance: Position x at which it is finished instead, m.
+        **columns: Further values: the engine, the first state unless it is the gait's, `record` where the whole record
+            is kept for figures and not the measures alone, and the columns that say what its role in the report is.
     """
+    limit: dict[str, Any] = {f"{LIMIT}.distance": distance} if steps is None else {f"{LIMIT}.steps": steps}
+    return Cell(0, None, {"initial": "gait", "method": "adaptive", "first": 0.0, **columns, **law, **limit}, terrain)
 
-    engine: str
-    controller: Controller
-    terrain: Terrain
-    initial: str = "gait"
-    steps: int | None = 60
-    distance: float | None = None
-    record: bool = False
-    method: str = "adaptive"
-    part: str = ""
-    ground: str = ""
-    pattern: str = ""
-    first: float = 0.0
 
-    @cached_property
-    def key(self) -> str:
-        """Digest of all that the row depends on: inputs, versions, and the sources of physics and control laws."""
-        inputs = {**vars(self), "controller": self.controller.describe(), "terrain": self.terrain.to_dict()}
-        text = json.dumps([inputs, versions(), sources()], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
+def key(cell: Cell) -> str:
+    """Digest of all that a row depends on: inputs, versions, and the sources of physics and control laws."""
+    text = json.dumps([cell.values, cell.terrain().to_dict(), machinery()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
 
-    def walk(self) -> Walk:
-        """Walk the cell."""
-        return walk(
-            self.controller,
-            self.terrain,
-            engine=self.engine,
-            steps=self.steps,
-            distance=self.distance,
-            initial=self.initial,
-            sample_period=DEFAULT_SAMPLE_PERIOD if self.record else SPARSE,
-        )
 
-    def row(self, folder: Path | None = None) -> dict[str, Any]:
-        """Walk the cell, and return its key and its row; a record that is kept goes into the folder."""
+def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
+    """Walk a cell, and return its key and its row; a record that is kept goes into the folder."""
+    law, record = cell.controller().describe(), cell.values.get("record", False)
 
-        def measure(done: Walk) -> dict[str, Any]:
-            if self.record and folder is not None:
-                done.save(record_path(folder, self))
-            return {**measures_of(done), **(traced(done) if self.record else {})}
+    def measure(done: Walk) -> dict[str, Any]:
+        if record and folder is not None:
+            done.save(record_path(folder, cell))
+        return {**measures_of(done), **(traced(done) if record else {})}
 
-        law, measured = self.controller.describe(), attempt(self.walk, measure)
-        return {
-            "key": self.key,
-            **{name: value for name, value in vars(self).items() if name in COLUMNS},
-            **measured,
-            "delay": law.get("replanning_delay"),
-            "slope_source": law.get("slope_source"),
-            "gains": gains_told(law),
-            "adaptation_gain": law.get("adaptation_gain"),
-            "update": {None: "", True: "yes", False: "no"}[law.get("estimate_update")],
-            "start_estimate": math.degrees(law.get("initial_slope_estimate", math.nan)),
-            "error": " ".join((measured["error"] or "").split()),
-        }
+    measured = attempt(lambda: cell.walk(DEFAULT_SAMPLE_PERIOD if record else SPARSE), measure)
+    return {
+        **cell.values,
+        **measured,
+        "key": key(cell),
+        "delay": law.get("replanning_delay"),
+        "slope_source": law.get("slope_source"),
+        "gains": gains_told(law),
+        "adaptation_gain": law.get("adaptation_gain"),
+        "update": {None: "", True: "yes", False: "no"}[law.get("estimate_update")],
+        "start_estimate": math.degrees(law.get("initial_slope_estimate", math.nan)),
+        "error": " ".join((measured["error"] or "").split()),
+    }
 
 
 def measures_of(done: Walk) -> dict[str, Any]:
@@ -170,24 +140,24 @@ def walked(
         MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
-    wanted = {cell.key: cell for cell in cells}
+    wanted = {key(cell): cell for cell in cells}
     with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
         for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
             file.unlink()
         kept = {row["key"] for row in store.rows() if row["outcome"] != FAILED}
         todo = [
             cell
-            for key, cell in wanted.items()
-            if key not in kept or (cell.record and not record_path(folder, cell).exists())
+            for known, cell in wanted.items()
+            if known not in kept or (cell.values.get("record") and not record_path(folder, cell).exists())
         ]
         # MuJoCo's take the longest, and longer the more steps they have
-        todo.sort(key=lambda cell: (cell.engine != "mujoco", -(cell.steps or 0)))
+        todo.sort(key=lambda cell: (cell.values["engine"] != "mujoco", -int(cell.values.get(f"{LIMIT}.steps", 0))))
         ended = len(wanted) - len(todo)
-        walk_cells(partial(Cell.row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
+        walk_cells(partial(row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
         found = {row["key"]: row_of(row) for row in store.rows()}
-    return [found[cell.key] for cell in cells]
+    return [found[key(cell)] for cell in cells]
 
 
 def record_path(folder: Path, cell: Cell) -> Path:
     """Path of a cell's record."""
-    return folder / f"{cell.key}.npz"
+    return folder / f"{key(cell)}.npz"

@@ -49,6 +49,7 @@ DIGITS = 4
 Segments = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
 
+PLACE = ("ground", "pattern", "first")
 Place: TypeAlias = tuple[str, str, float]
 """A ground of Table II as it is read: the ground, its pattern, and the position of its first change, m."""
 

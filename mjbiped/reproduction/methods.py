@@ -7,10 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mjbiped.control.controller import Controller
-from mjbiped.control.registry import make_controller
 from mjbiped.reproduction.grounds import SECTION_5
-from mjbiped.robots.compass import Compass
 from mjbiped.terrain.terrain import Terrain
 
 DELAYS = (None, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -45,15 +42,13 @@ class Variant:
     gains: tuple[tuple[str, float], ...] = ()
     start_error: float = 0.0
 
-    def controller(self, terrain: Terrain, robot: Compass | None = None) -> Controller:
-        """Make the controller for a ground; comparison controllers are given its slope at the start."""
-        model, settings = robot or Compass(), {"slope_source": self.slope_source, **dict(self.gains)}
+    def law(self, terrain: Terrain) -> dict[str, Any]:
+        """Values of the law in a cell on a ground; comparison controllers are given its slope at the start."""
         if self.method == "adaptive":
-            return make_controller("adaptive", model, {"replanning_delay": self.delay})
-        law: Any = make_controller(NAMES[self.method], model, settings)
-        start = terrain.slope_at(0.0) + math.radians(self.start_error)
-        controller: Controller = replace(law, initial_slope_estimate=start)
-        return controller
+            return adaptive(self.delay)
+        start = math.degrees(terrain.slope_at(0.0)) + self.start_error
+        settings = {"slope_source": self.slope_source, **dict(self.gains), "initial_slope_estimate_deg": start}
+        return _law(NAMES[self.method], settings)
 
 
 SETTLED, BLIND, FITTED = (
@@ -81,6 +76,10 @@ def gains_told(law: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
-def adaptive(delay: float | None, **settings: Any) -> Controller:
-    """Make the paper's controller with its gains and Table I's robot, apart from some settings."""
-    return make_controller("adaptive", Compass(), {"replanning_delay": delay, **settings})
+def adaptive(delay: float | None, **settings: Any) -> dict[str, Any]:
+    """Values of the paper's controller in a cell, with its gains apart from some settings."""
+    return _law("adaptive", {"replanning_delay": delay, **settings})
+
+
+def _law(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {f"controller.{key}": value for key, value in {"name": name, **settings}.items()}

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
-from functools import partial
+from typing import Any
 
-from mjbiped.reproduction.cell import Cell
-from mjbiped.reproduction.grounds import READINGS, TABLE_3, Place, end_of, found_segments, found_terrain, terrain_of
+from mjbiped.reproduction.cell import cell
+from mjbiped.reproduction.grounds import (
+    PLACE,
+    READINGS,
+    TABLE_3,
+    Place,
+    end_of,
+    found_segments,
+    found_terrain,
+    terrain_of,
+)
 from mjbiped.reproduction.methods import FITTED, Variant, adaptive, variants
 from mjbiped.reproduction.rows import LENGTHS
 from mjbiped.reproduction.table_2 import Choice
-from mjbiped.robots.compass import Compass
+from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.terrain import Terrain
 
 DRAWN_DELAYS = (0.4, 0.8, None)
@@ -37,22 +46,24 @@ def on_table_2(
     part: str,
     engine: str,
     places: Iterable[Place],
-    chosen: Iterable[Variant],
+    chosen: Collection[Variant],
     steps: int = max(LENGTHS),
-    robot: Compass | None = None,
+    **robot: Any,
 ) -> list[Cell]:
     """List the walks of some variants of the methods on some of Table II's grounds as they are read."""
-    chosen = list(chosen)
+    read: list[tuple[Terrain, dict[str, Any]]] = [
+        (terrain_of(place), dict(zip(PLACE, place, strict=True))) for place in places
+    ]
     return [
-        Cell(engine, law(terrain, robot), terrain, "gait", steps, None, False, method, part, *place)
-        for place, terrain in ((place, terrain_of(place)) for place in places)
-        for law, method in ((variant.controller, variant.method) for variant in chosen)
+        cell(ground, each.law(ground), steps=steps, engine=engine, method=each.method, part=part, **place, **robot)
+        for ground, place in read
+        for each in chosen
     ]
 
 
 def table_2() -> list[Cell]:
     """List the walks of every variant of every method on every reading of every ground, in the hybrid engine."""
-    return on_table_2("table 2", "hybrid", READINGS, variants())
+    return on_table_2("table 2", "hybrid", READINGS, [*variants()])
 
 
 def misjudged(best: Choice) -> list[Cell]:
@@ -63,25 +74,25 @@ def misjudged(best: Choice) -> list[Cell]:
 
 def gravity(best: Choice) -> list[Cell]:
     """List the adaptive controller's walks on the best reading with g = 9.8 m/s²."""
-    mine, robot = [Variant("adaptive", best.delay)], Compass(gravity=OTHER_GRAVITY)
-    return on_table_2("gravity", "hybrid", best.places, mine, robot=robot)
+    mine, robot = [Variant("adaptive", best.delay)], dict[str, Any]({"robot.gravity": OTHER_GRAVITY})
+    return on_table_2("gravity", "hybrid", best.places, mine, **robot)
 
 
 def table_3(engine: str) -> list[Cell]:
     """List the walks of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
-    mixed = ("mixed", Terrain.mixed(), MIXED_STEPS, None)
-    found = ("found", found_terrain(), None, end_of(found_segments()))
+    role: dict[str, Any] = {"engine": engine, "initial": "rest", "part": "table 3"}
+    drawn = {delay: {**role, "record": delay in DRAWN_DELAYS} for delay in TABLE_3}
+    mixed, found, end = Terrain.mixed(), found_terrain(), end_of(found_segments())
     return [
-        Cell(engine, adaptive(delay), terrain, "rest", steps, to, delay in DRAWN_DELAYS, "adaptive", "table 3", ground)
-        for ground, terrain, steps, to in (mixed, found)
-        for delay in TABLE_3
+        *(cell(mixed, adaptive(delay), steps=MIXED_STEPS, ground="mixed", **mine) for delay, mine in drawn.items()),
+        *(cell(found, adaptive(delay), distance=end, ground="found", **mine) for delay, mine in drawn.items()),
     ]
 
 
 def start() -> list[Cell]:
     """List the first step alone of Table III's walks: from rest on level ground, in the hybrid engine."""
-    first = partial(Cell, part="start", ground="level")
-    return [first("hybrid", adaptive(delay), Terrain.level(), "rest", 1) for delay in TABLE_3]
+    role: dict[str, Any] = {"engine": "hybrid", "initial": "rest", "part": "start", "ground": "level"}
+    return [cell(Terrain.level(), adaptive(delay), steps=1, **role) for delay in TABLE_3]
 
 
 def figure_5(engine: str) -> list[Cell]:
@@ -95,5 +106,5 @@ def figure_5(engine: str) -> list[Cell]:
         for start in START_ESTIMATES
         for update in (True, False)
     ]
-    drawn = partial(Cell, record=True, part="figure 5", ground="mixed")
-    return [drawn(engine, law, Terrain.mixed(), "rest", MIXED_STEPS) for law in laws]
+    role: dict[str, Any] = {"engine": engine, "initial": "rest", "part": "figure 5", "ground": "mixed", "record": True}
+    return [cell(Terrain.mixed(), law, steps=MIXED_STEPS, **role) for law in laws]

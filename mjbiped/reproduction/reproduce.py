@@ -12,7 +12,7 @@ from mjbiped.plotting.style import make_small
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import Cell, record_path, walked
+from mjbiped.reproduction.cell import record_path, walked
 from mjbiped.reproduction.grounds import FILES, PRINTED, READINGS
 from mjbiped.reproduction.methods import BLIND, FITTED, METHODS, SETTLED, Variant, settled
 from mjbiped.reproduction.plan import on_table_2
@@ -20,7 +20,7 @@ from mjbiped.reproduction.report import checks, fit, table_2, table_3
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.rows import Row, select, write_rows
 from mjbiped.reproduction.table_2 import Choice, choices, sources_ranked
-from mjbiped.sweeps.cell import FAILED
+from mjbiped.sweeps.cell import FAILED, Cell
 from mjbiped.sweeps.store import make_folder
 from mjbiped.utils.files import saved
 from mjbiped.utils.markdown import markdown_table
@@ -91,7 +91,7 @@ def reproduce(
     recorded = [
         (row, Walk.load(record_path(walks, cell)))
         for row, cell in zip(rows, [*cells, *more], strict=True)
-        if cell.record
+        if cell.values.get("record")
     ]
     return rows, [*(report / name for name in texts), *draw(recorded, rows, report / PICTURES, folder / PRINTS)]
 

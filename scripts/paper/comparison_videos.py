@@ -12,11 +12,13 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
+from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frame
 from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
+from mjbiped.reproduction.cell import cell
 from mjbiped.reproduction.grounds import terrain_of
 from mjbiped.reproduction.methods import METHODS, Variant, settled
 from mjbiped.utils.files import written_whole
@@ -32,7 +34,8 @@ def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, ste
     chosen = {name: settled(name, source) for name in METHODS[1:]}
     chosen[METHODS[0]] = Variant(METHODS[0], reading.delay)
     return {
-        name: mjbiped.walk(chosen[name].controller(terrain), terrain, engine=engine, steps=steps) for name in METHODS
+        name: cell(terrain, chosen[name].law(terrain), steps=steps, engine=engine).walk(DEFAULT_SAMPLE_PERIOD)
+        for name in METHODS
     }
 
 

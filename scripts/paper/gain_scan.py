@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mjbiped.reproduction.cell import Cell, walked
+from mjbiped.reproduction.cell import cell, walked
 from mjbiped.reproduction.grounds import GROUNDS, terrain_of
 from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
 from mjbiped.reproduction.rows import as_csv
@@ -69,7 +69,7 @@ def scan(choice: Choice, folder: Path, tried: Sequence[Variant] | None = None) -
     chosen = settings() if tried is None else list(tried)
     grounds = {place[0]: terrain_of(place) for place in choice.places}
     cells = {
-        (variant, name): Cell("hybrid", variant.controller(ground), ground, steps=choice.length)
+        (variant, name): cell(ground, variant.law(ground), steps=choice.length, engine="hybrid")
         for name, ground in grounds.items()
         for variant in chosen
     }

@@ -12,17 +12,18 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mjbiped.reproduction import cell
-from mjbiped.reproduction.cell import Cell
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, UNEVEN, Segments, end_of
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.rows import Row, as_csv
 from mjbiped.reproduction.table_2 import choices, logs
+from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_scan import Tried
 
@@ -74,7 +75,8 @@ def segments_of(parameters: NDArray[np.float64]) -> tuple[tuple[float, float, fl
 def cells(segments: Segments) -> list[Cell]:
     """The walks of a ground in the hybrid engine: to its end from rest, one for each zeta of Table III."""
     terrain, end = Terrain.from_segments(segments), end_of(segments)
-    return [Cell("hybrid", adaptive(delay), terrain, initial="rest", steps=None, distance=end) for delay in TABLE_3]
+    role: dict[str, Any] = {"engine": "hybrid", "initial": "rest"}
+    return [cell.cell(terrain, adaptive(delay), distance=end, **role) for delay in TABLE_3]
 
 
 def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:

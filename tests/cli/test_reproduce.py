@@ -11,9 +11,10 @@ import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
+from mjbiped.reproduction import cell as cells
 from mjbiped.reproduction import methods, plan
 from mjbiped.reproduction import reproduce as whole
-from mjbiped.reproduction.cell import Cell
+from mjbiped.sweeps.cell import Cell
 
 
 @pytest.fixture
@@ -21,7 +22,9 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
     """A reproduction of the adaptive controller with one zeta, of PBC, without MuJoCo and processes."""
     all_of_table_2 = plan.table_2
     monkeypatch.setattr(methods, "DELAYS", (0.6,))
-    monkeypatch.setattr(plan, "table_2", lambda: [entry for entry in all_of_table_2() if entry.method == "adaptive"])
+    monkeypatch.setattr(
+        plan, "table_2", lambda: [entry for entry in all_of_table_2() if entry.values["method"] == "adaptive"]
+    )
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
     for chosen in ("BLIND", "FITTED"):
         monkeypatch.setattr(whole, chosen, {"PBC": getattr(methods, chosen)["PBC"]})
@@ -59,7 +62,7 @@ def test_page_table_and_figures_are_written(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.usefixtures("small")
 def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[Cell] = []
-    real = Cell.row
+    real = cells.row
 
     def interrupted(cell: Cell, folder: Path) -> dict[str, object]:
         begun.append(cell)
@@ -67,7 +70,7 @@ def test_interrupted_it_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.Mo
             raise KeyboardInterrupt
         return real(cell, folder)
 
-    monkeypatch.setattr(Cell, "row", interrupted)
+    monkeypatch.setattr(cells, "row", interrupted)
     result = run("reproduce", "--out", tmp_path, "--workers", 1)
     assert result.exit_code == 130
     assert "the same command goes on" in result.stderr.replace("\n", " ")

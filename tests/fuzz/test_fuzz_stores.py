@@ -11,9 +11,9 @@ import pytest
 from time_limits import within
 
 import mjbiped
-from controllers import PassiveController
 from mjbiped.errors import InputError, MjbipedError, RecordError
-from mjbiped.reproduction.cell import Cell, walked
+from mjbiped.reproduction.cell import cell as make_cell
+from mjbiped.reproduction.cell import walked
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import columns_of
@@ -147,7 +147,7 @@ def test_a_lock_that_is_none(columns: tuple[str, ...], tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
 def test_damaged_walks_are_walked_again_or_refused(tmp_path: Path) -> None:
-    cell = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
+    cell = make_cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="hybrid")
     walked([cell], tmp_path)
     table = (tmp_path / "walks.sqlite").read_bytes()
     refused: list[str] = []

@@ -11,8 +11,8 @@ from reproduction_rows import fallen, made_row
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_3
 from mjbiped.reproduction.grounds import TABLE_2 as PAPER
 from mjbiped.reproduction.plan import ADAPTATION_GAINS, START_ESTIMATES
-from mjbiped.reproduction.report.answers import Answer
 from mjbiped.reproduction.report.checks import BLIND, FITTED, FOUND, GROUPS, UNFITTED, checks, sections
+from mjbiped.reproduction.report.claims import Answer
 from mjbiped.reproduction.report.markdown import printed
 from mjbiped.reproduction.rows import COSTS, Row
 from mjbiped.reproduction.table_2 import Choice

@@ -14,6 +14,7 @@ from mjbiped.errors import InputError
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import TRUTH
 from mjbiped.reproduction import plan
+from mjbiped.reproduction.cell import cell, row
 from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.rows import row_of
@@ -24,7 +25,7 @@ def walks() -> list[mjbiped.Walk]:
     """Over a change of slope from rest, with the update and without."""
     ground = mjbiped.Terrain.slopes(length=0.8, change_deg=2.0)
     return [
-        mjbiped.walk(adaptive(0.8, estimate_update=update), ground, engine="hybrid", steps=5, initial="rest")
+        cell(ground, adaptive(0.8, estimate_update=update), steps=5, engine="hybrid", initial="rest").walk(5e-3)
         for update in (True, False)
     ]
 
@@ -69,7 +70,7 @@ def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path:
 
 
 def test_table_3_shows_the_engines_that_walked(tmp_path: Path) -> None:
-    rows = [row_of(cell.row()) for cell in plan.table_3("hybrid")]
+    rows = [row_of(row(cell)) for cell in plan.table_3("hybrid")]
     figure = plot_table_3(rows, tmp_path / "table.png")
     labels = [line.get_label() for line in figure.axes[0].lines]
     assert "hybrid" in labels

@@ -10,7 +10,7 @@ import pytest
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import Cell
+from mjbiped.reproduction.cell import row as row_as_walked
 from mjbiped.reproduction.grounds import (
     GROUNDS,
     PRINTED,
@@ -22,12 +22,13 @@ from mjbiped.reproduction.grounds import (
     TABLE_3,
 )
 from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
-from mjbiped.reproduction.report.checks_figures import ZERO
+from mjbiped.reproduction.report.claims import ZERO
 from mjbiped.reproduction.report.table_3 import distance, walks_of
 from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
 from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, row_of, write_rows
 from mjbiped.reproduction.table_2 import choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES
+from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import placebo
@@ -116,7 +117,7 @@ def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
 
 def compare(cell: Cell, known: dict[tuple[object, ...], Row]) -> None:
     """Walk a cell again and compare it with its row."""
-    fresh = row_of(cell.row())
+    fresh = row_of(row_as_walked(cell))
     row = known[identity(fresh)]
     assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
     for name in ("place", "ankle", "hip", "friction", "least_force"):

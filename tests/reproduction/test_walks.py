@@ -14,23 +14,24 @@ from pathlib import Path
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction.cell import Cell, record_path, walked
+from mjbiped.reproduction.cell import cell, key, record_path, walked
+from mjbiped.reproduction.methods import adaptive
 from mjbiped.reproduction.rows import Row, row_of
+from mjbiped.sweeps.cell import Cell
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import sys
 from pathlib import Path
 import mjbiped
-from controllers import PassiveController
-from mjbiped.reproduction.cell import Cell, walked
+from mjbiped.reproduction.cell import cell, walked
 
 if __name__ == "__main__":
     ground = mjbiped.Terrain.incline(2.0)
-    cells = [Cell("mujoco", PassiveController(), ground, steps=2)]
-    cells += [Cell("mujoco", PassiveController(), ground, steps=None, distance=place) for place in (1000.0, 1001.0)]
+    law = {"controller.name": "passive"}
+    cells = [cell(ground, law, engine="mujoco", steps=2)]
+    cells += [cell(ground, law, engine="mujoco", distance=place) for place in (1000.0, 1001.0)]
     try:
         walked(cells, Path(sys.argv[1]), workers=1)
     except KeyboardInterrupt:
@@ -39,12 +40,16 @@ if __name__ == "__main__":
 
 
 @pytest.fixture
-def cells(controller: AdaptiveController) -> list[Cell]:
-    return [Cell("hybrid", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.01, 0.0, 0.01)]
+def cells() -> list[Cell]:
+    return [on_stairs(rise) for rise in (-0.01, 0.0, 0.01)]
+
+
+def on_stairs(rise: float, engine: str = "hybrid") -> Cell:
+    return cell(mjbiped.Terrain.stairs(rise=rise), adaptive(0.8), steps=3, engine=engine)
 
 
 def results(folder: Path, cells: list[Cell], workers: int = 1, *, fresh: bool = False) -> dict[str, Row]:
-    return dict(zip([cell.key for cell in cells], walked(cells, folder, fresh=fresh, workers=workers), strict=True))
+    return dict(zip(map(key, cells), walked(cells, folder, fresh=fresh, workers=workers), strict=True))
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -52,7 +57,7 @@ def test_finished_cells_are_not_walked_again(
     cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Cell] = []
-    real = Cell.row
+    real = walks.row
 
     def counting(cell: Cell, folder: Path) -> dict[str, object]:
         begun.append(cell)
@@ -60,7 +65,7 @@ def test_finished_cells_are_not_walked_again(
             raise KeyboardInterrupt
         return real(cell, folder)
 
-    monkeypatch.setattr(Cell, "row", counting)
+    monkeypatch.setattr(walks, "row", counting)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*cells, cells[0]])
     found = results(tmp_path, cells)
@@ -75,27 +80,27 @@ def test_finished_cells_are_not_walked_again(
 def test_failed_cells_are_told_and_tried_again(
     cells: list[Cell], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    uphill = Cell("hybrid", PassiveController(), mjbiped.Terrain.incline(-3.0), steps=2)
+    uphill = cell(mjbiped.Terrain.incline(-3.0), {"controller.name": "passive"}, steps=2, engine="hybrid")
     found = results(tmp_path, [uphill, cells[0]])
-    assert found[uphill.key].outcome == "failed"
-    assert found[uphill.key].error
-    assert found[cells[0].key].finished
-    monkeypatch.setattr(Cell, "row", lambda cell, **_: {"key": cell.key, "outcome": "finished"})
+    assert found[key(uphill)].outcome == "failed"
+    assert found[key(uphill)].error
+    assert found[key(cells[0])].finished
+    monkeypatch.setattr(walks, "row", lambda cell, **_: {"key": key(cell), "outcome": "finished"})
     again = results(tmp_path, [uphill, cells[0]])
-    assert again[uphill.key].finished
-    assert repr(again[cells[0].key]) == repr(found[cells[0].key])
+    assert again[key(uphill)].finished
+    assert repr(again[key(cells[0])]) == repr(found[key(cells[0])])
 
 
 @pytest.mark.usefixtures("studies_in_threads")
-def test_lost_record_is_walked_again(controller: AdaptiveController, tmp_path: Path) -> None:
-    cell = Cell("hybrid", controller, mjbiped.Terrain.level(), steps=2, record=True)
-    results(tmp_path, [cell])
-    first = mjbiped.Walk.load(record_path(tmp_path, cell))
-    record_path(tmp_path, cell).unlink()
-    results(tmp_path, [cell])
-    assert mjbiped.Walk.load(record_path(tmp_path, cell)) == first
+def test_lost_record_is_walked_again(tmp_path: Path) -> None:
+    kept = cell(mjbiped.Terrain.level(), adaptive(0.8), steps=2, engine="hybrid", record=True)
+    results(tmp_path, [kept])
+    first = mjbiped.Walk.load(record_path(tmp_path, kept))
+    record_path(tmp_path, kept).unlink()
+    results(tmp_path, [kept])
+    assert mjbiped.Walk.load(record_path(tmp_path, kept)) == first
     results(tmp_path, [], fresh=True)
-    assert not record_path(tmp_path, cell).exists()
+    assert not record_path(tmp_path, kept).exists()
 
 
 def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
@@ -109,11 +114,11 @@ def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_results_do_not_depend_on_the_number_of_processes(controller: AdaptiveController, tmp_path: Path) -> None:
-    cells = [Cell("mujoco", controller, mjbiped.Terrain.stairs(rise=rise), steps=3) for rise in (-0.02, 0.0, 0.01)]
+def test_results_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
+    cells = [on_stairs(rise, "mujoco") for rise in (-0.02, 0.0, 0.01)]
     one = results(tmp_path / "one", cells)
     assert repr(results(tmp_path / "two", cells, workers=2)) == repr(one)
-    assert repr(one[cells[0].key]) == repr(row_of(cells[0].row()))
+    assert repr(one[key(cells[0])]) == repr(row_of(walks.row(cells[0])))
 
 
 def _begin(folder: Path) -> subprocess.Popen[bytes]:
@@ -161,9 +166,9 @@ def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkey
         time.sleep(0.1)
     if kind == signal.SIGINT:
         assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
-    cell = Cell("mujoco", PassiveController(), mjbiped.Terrain.incline(2.0), steps=2)
+    first = cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="mujoco")
     monkeypatch.setattr(walks, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
-    kept = results(tmp_path / "walks", [cell])[cell.key]
+    kept = results(tmp_path / "walks", [first])[key(first)]
     assert kept.finished
     assert kept.steps == 2
 

@@ -1,11 +1,11 @@
-"""Claims of the paper about its tables and figures, tested on our walks."""
+"""All claims of the paper about its tables and figures, answered by engine and group, and counted."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from mjbiped.reproduction.report import checks_figures, checks_table_2
-from mjbiped.reproduction.report.answers import Answer
+from mjbiped.reproduction.report import claims
+from mjbiped.reproduction.report.claims import Answer
 from mjbiped.reproduction.report.markdown import ENGINES, NONE, body
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.table_2 import Choice
@@ -21,11 +21,11 @@ def checks(rows: Sequence[Row], best: Choice) -> list[Answer]:
         answer._replace(engine=engine, group=group)
         for engine in ENGINES
         for group, answers in (
-            (UNFITTED, checks_table_2.of_adaptive(rows, best, engine)),
-            (BLIND, checks_table_2.of_all_methods(rows, best, engine, "blind")),
-            (FITTED, checks_table_2.of_all_methods(rows, best, engine, "fitted")),
-            (UNFITTED, checks_figures.answers(rows, "mixed", "On our mixed ground", engine)),
-            (FOUND, checks_figures.answers(rows, "found", "On the ground that was found", engine)),
+            (UNFITTED, claims.of_adaptive(rows, best, engine)),
+            (BLIND, claims.of_all_methods(rows, best, engine, "blind")),
+            (FITTED, claims.of_all_methods(rows, best, engine, "fitted")),
+            (UNFITTED, claims.of_figures(rows, "mixed", "On our mixed ground", engine)),
+            (FOUND, claims.of_figures(rows, "found", "On the ground that was found", engine)),
         )
         for answer in answers
     ]
@@ -33,23 +33,22 @@ def checks(rows: Sequence[Row], best: Choice) -> list[Answer]:
 
 def sections(asked: Sequence[Answer]) -> dict[str, str]:
     """Fill the template's places about the claims, by name."""
-    by_claim, parts = _by_claim(asked, GROUPS), {}
+    parts = {}
     for group in GROUPS:
         mine = _by_claim(asked, (group,))
-        lines = [
+        parts[f"missed_{group}"] = _missed(mine)
+        parts[f"checks_{group}"] = body(
             [claim, source, *(said[engine].verdict if engine in said else NONE for engine in ENGINES)]
             for (_, claim, source), said in mine.items()
-        ]
-        parts[f"missed_{group}"] = _missed(mine)
-        parts[f"checks_{group}"] = body(lines)
+        )
     counting = _by_claim(asked, _COUNTING)
-    denied = [
+    denied = (
         [claim, source, " and ".join(ENGINES[engine] for engine, each in said.items() if each.holds is False)]
         for (_, claim, source), said in counting.items()
-    ]
+    )
     return {
         **parts,
-        "claims_alike": _alike(by_claim),
+        "claims_alike": _alike(_by_claim(asked, GROUPS)),
         "missed_without_the_table": _missed(counting),
         "denied": body(line for line in denied if line[2]),
     }
@@ -81,13 +80,13 @@ def what_counts(asked: Iterable[Answer]) -> str:
 
 def _missed(asked: Asked) -> str:
     """Count the claims that an engine denies, out of those that have an answer."""
-    known = [[each.holds for each in said.values() if each.holds is not None] for said in asked.values()]
-    return f"{sum(not all(said) for said in known)} of {sum(bool(said) for said in known)}"
+    known = [{each.holds for each in said.values()} - {None} for said in asked.values()]
+    return f"{sum(False in said for said in known)} of {sum(map(bool, known))}"
 
 
 def _alike(asked: Asked) -> str:
     """Count the claims on which the engines agree, and list the others."""
-    both = [(claim, {each.holds for each in said.values()}) for (_, claim, _), said in asked.items() if len(said) == 2]
-    both = [(claim, holds) for claim, holds in both if None not in holds]
-    apart = [f"\n* {claim}" for claim, holds in both if len(holds) == 2]
+    both = {claim: {each.holds for each in said.values()} for claim, said in asked.items() if len(said) == 2}
+    both = {claim: holds for claim, holds in both.items() if None not in holds}
+    apart = [f"\n* {claim}" for (_, claim, _), holds in both.items() if len(holds) == 2]
     return f"{len(both) - len(apart)} of {len(both)}" + (f"; they differ on\n{''.join(apart)}" if apart else ".")

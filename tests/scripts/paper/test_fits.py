@@ -11,8 +11,9 @@ import pytest
 from reproduction_rows import read_grounds
 
 import mjbiped
+from mjbiped.reproduction import cell as cells
 from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import Cell, measures_of
+from mjbiped.reproduction.cell import cell, measures_of
 from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
 from mjbiped.reproduction.methods import (
     BLIND,
@@ -91,16 +92,16 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
         for entry in plan.on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
-            walk = entry.walk()
+            walk, cost = entry.walk(), each.cost[str(entry.values["ground"])]
             if walk.outcome == "finished":
                 # six digits are kept
-                assert each.cost[entry.ground] == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
+                assert cost == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
             else:
-                assert math.isnan(each.cost[entry.ground])
-                assert each.ended[entry.ground] == walk.steps + 1
+                assert math.isnan(cost)
+                assert each.ended[str(entry.values["ground"])] == walk.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(Cell, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
+    monkeypatch.setattr(cells, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
     assert write_tried(gain_scan.scan(SHORT, tmp_path, SOME)) == text
 
 
@@ -170,7 +171,7 @@ def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
         assert found.met < found.numbers, "but not in value"
     for each in fitted(tried).values():
         if each.variant.method in ("PBC", "KETC"):
-            law = each.variant.controller(Terrain.level())
+            law = cell(Terrain.level(), each.variant.law(Terrain.level()), engine="hybrid").controller()
             start = (*GAIT.start[:3], GAIT.start[3] + 0.01)
             walk = mjbiped.walk(law, Terrain.level(), engine="hybrid", steps=80, sample_period=None, initial=start)
             steps = np.diff(walk.touchdowns["x"])
@@ -198,8 +199,8 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table() -> Non
 def test_a_slope_told_wrong_at_the_start_is_the_ground_s_and_the_error() -> None:
     ground = Terrain.incline(2.0)
     for wrong in (0.0, plan.START_ERROR, -plan.START_ERROR):
-        law = replace(BLIND["PBC"], start_error=wrong).controller(ground)
-        assert math.degrees(law.describe()["initial_slope_estimate"]) == pytest.approx(2.0 + wrong, rel=1e-12)
+        law = replace(BLIND["PBC"], start_error=wrong).law(ground)
+        assert law["controller.initial_slope_estimate_deg"] == pytest.approx(2.0 + wrong, rel=1e-12)
 
 
 def test_gains_that_settle_are_those_found() -> None:
