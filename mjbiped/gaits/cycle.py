@@ -29,6 +29,7 @@ one is as good between its steps as at their ends, and the coarse one leads to g
 LONGEST = 10.0  # longest part of a step; steps take 2
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad
 MOST_TRIALS = 100  # steps tried for one gait; those that are found take 10 to 60
+MOST_COARSE = 25  # in a coarse search, from a close guess: 10 to 17
 MOST_ASKED = 100.0
 """Evaluations of a motion times its longest step: those that walk need some 40 of it, a wild one would take seconds."""
 
@@ -175,10 +176,10 @@ def limit_cycle(robot: Robot, slope: float, guess: Array, precision: tuple[float
         return difference
 
     # eps: relative differences of 1e-5, for the integration's noise is 1e-11
-    exact = 1e-7 if precision is COARSE else 1e-12
+    exact, most = (1e-7, MOST_COARSE) if precision is COARSE else (1e-12, MOST_TRIALS)
     try:
         solution = scipy.optimize.root(  # type: ignore[call-overload]  # the stubs misspell maxfev
-            mismatch, guess, method="hybr", tol=exact, options={"eps": 1e-10, "maxfev": MOST_TRIALS}
+            mismatch, guess, method="hybr", tol=exact, options={"eps": 1e-10, "maxfev": most}
         )
     except GaitError:
         return None
