@@ -338,7 +338,7 @@ def _place(c: Constants, w: State, y: Numbers, which: int) -> tuple[float, float
 
 def stance_foot(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
     """Place x, z, m, of the stance foot: of a round one the centre of its arc, of one that is a body the ankle."""
-    return _place(c, w, y, BASE)
+    return pivot(c, w, y) if c.foot < 0 else _place(c, w, y, BASE)
 
 
 def swing_foot(c: Constants, w: State, y: Numbers) -> tuple[float, float]:
