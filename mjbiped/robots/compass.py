@@ -191,5 +191,5 @@ class Compass(StraightLegs):
         return np.array([q2, q1]), np.array(impact_rates(self.constants, q1, q2, dq1, dq2))
 
     def to_dict(self) -> dict[str, Any]:
-        """The parameters alone: records had no other robots once."""
-        return self._told()
+        """Kind and parameters; of a compass biped itself no kind: records had no other robots once."""
+        return self._told() if self.kind == Compass.kind else super().to_dict()

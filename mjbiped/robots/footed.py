@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -103,10 +103,6 @@ class FootedCompass(Compass):
     def bodies(self) -> Bodies:
         """A leg and a foot on either side of the hip."""
         return Bodies("footed_scene.xml", self.hip_mass, (self._leg_alone,), foot=self.foot)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Kind and parameters; see `Robot.to_dict`."""
-        return {"kind": self.kind, **self._told()}
 
     def limbs(self, qpos: ArrayLike) -> Array:
         """Positions of hip, ankle and the sole's point below it; see `Robot.limbs`."""

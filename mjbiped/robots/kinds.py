@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from mjbiped.robots.compass import Compass
@@ -50,6 +50,8 @@ def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
 def robot_from(described: Mapping[str, Any]) -> Robot:
     """The robot that `Robot.to_dict` described; one without a kind is a compass biped, as in records of old.
 
+    A class of somebody's own is known by its `kind` as soon as its module is imported.
+
     Raises:
         TypeError: A parameter is missing or unknown, or it is no mapping.
         InputError: The kind is unknown, or a number is outside its domain.
@@ -57,5 +59,12 @@ def robot_from(described: Mapping[str, Any]) -> Robot:
     if not isinstance(described, Mapping):
         raise TypeError(f"a robot is described by names and numbers, not by a {type(described).__name__}")
     parameters = dict(described)
-    kind = KINDS[known_name("kind of robot", parameters.pop("kind", Compass.kind), KINDS)]
-    return kind(**parameters)
+    known = {**{kind.kind: kind for kind in _derived(Robot) if hasattr(kind, "kind")}, **KINDS}
+    return known[known_name("kind of robot", parameters.pop("kind", Compass.kind), known)](**parameters)
+
+
+def _derived(kind: type[Robot]) -> Iterator[type[Robot]]:
+    """All classes that derive from a class of robots."""
+    for each in kind.__subclasses__():
+        yield each
+        yield from _derived(each)

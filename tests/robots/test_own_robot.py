@@ -1,16 +1,25 @@
-"""A robot of somebody's own is a description of its bodies: both engines and the paper's law walk with it."""
+"""Robots of somebody's own: described by its bodies, one walks in both engines; by its linkage, in the hybrid one."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
+import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Memory as State
+from mjbiped.dynamics.linkage import Linkage
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies, Segment
+from mjbiped.robots.chain import Chain, chain_by
+from mjbiped.robots.mechanism import linkage_with
+from mjbiped.robots.straight_legs import StraightLegs
 from mjbiped.utils import domains
 
 
@@ -48,3 +57,116 @@ def test_the_papers_law_walks_with_it() -> None:
     gait = mjbiped.find_passive_gait(mjbiped.Compass(), slope=math.radians(2.0))
     walk = mjbiped.walk(AdaptiveController(LeaningCompass(), gait), mjbiped.Terrain.level(), engine="hybrid", steps=10)
     assert walk.outcome == "finished"
+
+
+@dataclass(frozen=True)
+class TrunkCompass(StraightLegs):
+    """Straight legs, and a trunk on a hinge at the hip."""
+
+    trunk_mass: Annotated[float, domains.LEG_MASS] = 10.0
+    trunk_centre: Annotated[float, domains.LENGTH] = 0.3
+
+    kind: ClassVar[str] = "trunk"
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "trunk")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "waist")
+    places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, "trunk")
+
+    @property
+    def total_mass(self) -> float:
+        return 2 * self.leg_mass + self.hip_mass + self.trunk_mass
+
+    @cached_property
+    def linkages(self) -> tuple[Linkage, ...]:
+        stance, swing, trunk = np.eye(3, dtype=np.complex128)
+        hip = self.leg_length * stance
+        masses = [
+            (self.leg_mass, self.leg_inertia, 0, self.lower_length * stance),
+            (self.leg_mass, self.leg_inertia, 1, hip - self.upper_length * swing),
+            (self.hip_mass, 0.0, -1, hip),
+            (self.trunk_mass, 0.0, -1, hip + self.trunk_centre * trunk),
+        ]
+        end = hip - self.leg_length * swing
+        return (linkage_with(masses, hip, end, 0 * hip, angles=3, gravity=self.gravity),)
+
+    @cached_property
+    def chains(self) -> dict[int, Chain]:
+        return {3: chain_by(self.linkages[0], (0, 1, 2))}
+
+    def posture(
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
+        return (*super().posture(foot, stance, angles[:2]), angles[2])
+
+
+class Upright(Controller):
+    """Holds the trunk upright and swings the leg forward."""
+
+    robot, gait = TrunkCompass(), None
+    joints = TrunkCompass.joints
+
+    def torque(self, memory: State, t: float, q: Numbers, dq: Numbers) -> tuple[float, float, float]:
+        waist = -400.0 * q[2] - 40.0 * dq[2]
+        return 0.0, waist - 120.0 * (q[1] + 0.25) - 14.0 * dq[1], waist
+
+
+def momenta(q: Numbers, dq: Numbers, *, landed: bool) -> list[float]:
+    """Angular momenta that a touchdown keeps, kg m^2/s, while the stance foot stands.
+
+    Args:
+        q: Angles, shape (3,), rad.
+        dq: Rates, rad/s.
+        landed: Whether the touchdown has taken place.
+
+    Returns:
+        Of the robot about the foot that strikes, of the leg that leaves the ground and of the trunk about the hip.
+    """
+    robot, up = TrunkCompass(), 1j * np.exp(-1j * np.asarray(q))  # places are x + i z
+    sides = np.array([[0, 0, 0], [robot.lower_length, 0, 0], [robot.leg_length, -robot.upper_length, 0],
+                      [robot.leg_length, 0, robot.trunk_centre]])  # fmt: skip
+    places, velocities = sides @ up, sides @ (-1j * np.asarray(dq) * up)
+    spins = np.array([0.0, robot.leg_inertia * dq[0], robot.leg_inertia * dq[1], 0.0])
+    masses = np.array([0.0, robot.leg_mass, robot.leg_mass, robot.trunk_mass])
+
+    def about(point: complex, parts: list[int]) -> float:
+        levers = (places - point)[parts]
+        return float(np.sum(spins[parts] - masses[parts] * (levers.conj() * velocities[parts]).imag))
+
+    hip = robot.leg_length * up[0]
+    struck = 0j if landed else hip - robot.leg_length * up[1]
+    return [about(struck, [1, 2, 3]), about(hip, [2 if landed else 1]), about(hip, [3])]
+
+
+def test_a_trunk_walks_and_keeps_its_momenta_at_touchdowns(tmp_path: Path) -> None:
+    start = (-0.2, 0.2, 0.0, 1.4, 0.5, 0.0)
+    ground = mjbiped.Terrain.incline(3.0)
+    walk = mjbiped.walk(Upright(), ground, engine="hybrid", initial=start, steps=30)
+    assert walk.outcome == "finished"
+    columns = walk.touchdowns
+    for before, rates_before, after, rates in zip(
+        columns["q_before"], columns["dq_before"], columns["q"], columns["dq"], strict=True
+    ):
+        kept = momenta(before, rates_before, landed=False)
+        np.testing.assert_allclose(momenta(after, rates, landed=True), kept, rtol=1e-9, atol=1e-9)
+    walk.save(tmp_path / "trunk.npz")
+    assert mjbiped.Walk.load(tmp_path / "trunk.npz").robot == TrunkCompass()
+
+
+def test_mujoco_says_why_it_does_not_build_a_trunk() -> None:
+    with pytest.raises(mjbiped.InputError, match=r"of 10 kg, and a TrunkCompass weighs 20 kg; .*engine='hybrid'"):
+        mjbiped.walk(Upright(), mjbiped.Terrain.level(), initial=(-0.2, 0.2, 0.0, 1.4, 0.5, 0.0), steps=1)
+
+
+def test_energy_of_a_trunk_is_that_of_its_motion() -> None:
+    class Limp(Upright):
+        def torque(self, memory: State, t: float, q: Numbers, dq: Numbers) -> tuple[float, float, float]:
+            return 0.0, 0.0, 0.0
+
+    start = (-0.2, 0.2, 0.1, 1.4, 0.5, 0.0)
+    walk = mjbiped.walk(
+        Limp(), mjbiped.Terrain.incline(3.0), engine="hybrid", initial=start, steps=1, sample_period=0.02
+    )
+    energies = [
+        TrunkCompass().energy(q, dq, walk.terrain.angle[0])
+        for q, dq in zip(walk.samples["q"], walk.samples["dq"], strict=True)
+    ]
+    np.testing.assert_allclose(energies[:20], energies[0], rtol=1e-9)

@@ -12,7 +12,6 @@ from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
 from mjbiped.records.recorder import Cancellation, never_cancelled
-from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -31,7 +30,7 @@ class Hybrid(Engine):
     """
 
     name: ClassVar[str] = "hybrid"
-    robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
+    robots: ClassVar[tuple[type[Robot], ...]] = (Robot,)
 
     tolerance: Annotated[float, domains.TOLERANCE] = TOLERANCE
 

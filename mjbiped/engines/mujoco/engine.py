@@ -19,7 +19,6 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.recorder import Cancellation, never_cancelled
-from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
@@ -62,7 +61,7 @@ class Mujoco(Options, Engine):
     """
 
     name: ClassVar[str] = "mujoco"
-    robots: ClassVar[tuple[type[Robot], ...]] = tuple(KINDS.values())
+    robots: ClassVar[tuple[type[Robot], ...]] = (Robot,)
 
     def check(self, plan: Plan) -> None:
         """Refuse legs for which contacts are not resolved, bodies too light, and a servo where there can be none.

@@ -40,12 +40,21 @@ CORNERS = 16
 
 
 def check_masses(robot: Robot) -> None:
-    """Refuse a robot with a body that MuJoCo's compiler takes for one without mass or inertia.
+    """Refuse a robot with a body that MuJoCo's compiler takes for one without mass or inertia, or with more bodies.
 
     Raises:
-        InputError: It has one.
+        InputError: It has one, or weighs more than its `bodies`, which are all that the scene is made of.
     """
     bodies = robot.bodies
+    foot_mass = bodies.foot.mass if bodies.foot else 0.0
+    legs = 2 if len(bodies.limbs) == 2 else 1  # the spokes of a wheel are one body
+    built = bodies.hip_mass + legs * (sum(segment.mass for segment in bodies.leg) + foot_mass)
+    if not math.isclose(built, robot.total_mass, rel_tol=1e-9):
+        raise InputError(
+            f"MuJoCo's scene is made of the robot's `bodies`, a hip and legs, of {built:g} kg, and a "
+            f"{type(robot).__name__} weighs {robot.total_mass:g} kg; walk it with engine='hybrid', which takes its "
+            "linkages"
+        )
     values = {segment.name: min(segment.mass, _inertia(segment, robot.leg_length)) for segment in bodies.leg}
     values["hip"] = _hip_mass(robot)
     if bodies.foot is not None:
