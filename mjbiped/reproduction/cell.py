@@ -18,12 +18,14 @@ from mjbiped.records.record import Walk
 from mjbiped.reproduction.methods import gains_told
 from mjbiped.reproduction.rows import COLUMNS, COSTS, Row, row_of
 from mjbiped.reproduction.traces import traced
-from mjbiped.sweeps.cell import FAILED, LIMIT, SPARSE, Cell, attempt
+from mjbiped.rules.termination import Outcome
+from mjbiped.sweeps.cell import LIMIT, SPARSE, Cell, attempt
 from mjbiped.sweeps.run import machinery, walk_cells
 from mjbiped.sweeps.store import opened
 from mjbiped.terrain.terrain import Terrain
 
 _KEY_DIGITS = 24  # hexadecimal
+_ENDS = {outcome.words for outcome in Outcome}
 
 
 def cell(
@@ -144,7 +146,7 @@ def walked(
     with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
         for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
             file.unlink()
-        kept = {row["key"] for row in store.rows() if row["outcome"] != FAILED}
+        kept = {row["key"] for row in store.rows() if row["outcome"] in _ENDS}  # others failed, or are damaged
         todo = [
             cell
             for known, cell in wanted.items()
