@@ -170,7 +170,7 @@ def _own_controller(value: str) -> str:
     raise InputError(f"{shown(value)}; expected {FORMS}; registered controllers are found by themselves")
 
 
-def _reference(value: Any) -> str:
+def _reference(value: object) -> str:
     parse_reference(value)
     return str(value)
 

@@ -44,7 +44,7 @@ def _sentence(text: str) -> str:
     return text.partition(". ")[0].removesuffix(".") + "."
 
 
-def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Callable[[Function], Function]:
+def field_options(section: str, kind: type, *names: str, **defaults: object) -> Callable[[Function], Function]:
     """Return options that set fields of a dataclass, whose annotations say what is valid, and whose docstring why.
 
     Args:

@@ -40,7 +40,7 @@ def why_none(kind: type) -> str:
     )
 
 
-def shown_defaults(settings: Mapping[str, Any]) -> str:
+def shown_defaults(settings: Mapping[str, object]) -> str:
     """Write settings with their defaults for a message."""
     return ", ".join(f"{key} (needed)" if value is REQUIRED else f"{key}={value}" for key, value in settings.items())
 
@@ -90,7 +90,7 @@ def _kinds(kind: type, name: str) -> tuple[Any, ...]:
     return () if Any in kinds else kinds
 
 
-def _fits(value: object, wanted: tuple[Any, ...]) -> bool:
+def _fits(value: object, wanted: tuple[object, ...]) -> bool:
     """Whether a value is of one of some types, or of any type where none is known."""
 
     def fits(kind: object) -> bool:

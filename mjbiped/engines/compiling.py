@@ -135,7 +135,7 @@ def _keys(plan: Plan) -> tuple[str, str]:
 
 
 @lru_cache(maxsize=256)
-def _law_key(functions: tuple[Any, ...], wrappers: Any) -> str:
+def _law_key(functions: tuple[object, ...], wrappers: object) -> str:
     return _digest(_sources(), [described(part) for part in with_callees(*functions)], wrappers)
 
 
@@ -147,5 +147,5 @@ def _sources() -> str:
     return _digest(*(file.read_bytes() for file in files))
 
 
-def _digest(*parts: Any) -> str:
+def _digest(*parts: object) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()

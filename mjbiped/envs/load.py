@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 def load(
     task: str,
-    task_kwargs: Mapping[str, Any] | None = None,
-    environment_kwargs: Mapping[str, Any] | None = None,
+    task_kwargs: Mapping[str, object] | None = None,
+    environment_kwargs: Mapping[str, object] | None = None,
 ) -> dm_env.Environment:
     """Make an environment of dm_control, as `dm_control.suite.load` does.
 

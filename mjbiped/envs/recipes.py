@@ -99,7 +99,7 @@ class Recipe(Generic[Made]):
                 self.made({name: draw.ends[end] for name, draw in self.draws.items()})
 
 
-def _changed(name: str, value: Any, change: Callable[[str, Any], Any]) -> Any:
+def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> Any:
     """Replace the distributions in a value by what a function of their dotted names and themselves says."""
     if isinstance(value, Mapping | Draw):
         return change(name, value)
@@ -125,7 +125,7 @@ def _given(made: Made, _: dict[str, Any]) -> Made:
     return made
 
 
-def robot_recipe(value: Robot | str | Mapping[str, Any]) -> Recipe[Robot]:
+def robot_recipe(value: Robot | str | Mapping[str, object]) -> Recipe[Robot]:
     """Read the setting `robot`.
 
     Args:
@@ -141,7 +141,7 @@ def _robot(parameters: dict[str, Any]) -> Robot:
     return robot_named(parameters.pop("kind", Compass.kind), parameters)
 
 
-def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recipe[Terrain]:
+def terrain_recipe(value: Terrain | str | Mapping[str, object], task: str) -> Recipe[Terrain]:
     """Read the setting `terrain`.
 
     Args:
@@ -164,7 +164,7 @@ def _terrain(parameters: dict[str, Any]) -> Terrain:
     return Terrain.preset(**parameters)
 
 
-def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recipe[Disturbances]:
+def disturbances_recipe(value: Disturbances | Mapping[str, object] | None) -> Recipe[Disturbances]:
     """Read the setting `disturbances`.
 
     Args:

@@ -155,7 +155,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
-        **settings: Any,
+        **settings: object,
     ) -> None:
         """Make the environment; the class's table describes the arguments.
 

@@ -81,7 +81,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         """Value of an attribute of the environment, which all robots share, once for each."""
         return [getattr(self.robots, attr_name) for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: int | Sequence[int] | None = None) -> None:
+    def set_attr(self, attr_name: str, value: object, indices: int | Sequence[int] | None = None) -> None:
         """Refuse: the robots share one environment, whose settings are fixed.
 
         Raises:
@@ -90,7 +90,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         raise InputError(f"{attr_name} cannot be set: give settings when the environment is made")
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: int | Sequence[int] | None = None, **method_kwargs: Any
+        self, method_name: str, *method_args: object, indices: int | Sequence[int] | None = None, **method_kwargs: object
     ) -> list[Any]:
         """Call a method that takes a robot's number first, such as `walk`, for each robot."""
         method = getattr(self.robots, method_name)

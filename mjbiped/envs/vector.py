@@ -46,7 +46,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         max_episode_steps: int | None = None,
         threads: int | None = None,
         render_mode: None = None,
-        **settings: Any,
+        **settings: object,
     ) -> None:
         """Make the environment.
 
@@ -142,6 +142,6 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""
         return self.walkers.walk(index)
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: object) -> None:
         """End the threads, and release the simulations."""
         self.walkers.close()

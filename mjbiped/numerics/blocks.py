@@ -38,10 +38,10 @@ class Block:
         def __getattr__(self, name: str) -> Any:
             """Any field."""
 
-        def __setattr__(self, name: str, value: Any) -> None:
+        def __setattr__(self, name: str, value: object) -> None:
             """Change a field."""
 
-    def __init__(self, **fields: Any) -> None:
+    def __init__(self, **fields: object) -> None:
         """Let floats be floats in machine code, and all else integers and addresses."""
         vars(self).update(fields)
         kinds = [(name, np.float64 if isinstance(value, float) else np.int64) for name, value in fields.items()]
@@ -49,7 +49,7 @@ class Block:
         assert getattr(type(self), "layout", layout) == layout, "blocks of one kind are alike"
         type(self).layout = layout
 
-    def but(self, **changed: Any) -> Self:
+    def but(self, **changed: object) -> Self:
         """A copy with other values of some fields."""
         return type(self)(**{**vars(self), **changed})
 

@@ -170,7 +170,7 @@ def check_installed() -> None:
         needed(module, "report", "a report")
 
 
-def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mapping[str, Any], **context: object) -> None:
+def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mapping[str, object], **context: object) -> None:
     """Write a page; it appears whole or not at all.
 
     Plotly's program and the figures are compressed, and the browser unpacks them: the page is a third as large, and

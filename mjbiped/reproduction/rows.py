@@ -85,7 +85,7 @@ class Row(SimpleNamespace):
         return float(max(self.ankle, self.hip))
 
 
-def row_of(columns: Mapping[str, Any]) -> Row:
+def row_of(columns: Mapping[str, object]) -> Row:
     """Make a row from texts or numbers by column; what is missing is empty, 0, NaN, or None for zeta."""
     return Row(**{name: _read(name, columns.get(name)) for name in COLUMNS})
 

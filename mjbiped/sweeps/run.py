@@ -188,7 +188,7 @@ def walk_cells(
         ) from error
 
 
-def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, Any], walks: int) -> Row:
+def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, object], walks: int) -> Row:
     """Walk a cell; a worker calls this.
 
     Args:

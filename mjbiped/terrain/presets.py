@@ -295,7 +295,7 @@ class Presets:
             return make(**parameters)
 
     @classmethod
-    def _of_segments(cls, rows: Sequence[Segment], name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Self:
+    def _of_segments(cls, rows: Sequence[Segment], name: str, given: Mapping[str, object] = MappingProxyType({})) -> Self:
         """Make a terrain of checked segments, laid one after another from x = 0.
 
         Args:

@@ -239,7 +239,7 @@ class Machine:
         self._kept = below, further
         self._advance = engine_code()
 
-    def advance(self, state: Any) -> None:
+    def advance(self, state: object) -> None:
         """Walk on; `state` has the pause, and then the numbers that the walk has come to."""
         for name in ("pause", "rows", "samples"):
             self.state[name] = getattr(state, name)

@@ -107,7 +107,7 @@ def memory_in(scene: Scene, data: mujoco.MjData, touched: int, memory: int) -> d
     }
 
 
-def _number_before(owner: Any, name: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
+def _number_before(owner: object, name: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     """An array that shows a number which MuJoCo keeps a few places before an array.
 
     Raises:
