@@ -141,7 +141,7 @@ def as_json(values: Mapping[str, object]) -> str:
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
 
 
-def _plain(value: object) -> Any:
+def _plain(value: object) -> object:
     """Convert a value to one that JSON can hold."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}

@@ -20,12 +20,12 @@ _WORDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 _READ = {"none": None, "true": True, "false": False}
 
 
-def fields_of(kind: type) -> Mapping[str, Field[Any]]:
+def fields_of(kind: type) -> Mapping[str, Field[object]]:
     """Return the fields of a controller's dataclass that its constructor takes, by name; empty for other classes."""
     return {field.name: field for field in fields(kind) if field.init} if is_dataclass(kind) else {}
 
 
-def default_of(field: Field[Any]) -> Any:
+def default_of(field: Field[Any]) -> object:
     """Return the default of a field; `REQUIRED` where it has none."""
     return field.default if field.default_factory is MISSING else field.default_factory()
 

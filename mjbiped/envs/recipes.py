@@ -26,7 +26,7 @@ Made = TypeVar("Made")
 SEED = MappingProxyType({"integer": (0, 2**31 - 1)})
 """Distribution of the seed of whatever has one that is not given."""
 
-TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
+TASKS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
     {
         "walk_level": ("level", {}),
         "walk_slopes": ("slopes", {}),
@@ -99,7 +99,7 @@ class Recipe(Generic[Made]):
                 self.made({name: draw.ends[end] for name, draw in self.draws.items()})
 
 
-def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> Any:
+def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> object:
     """Replace the distributions in a value by what a function of their dotted names and themselves says."""
     if isinstance(value, Mapping | Draw):
         return change(name, value)

@@ -132,9 +132,9 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         each = [self.walkers.walker(index).episode.drawn for index in range(self.num_envs)]
         self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
 
-    def _info(self, outcomes: NDArray[np.float64]) -> dict[str, Any]:
+    def _info(self, outcomes: NDArray[np.float64]) -> dict[str, object]:
         """Arrays of `info`, each with the mask that Gymnasium asks for."""
-        info: dict[str, Any] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
+        info: dict[str, object] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
         info["outcome"] = _WORDS[outcomes.astype(np.int64)]
         return {**info, **dict.fromkeys(map("_{}".format, info), np.ones(self.num_envs, dtype=bool))}
 

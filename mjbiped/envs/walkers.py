@@ -116,7 +116,7 @@ class Walker(NamedTuple):
     run: MujocoRun
     episode: Episode
     row: Row
-    living: Any
+    living: object
 
 
 class Walkers:

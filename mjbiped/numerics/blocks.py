@@ -105,7 +105,7 @@ def take_numbers(block: object, made: NDArray[Any]) -> None:
             setattr(block, name, value)
 
 
-def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
+def _in_a_row(value: Any) -> tuple[NDArray[Any], list[object]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
         return value, []

@@ -81,5 +81,5 @@ def adaptive(delay: float | None, **settings: object) -> dict[str, Any]:
     return _law("adaptive", {"replanning_delay": delay, **settings})
 
 
-def _law(name: str, settings: Mapping[str, object]) -> dict[str, Any]:
+def _law(name: str, settings: Mapping[str, object]) -> dict[str, object]:
     return {f"controller.{key}": value for key, value in {"name": name, **settings}.items()}

@@ -90,7 +90,7 @@ def row_of(columns: Mapping[str, object]) -> Row:
     return Row(**{name: _read(name, columns.get(name)) for name in COLUMNS})
 
 
-def _read(name: str, value: Any) -> Any:
+def _read(name: str, value: Any) -> object:
     if name in TEXTS:
         return value or ""
     if name in _COUNTS:

@@ -213,7 +213,7 @@ def checked(function: Function) -> Function:
     signature = inspect.signature(function)
 
     @wraps(function)
-    def checking(*args: object, **named: object) -> Any:
+    def checking(*args: object, **named: object) -> object:
         given = signature.bind(*args, **named)
         given.arguments.update(_checked(function, given.arguments))
         return function(*given.args, **given.kwargs)
