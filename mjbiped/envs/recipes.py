@@ -108,7 +108,7 @@ def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> obj
     return value
 
 
-def _recipe(name: str, kind: Any, value: Any, make: Callable[[dict[str, Any]], Made], wanted: str) -> Recipe[Made]:
+def _recipe(name: str, kind: Any, value: object, make: Callable[[dict[str, Any]], Made], wanted: str) -> Recipe[Made]:
     """Read a setting: an object of a class, or a table of parameters in which distributions may stand.
 
     Raises:

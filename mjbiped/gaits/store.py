@@ -43,7 +43,7 @@ def load(asked: Mapping[str, object]) -> dict[str, Any] | None:
         return None
 
 
-def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
+def save(asked: Mapping[str, object], found: Mapping[str, Any]) -> None:
     """Store numbers and arrays for a request, if the folder can be written to."""
     with suppress(OSError):
         path = _file(asked)

@@ -160,12 +160,12 @@ def reader(kind: type[Kind]) -> Callable[[Any, int], Kind]:
     return entry
 
 
-def call(function: Any, *arguments: Any) -> None:
+def call(function: Any, *arguments: object) -> None:
     """Call a function, or the C function at an address, for which arrays are addresses."""
     function(*arguments)
 
 
-def call_for_float(function: Any, *arguments: Any) -> float:
+def call_for_float(function: Any, *arguments: object) -> float:
     """The float that such a function returns."""
     result: float = function(*arguments)
     return result

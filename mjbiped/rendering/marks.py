@@ -239,7 +239,7 @@ class _Pen:
 
 
 def add_geom(
-    scene: Any, geoms: Sequence[Any], kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]
+    scene: Any, geoms: Sequence[object], kind: object, size: Any, place: object, frame: Any, rgba: tuple[float, ...]
 ) -> Any:
     """Add a geom without shadows to a scene; return None if the scene is full.
 

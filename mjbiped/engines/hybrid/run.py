@@ -230,7 +230,7 @@ class Machine:
         code: Machine code of the laws.
     """
 
-    def __init__(self, constants: Any, state: Any, controller: Controller) -> None:
+    def __init__(self, constants: Any, state: object, controller: Controller) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
         self.code = as_machine_code(controller)
