@@ -239,7 +239,7 @@ def _steps(walk: Walk, controller: AdaptiveTracking) -> Iterator[_Step]:
         yield _Step(time, angles, rates, np.hstack([z1, z2, truth - estimates]))
 
 
-def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, Any]:
+def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, object]:
     """Excitation, transition matrix and balances of a step."""
     evolution = error_dynamics.evolve(controller, step.time, step.q, step.dq)
     phi = evolution.transitions[-1]

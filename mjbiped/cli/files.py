@@ -117,7 +117,7 @@ class Results:
 
     def end(
         self,
-        summary: Mapping[str, Any],
+        summary: Mapping[str, object],
         shown: Iterable[RenderableType] | None = None,
         files: Sequence[Path] | None = None,
     ) -> None:

@@ -39,7 +39,7 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest 
         self.name = self.metavar = metavar
         self.read, self.expected = read, expected
 
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> object:
         """Read a value."""
         try:
             return self.read(value)
@@ -50,7 +50,7 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the latest 
 class Width(click.Choice):  # type: ignore[type-arg]  # generic in the latest click alone
     """Type of the option that sets the width of all figures until the command ends."""
 
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> object:
         """Read a width's name."""
         name = super().convert(value, param, ctx)
         if ctx is not None:
@@ -100,7 +100,7 @@ def number(text: object, domain: Domain | Count) -> Any:
     return domain.check("", parse_number(text) if isinstance(text, str) else text)
 
 
-def quantity(domain: Domain | Count | Ends | Words) -> Any:
+def quantity(domain: Domain | Count | Ends | Words) -> object:
     """Return the type of a number, of two ends, or of a word, in a domain."""
     if isinstance(domain, Words):
         return click.Choice(domain.valid)
@@ -170,7 +170,7 @@ def _own_controller(value: str) -> str:
     raise InputError(f"{shown(value)}; expected {FORMS}; registered controllers are found by themselves")
 
 
-def _reference(value: Any) -> str:
+def _reference(value: object) -> str:
     parse_reference(value)
     return str(value)
 

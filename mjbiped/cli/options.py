@@ -34,7 +34,7 @@ BUILT_ON = tuple(name for name in controller_names() if name not in ("adaptive",
 """Other registered controllers: those of this project build on the adaptive one."""
 
 
-def gains_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
+def gains_of(name: str, robot: Robot | None = None) -> dict[str, object]:
     """Return names and defaults of the settings that `--gain` sets; the others have options of their own."""
     return {key: value for key, value in settings_of(name, robot).items() if key not in (*SHARED, "slope_source")}
 
@@ -44,7 +44,7 @@ def _sentence(text: str) -> str:
     return text.partition(". ")[0].removesuffix(".") + "."
 
 
-def field_options(section: str, kind: type, *names: str, **defaults: Any) -> Callable[[Function], Function]:
+def field_options(section: str, kind: type, *names: str, **defaults: object) -> Callable[[Function], Function]:
     """Return options that set fields of a dataclass, whose annotations say what is valid, and whose docstring why.
 
     Args:

@@ -29,7 +29,7 @@ class SectionCommand(click.Command):
     It receives the options of the section "Results" together, as its argument `results`.
     """
 
-    def invoke(self, ctx: click.Context) -> Any:
+    def invoke(self, ctx: click.Context) -> object:
         """Run the command."""
         if given := {name: ctx.params.pop(name) for name in _OF_RESULTS & ctx.params.keys()}:
             ctx.params["results"] = Results(**given)

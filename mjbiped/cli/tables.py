@@ -66,7 +66,7 @@ def summary_table(summary: Mapping[str, Any]) -> Table:
     return table_of(rows)
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     """Write a result; a dash stands for one that does not exist."""
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {_cell(each)}" for name, each in value.items())
@@ -136,12 +136,12 @@ def _value_table(name: str, entries: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def as_json(values: Mapping[str, Any]) -> str:
+def as_json(values: Mapping[str, object]) -> str:
     """Write values as a JSON object; infinity and NaN, which JSON does not have, become null."""
     return json.dumps(_plain(values), indent=2, allow_nan=False, ensure_ascii=True)
 
 
-def _plain(value: object) -> Any:
+def _plain(value: object) -> object:
     """Convert a value to one that JSON can hold."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}

@@ -136,7 +136,7 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
 
 
-def make_controller(name: str, robot: Robot, settings: Mapping[str, Any], gait: Gait | None = None) -> Controller:
+def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gait: Gait | None = None) -> Controller:
     """Make a controller by its name.
 
     Args:

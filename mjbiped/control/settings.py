@@ -20,12 +20,12 @@ _WORDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 _READ = {"none": None, "true": True, "false": False}
 
 
-def fields_of(kind: type) -> Mapping[str, Field[Any]]:
+def fields_of(kind: type) -> Mapping[str, Field[object]]:
     """Return the fields of a controller's dataclass that its constructor takes, by name; empty for other classes."""
     return {field.name: field for field in fields(kind) if field.init} if is_dataclass(kind) else {}
 
 
-def default_of(field: Field[Any]) -> Any:
+def default_of(field: Field[Any]) -> object:
     """Return the default of a field; `REQUIRED` where it has none."""
     return field.default if field.default_factory is MISSING else field.default_factory()
 
@@ -40,7 +40,7 @@ def why_none(kind: type) -> str:
     )
 
 
-def shown_defaults(settings: Mapping[str, Any]) -> str:
+def shown_defaults(settings: Mapping[str, object]) -> str:
     """Write settings with their defaults for a message."""
     return ", ".join(f"{key} (needed)" if value is REQUIRED else f"{key}={value}" for key, value in settings.items())
 
@@ -90,7 +90,7 @@ def _kinds(kind: type, name: str) -> tuple[Any, ...]:
     return () if Any in kinds else kinds
 
 
-def _fits(value: object, wanted: tuple[Any, ...]) -> bool:
+def _fits(value: object, wanted: tuple[object, ...]) -> bool:
     """Whether a value is of one of some types, or of any type where none is known."""
 
     def fits(kind: object) -> bool:

@@ -183,7 +183,7 @@ def _asked(
     else:
         names = _names(controller)
         out: list[Any] = [None] * len(names) + [0.0] * ROOM
-        returned: Any = law.torque(law.parameters, given, t, q, dq, out)
+        returned: object = law.torque(law.parameters, given, t, q, dq, out)
         if returned is not None:
             raise InputError(f"{name} returns {shown(returned)}; expected are {len(names)} numbers written into out")
         if None in out:
@@ -216,7 +216,7 @@ def _step_on(controller: Controller, law: Law | None, memory: list[float], q: St
     _check_memory(controller, "on_touchdown", kept)
 
 
-def _attributes(controller: Controller) -> dict[str, Any]:
+def _attributes(controller: Controller) -> dict[str, object]:
     """Return the attributes of the object, except cached properties."""
     kind = type(controller)
     return {

@@ -39,7 +39,7 @@ def uniform(seed: Any, number: int, channel: int) -> float:
     return (found + 0.5) / 4294967296.0
 
 
-def normal(seed: Any, number: int, channel: int) -> float:
+def normal(seed: object, number: int, channel: int) -> float:
     """A normally distributed number of mean 0 and deviation 1 (Box and Muller), from two channels of `uniform`."""
     radius = math.sqrt(-2.0 * math.log(uniform(seed, number, 2 * channel)))
     return radius * math.cos(2.0 * math.pi * uniform(seed, number, 2 * channel + 1))

@@ -192,7 +192,7 @@ class Disturbances:
 SETTINGS = tuple(field.name for field in fields(Disturbances) if field.name != "pushes")
 """Names of the disturbances that are one number each."""
 
-_USUAL: dict[str, Any] = {field.name: field.default for field in fields(Disturbances)}
+_USUAL: dict[str, object] = {field.name: field.default for field in fields(Disturbances)}
 
 
 def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float], ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.gait import Gait
@@ -54,7 +52,7 @@ def check_robot(name: str, robot: object) -> None:
         )
 
 
-def check_controller(controller: object) -> dict[str, Any]:
+def check_controller(controller: object) -> dict[str, object]:
     """Refuse an object that is no controller, and return a controller's description.
 
     Raises:
@@ -74,7 +72,7 @@ def check_controller(controller: object) -> dict[str, Any]:
         ) from error
 
 
-def _checked_parts(controller: Controller) -> dict[str, Any]:
+def _checked_parts(controller: Controller) -> dict[str, object]:
     name = type(controller).__name__
     states: object = controller.states
     if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from mjbiped.control.compiled import compilable_law, rounds_alike
 from mjbiped.control.controller import Controller
@@ -135,7 +135,7 @@ def _keys(plan: Plan) -> tuple[str, str]:
 
 
 @lru_cache(maxsize=256)
-def _law_key(functions: tuple[Any, ...], wrappers: Any) -> str:
+def _law_key(functions: tuple[object, ...], wrappers: object) -> str:
     return _digest(_sources(), [described(part) for part in with_callees(*functions)], wrappers)
 
 
@@ -147,5 +147,5 @@ def _sources() -> str:
     return _digest(*(file.read_bytes() for file in files))
 
 
-def _digest(*parts: Any) -> str:
+def _digest(*parts: object) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()

@@ -148,7 +148,7 @@ def make_plan(
     controller: Controller,
     terrain: Terrain,
     initial: Initial,
-    description: Mapping[str, Any] | None = None,
+    description: Mapping[str, object] | None = None,
     disturbances: Disturbances | None = None,
 ) -> Plan:
     """Check the arguments of a walk, and make a plan of them.

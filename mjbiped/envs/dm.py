@@ -45,7 +45,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._walkers = walkers
         super().__init__(self._wrapped())
 
-    def _wrapped(self) -> Any:
+    def _wrapped(self) -> object:
         return wrapper.MjData(self._walkers.walker().run.simulation.data)
 
     def _show(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 def load(
     task: str,
-    task_kwargs: Mapping[str, Any] | None = None,
-    environment_kwargs: Mapping[str, Any] | None = None,
+    task_kwargs: Mapping[str, object] | None = None,
+    environment_kwargs: Mapping[str, object] | None = None,
 ) -> dm_env.Environment:
     """Make an environment of dm_control, as `dm_control.suite.load` does.
 

@@ -26,7 +26,7 @@ Made = TypeVar("Made")
 SEED = MappingProxyType({"integer": (0, 2**31 - 1)})
 """Distribution of the seed of whatever has one that is not given."""
 
-TASKS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
+TASKS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
     {
         "walk_level": ("level", {}),
         "walk_slopes": ("slopes", {}),
@@ -99,7 +99,7 @@ class Recipe(Generic[Made]):
                 self.made({name: draw.ends[end] for name, draw in self.draws.items()})
 
 
-def _changed(name: str, value: Any, change: Callable[[str, Any], Any]) -> Any:
+def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> object:
     """Replace the distributions in a value by what a function of their dotted names and themselves says."""
     if isinstance(value, Mapping | Draw):
         return change(name, value)
@@ -108,7 +108,7 @@ def _changed(name: str, value: Any, change: Callable[[str, Any], Any]) -> Any:
     return value
 
 
-def _recipe(name: str, kind: Any, value: Any, make: Callable[[dict[str, Any]], Made], wanted: str) -> Recipe[Made]:
+def _recipe(name: str, kind: Any, value: object, make: Callable[[dict[str, Any]], Made], wanted: str) -> Recipe[Made]:
     """Read a setting: an object of a class, or a table of parameters in which distributions may stand.
 
     Raises:
@@ -125,7 +125,7 @@ def _given(made: Made, _: dict[str, Any]) -> Made:
     return made
 
 
-def robot_recipe(value: Robot | str | Mapping[str, Any]) -> Recipe[Robot]:
+def robot_recipe(value: Robot | str | Mapping[str, object]) -> Recipe[Robot]:
     """Read the setting `robot`.
 
     Args:
@@ -141,7 +141,7 @@ def _robot(parameters: dict[str, Any]) -> Robot:
     return robot_named(parameters.pop("kind", Compass.kind), parameters)
 
 
-def terrain_recipe(value: Terrain | str | Mapping[str, Any], task: str) -> Recipe[Terrain]:
+def terrain_recipe(value: Terrain | str | Mapping[str, object], task: str) -> Recipe[Terrain]:
     """Read the setting `terrain`.
 
     Args:
@@ -164,7 +164,7 @@ def _terrain(parameters: dict[str, Any]) -> Terrain:
     return Terrain.preset(**parameters)
 
 
-def disturbances_recipe(value: Disturbances | Mapping[str, Any] | None) -> Recipe[Disturbances]:
+def disturbances_recipe(value: Disturbances | Mapping[str, object] | None) -> Recipe[Disturbances]:
     """Read the setting `disturbances`.
 
     Args:

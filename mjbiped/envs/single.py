@@ -155,7 +155,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
-        **settings: Any,
+        **settings: object,
     ) -> None:
         """Make the environment; the class's table describes the arguments.
 
@@ -199,7 +199,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         over = outcome is not Outcome.WALKING and not truncated
         return walkers.observations()[0], reward, over, truncated, self._info(outcome)
 
-    def _info(self, outcome: Outcome) -> dict[str, Any]:
+    def _info(self, outcome: Outcome) -> dict[str, object]:
         told = {name: getattr(self.walkers.each[0], name) for name in TERMS}
         return {**told, "outcome": outcome.words, **self.walkers.walker().episode.drawn}
 

@@ -53,7 +53,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         """Take the actions for the next step."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], list[dict[str, object]]]:
         """Hold the actions for a control period; robots whose episode ends begin another one."""
         observed, rewards, terminated, truncated, infos = self.robots.step(self._actions)
         done = terminated | truncated
@@ -69,7 +69,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         return observed, rewards, done, told
 
     @staticmethod
-    def _info(infos: dict[str, Any], index: int) -> dict[str, Any]:
+    def _info(infos: dict[str, Any], index: int) -> dict[str, object]:
         """One robot's share of the arrays in `info`."""
         return {name: each[index].item() for name, each in infos.items() if not name.startswith("_")}
 
@@ -77,11 +77,11 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         """End the threads, and release the simulations."""
         self.robots.close()
 
-    def get_attr(self, attr_name: str, indices: int | Sequence[int] | None = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Sequence[int] | None = None) -> list[object]:
         """Value of an attribute of the environment, which all robots share, once for each."""
         return [getattr(self.robots, attr_name) for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: int | Sequence[int] | None = None) -> None:
+    def set_attr(self, attr_name: str, value: object, indices: int | Sequence[int] | None = None) -> None:
         """Refuse: the robots share one environment, whose settings are fixed.
 
         Raises:
@@ -90,8 +90,12 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         raise InputError(f"{attr_name} cannot be set: give settings when the environment is made")
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: int | Sequence[int] | None = None, **method_kwargs: Any
-    ) -> list[Any]:
+        self,
+        method_name: str,
+        *method_args: object,
+        indices: int | Sequence[int] | None = None,
+        **method_kwargs: object,
+    ) -> list[object]:
         """Call a method that takes a robot's number first, such as `walk`, for each robot."""
         method = getattr(self.robots, method_name)
         return [method(index, *method_args, **method_kwargs) for index in self._get_indices(indices)]

@@ -213,7 +213,7 @@ class WalkTask:
         return DrivenController(base, self.limits, self.peak)
 
     @cached_property
-    def _description(self) -> dict[str, Any]:
+    def _description(self) -> dict[str, object]:
         return check_controller(self.controller)
 
     def plan(self, episode: Episode, *, recorded: bool) -> Plan:

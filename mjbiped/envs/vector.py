@@ -46,7 +46,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         max_episode_steps: int | None = None,
         threads: int | None = None,
         render_mode: None = None,
-        **settings: Any,
+        **settings: object,
     ) -> None:
         """Make the environment.
 
@@ -132,9 +132,9 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         each = [self.walkers.walker(index).episode.drawn for index in range(self.num_envs)]
         self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
 
-    def _info(self, outcomes: NDArray[np.float64]) -> dict[str, Any]:
+    def _info(self, outcomes: NDArray[np.float64]) -> dict[str, object]:
         """Arrays of `info`, each with the mask that Gymnasium asks for."""
-        info: dict[str, Any] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
+        info: dict[str, object] = {**{name: self.walkers.columns[name].copy() for name in TERMS}, **self._drawn}
         info["outcome"] = _WORDS[outcomes.astype(np.int64)]
         return {**info, **dict.fromkeys(map("_{}".format, info), np.ones(self.num_envs, dtype=bool))}
 
@@ -142,6 +142,6 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         """Return the record of a robot's episode so far: its first 500 touchdowns, without samples."""
         return self.walkers.walk(index)
 
-    def close_extras(self, **kwargs: Any) -> None:
+    def close_extras(self, **kwargs: object) -> None:
         """End the threads, and release the simulations."""
         self.walkers.close()

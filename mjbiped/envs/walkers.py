@@ -63,7 +63,7 @@ class Row(NamedTuple):
 row_at = reader(Row)
 
 
-def advance_rows(rows: Any, first: int, last: int, ticks: int) -> None:
+def advance_rows(rows: object, first: int, last: int, ticks: int) -> None:
     """Step robots to a later tick of their controllers, and fill in what they feel then.
 
     Args:
@@ -116,7 +116,7 @@ class Walker(NamedTuple):
     run: MujocoRun
     episode: Episode
     row: Row
-    living: Any
+    living: object
 
 
 class Walkers:

@@ -30,7 +30,7 @@ def folder() -> Path:
     return Path(named) if named else platformdirs.user_cache_path("mjbiped") / "references"
 
 
-def load(asked: Mapping[str, Any]) -> dict[str, Any] | None:
+def load(asked: Mapping[str, object]) -> dict[str, Any] | None:
     """Load the numbers and arrays stored for a request, bitwise as they were saved; None where there are none.
 
     Args:
@@ -43,7 +43,7 @@ def load(asked: Mapping[str, Any]) -> dict[str, Any] | None:
         return None
 
 
-def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
+def save(asked: Mapping[str, object], found: Mapping[str, Any]) -> None:
     """Store numbers and arrays for a request, if the folder can be written to."""
     with suppress(OSError):
         path = _file(asked)
@@ -52,7 +52,7 @@ def save(asked: Mapping[str, Any], found: Mapping[str, Any]) -> None:
             np.savez(unfinished, **found)
 
 
-def kept(asked: Mapping[str, Any], search: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def kept(asked: Mapping[str, object], search: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Return what is stored for a request, or what a search finds, which is then stored."""
     found = load(asked)
     if found is None:
@@ -80,7 +80,7 @@ def passive(kind: Any, robot: Robot, slope: float, search: Callable[[Any, float]
     return kind(robot=robot, slope=slope, **found, tables=tables)
 
 
-def _file(asked: Mapping[str, Any]) -> Path:
+def _file(asked: Mapping[str, object]) -> Path:
     text = json.dumps([asked, _made_with()], sort_keys=True)
     return folder() / f"{hashlib.sha256(text.encode()).hexdigest()}.npz"
 

@@ -38,10 +38,10 @@ class Block:
         def __getattr__(self, name: str) -> Any:
             """Any field."""
 
-        def __setattr__(self, name: str, value: Any) -> None:
+        def __setattr__(self, name: str, value: object) -> None:
             """Change a field."""
 
-    def __init__(self, **fields: Any) -> None:
+    def __init__(self, **fields: object) -> None:
         """Let floats be floats in machine code, and all else integers and addresses."""
         vars(self).update(fields)
         kinds = [(name, np.float64 if isinstance(value, float) else np.int64) for name, value in fields.items()]
@@ -49,7 +49,7 @@ class Block:
         assert getattr(type(self), "layout", layout) == layout, "blocks of one kind are alike"
         type(self).layout = layout
 
-    def but(self, **changed: Any) -> Self:
+    def but(self, **changed: object) -> Self:
         """A copy with other values of some fields."""
         return type(self)(**{**vars(self), **changed})
 
@@ -105,7 +105,7 @@ def take_numbers(block: object, made: NDArray[Any]) -> None:
             setattr(block, name, value)
 
 
-def _in_a_row(value: Any) -> tuple[NDArray[Any], list[Any]]:
+def _in_a_row(value: Any) -> tuple[NDArray[Any], list[object]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
         return value, []
@@ -160,12 +160,12 @@ def reader(kind: type[Kind]) -> Callable[[Any, int], Kind]:
     return entry
 
 
-def call(function: Any, *arguments: Any) -> None:
+def call(function: Any, *arguments: object) -> None:
     """Call a function, or the C function at an address, for which arrays are addresses."""
     function(*arguments)
 
 
-def call_for_float(function: Any, *arguments: Any) -> float:
+def call_for_float(function: Any, *arguments: object) -> float:
     """The float that such a function returns."""
     result: float = function(*arguments)
     return result

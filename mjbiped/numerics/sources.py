@@ -25,7 +25,7 @@ def with_callees(*functions: object) -> list[FunctionType]:
     return list(found)
 
 
-def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
+def _named(function: FunctionType) -> Iterator[tuple[str, object]]:
     """Global names that a function uses, attributes of modules, and free variables, with their values."""
     code = function.__code__
     for name in code.co_names:
@@ -45,7 +45,7 @@ def described(function: FunctionType) -> Any:
     return function.__module__, function.__qualname__, _code(function.__code__), defaults, sorted(constants, key=str)
 
 
-def _constant(value: Any) -> Any:
+def _constant(value: Any) -> object:
     """Describe a value so that different values have different descriptions; `repr` abridges arrays."""
     if isinstance(value, tuple):
         return type(value).__qualname__, [_constant(part) for part in value]
@@ -54,7 +54,7 @@ def _constant(value: Any) -> Any:
     return repr(value)
 
 
-def _code(code: CodeType) -> Any:
+def _code(code: CodeType) -> object:
     constants = [_code(c) if isinstance(c, CodeType) else repr(c) for c in code.co_consts]
     return code.co_code.hex(), constants, code.co_names, code.co_varnames
 

@@ -78,7 +78,7 @@ def legend_above(axes: Axes, **settings: Any) -> None:
         axes.set_title(title.get_text(), pad=72.0 * legend.get_window_extent().height / legend.figure.dpi)
 
 
-def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | None = None, **settings: Any) -> None:
+def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | None = None, **settings: object) -> None:
     """Draw a legend under all panels, in as few lines as the figure's width allows."""
     names = [handle.get_label() for handle in handles] if names is None else names
     for columns in range(len(handles), 0, -1):

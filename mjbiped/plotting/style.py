@@ -43,7 +43,7 @@ LOOKS = (
 """Colour, mark and line of curves that are told apart, in their order; each of the three does it by itself."""
 
 
-def told_apart(number: int) -> tuple[str, str, Any]:
+def told_apart(number: int) -> tuple[str, str, object]:
     """Return colour, mark and line of a curve; they repeat after eight."""
     return LOOKS[number % len(LOOKS)]
 
@@ -61,7 +61,7 @@ ANKLE, HIP = look("torque_ankle"), look("torque_hip")
 other things are told apart (gains, grounds), colours mean nothing else."""
 
 MUJOCO: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
-HYBRID: Mapping[str, Any] = {"color": SHADE, "linestyle": (0, (3, 1.5))}
+HYBRID: Mapping[str, object] = {"color": SHADE, "linestyle": (0, (3, 1.5))}
 """Looks of the engines, where they are drawn over each other."""
 
 PLANNED: Mapping[str, Any] = {"color": "#C4C4C4", "linestyle": "-", "linewidth": 3.5, "zorder": 1.5}

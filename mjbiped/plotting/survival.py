@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -46,7 +45,7 @@ def mean_in_words(survival: Survival) -> str:
     return "no fall" if math.isinf(survival.mean) else f"a fall in {survival.mean:.3g} steps"
 
 
-def draw_curve(axes: Axes, survival: Survival, label: str, looks: tuple[str, str, Any]) -> None:
+def draw_curve(axes: Axes, survival: Survival, label: str, looks: tuple[str, str, object]) -> None:
     """Draw a curve and its band."""
     colour, _, line = looks
     steps, share, low, high = survival.curve()

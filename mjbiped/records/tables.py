@@ -120,7 +120,7 @@ def _cause(walk: Walk) -> str:
     )
 
 
-def _in_words(disturbances: Mapping[str, Any]) -> str:
+def _in_words(disturbances: Mapping[str, object]) -> str:
     """Describe the disturbances in one line."""
     forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
     values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())

@@ -73,7 +73,7 @@ class Scales(NamedTuple):
     force: float
 
 
-def draw_marks(scene: Any, moment: Moment, robot: Robot, scales: Scales, elements: Collection[str]) -> None:
+def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elements: Collection[str]) -> None:
     """Add the elements of an instant to a scene; those beyond its capacity are left out.
 
     Args:
@@ -231,7 +231,7 @@ class _Pen:
         """Connect two points by a square bar."""
         self.connect(_BAR, start, stop, y, width, rgba)
 
-    def blob(self, place: Pair, y: float, size: Any, slope: float, rgba: tuple[float, ...]) -> None:
+    def blob(self, place: Pair, y: float, size: object, slope: float, rgba: tuple[float, ...]) -> None:
         """Add an ellipsoid of three half axes (m) at a point x, z (m) of the plane at y, tilted by a slope (rad)."""
         cosine, sine, centre = math.cos(slope), math.sin(slope), (place[0], y * self.length, place[1])
         frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
@@ -239,7 +239,7 @@ class _Pen:
 
 
 def add_geom(
-    scene: Any, geoms: Sequence[Any], kind: Any, size: Any, place: Any, frame: Any, rgba: tuple[float, ...]
+    scene: Any, geoms: Sequence[object], kind: object, size: Any, place: object, frame: Any, rgba: tuple[float, ...]
 ) -> Any:
     """Add a geom without shadows to a scene; return None if the scene is full.
 

@@ -20,7 +20,7 @@ from mjbiped.version import __version__
 
 _HERE = Path(__file__).parent / "page"
 _DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
-_LAYOUT: dict[str, Any] = {
+_LAYOUT: dict[str, object] = {
     "template": "none",
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#222222"},
     "paper_bgcolor": "white",
@@ -29,7 +29,7 @@ _LAYOUT: dict[str, Any] = {
     "autosize": True,
 }
 _AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
-_HEADING: dict[str, Any] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
+_HEADING: dict[str, object] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
 _LEAST_SPAN = 0.02  # of the values
 
 
@@ -138,7 +138,7 @@ def span(values: NDArray[np.floating]) -> dict[str, Any]:
     return {"range": [middle - half, middle + half]}
 
 
-def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, Any]:
+def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, object]:
     """Ends that an axis shows whatever its range.
 
     Args:
@@ -170,7 +170,9 @@ def check_installed() -> None:
         needed(module, "report", "a report")
 
 
-def write_page(path: Path, template: str, figures: Sequence[Shown], data: Mapping[str, Any], **context: object) -> None:
+def write_page(
+    path: Path, template: str, figures: Sequence[Shown], data: Mapping[str, object], **context: object
+) -> None:
     """Write a page; it appears whole or not at all.
 
     Plotly's program and the figures are compressed, and the browser unpacks them: the page is a third as large, and

@@ -40,14 +40,14 @@ def study_figures(rows: Sequence[Row], varied: Sequence[str]) -> list[Shown]:
     return [_groups(rows, groups) if groups.name else _histograms(rows)]
 
 
-def _scale(axis: Axis) -> dict[str, Any]:
+def _scale(axis: Axis) -> dict[str, object]:
     """Settings of a plotly axis over bins, without its range."""
     if axis.ticks:
         return {"tickvals": axis.centres.tolist(), "ticktext": list(axis.ticks)}
     return {"type": "log"} if axis.log else {}
 
 
-def _map_axis(axis: Axis, titled: bool) -> dict[str, Any]:
+def _map_axis(axis: Axis, titled: bool) -> dict[str, object]:
     """Settings of a plotly axis of a map."""
     ends = axis.edges[[0, -1]]
     ends = np.log10(ends) if axis.log and not axis.ticks else ends

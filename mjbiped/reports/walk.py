@@ -62,7 +62,7 @@ def report_walk(walk: Walk, path: Path, *, video: bool = True, progress: bool = 
     )
 
 
-def flattened(settings: Mapping[str, Any], beginning: str = "") -> Iterator[tuple[str, str, str]]:
+def flattened(settings: Mapping[str, object], beginning: str = "") -> Iterator[tuple[str, str, str]]:
     """Flatten nested settings into lines: name with dots, value, no unit."""
     for key, value in settings.items():
         name = f"{beginning}{key}"

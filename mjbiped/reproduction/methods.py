@@ -71,15 +71,15 @@ def variants() -> Iterator[Variant]:
     yield from (settled(method, source) for method in SETTLED for source in SLOPE_SOURCES)
 
 
-def gains_told(law: Mapping[str, Any]) -> str:
+def gains_told(law: Mapping[str, object]) -> str:
     """Write a comparison controller's gains in words, from its description or any mapping of gains."""
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
-def adaptive(delay: float | None, **settings: Any) -> dict[str, Any]:
+def adaptive(delay: float | None, **settings: object) -> dict[str, Any]:
     """Values of the paper's controller in a cell, with its gains apart from some settings."""
     return _law("adaptive", {"replanning_delay": delay, **settings})
 
 
-def _law(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _law(name: str, settings: Mapping[str, object]) -> dict[str, object]:
     return {f"controller.{key}": value for key, value in {"name": name, **settings}.items()}

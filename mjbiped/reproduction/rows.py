@@ -85,12 +85,12 @@ class Row(SimpleNamespace):
         return float(max(self.ankle, self.hip))
 
 
-def row_of(columns: Mapping[str, Any]) -> Row:
+def row_of(columns: Mapping[str, object]) -> Row:
     """Make a row from texts or numbers by column; what is missing is empty, 0, NaN, or None for zeta."""
     return Row(**{name: _read(name, columns.get(name)) for name in COLUMNS})
 
 
-def _read(name: str, value: Any) -> Any:
+def _read(name: str, value: Any) -> object:
     if name in TEXTS:
         return value or ""
     if name in _COUNTS:

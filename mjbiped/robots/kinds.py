@@ -33,7 +33,7 @@ def named(name: str) -> tuple[type[Robot], dict[str, Any]]:
     return type(robot), parameters
 
 
-def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
+def robot_named(name: str, given: Mapping[str, object]) -> Robot:
     """The robot of a name, with other parameters than its own where they are given.
 
     Raises:
@@ -47,7 +47,7 @@ def robot_named(name: str, given: Mapping[str, Any]) -> Robot:
     return kind(**{**parameters, **given})
 
 
-def robot_from(described: Mapping[str, Any]) -> Robot:
+def robot_from(described: Mapping[str, object]) -> Robot:
     """The robot that `Robot.to_dict` described; one without a kind is a compass biped, as in records of old.
 
     A class of somebody's own is known by its `kind` as soon as its module is imported.

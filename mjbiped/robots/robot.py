@@ -165,7 +165,7 @@ class Robot(Shape):
         return np.concatenate([rates[..., :1], np.diff(rates, axis=-1)], axis=-1)
 
     def ground_force(
-        self, q: Any, dq: Any, torque: Any, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
     ) -> tuple[float, float]:
         """Force of the ground on the stance foot, forward and upward, N, by the equations of motion.
 

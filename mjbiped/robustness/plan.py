@@ -64,7 +64,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
 
 
 def _tried(
-    kind: type[AnyTried], content: Mapping[str, Any], name: str, disturbances: Mapping[str, Disturbance], **more: int
+    kind: type[AnyTried], content: Mapping[str, object], name: str, disturbances: Mapping[str, Disturbance], **more: int
 ) -> AnyTried:
     """Read a table of disturbances: their magnitudes, and how they are tried.
 
@@ -88,7 +88,7 @@ def _tried(
         return kind(magnitudes, **{**{key: table[key] for key in settings if key in table}, **more})
 
 
-def _basin(limits: Mapping[str, Any]) -> int:
+def _basin(limits: Mapping[str, object]) -> int:
     """Read the number of first rates of either leg; `BASIN_RATES`, unless the file names disturbances but no basin."""
     given = limits.get(BASIN, not any(name in limits for name in DISTURBANCES))
     return given * BASIN_RATES if isinstance(given, bool) else domains.GRID.check(f"limits.{BASIN}", given)

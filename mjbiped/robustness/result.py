@@ -138,7 +138,7 @@ class Robustness:
             **({} if compared is None else {"ratio_to_first": [*ratio(settled, compared)]}),
         }
 
-    def _limit(self, test: str, rows: Iterable[Row]) -> dict[str, Any]:
+    def _limit(self, test: str, rows: Iterable[Row]) -> dict[str, object]:
         """Find the greatest magnitude that a controller survives, with and without walks that violate the contact."""
         kind = ALL[test]
         tried = self.plan.limits if test in DISTURBANCES else self.plan.margins

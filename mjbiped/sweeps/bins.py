@@ -91,7 +91,7 @@ def measure_label(name: str) -> str:
     return f"{label} ({unit})" if unit else label
 
 
-def value_label(name: str, value: Any) -> str:
+def value_label(name: str, value: object) -> str:
     """Label a value that tells groups apart: a name alone, any other value after its parameter's name."""
     if name == "engine" or name.endswith((".name", ".file", ".kind")):
         return str(value)

@@ -96,7 +96,7 @@ class Cell:
         start = f"{name}."
         return {key.removeprefix(start): value for key, value in self.values.items() if key.startswith(start)}
 
-    def robot(self, **changed: Any) -> Robot:
+    def robot(self, **changed: object) -> Robot:
         """The robot that walks, or one that differs from it in some parameters."""
         parameters = {**self.section("robot"), **changed}
         return robot_named(str(parameters.pop("kind", ROBOT)), parameters)

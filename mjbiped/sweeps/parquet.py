@@ -136,7 +136,7 @@ class Trajectories:
         shutil.rmtree(self._pieces, ignore_errors=True)
 
 
-def write_samples(row: Row, file: Any) -> None:
+def write_samples(row: Row, file: object) -> None:
     """Write the samples of a walk; one that failed at once has none."""
     arrow, parquet = _modules("keeping trajectories")
     columns = row.get(TRAJECTORY, {})

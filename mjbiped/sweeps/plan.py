@@ -93,7 +93,7 @@ def read_study(path: Path) -> Study:
         return plan(path, parse_toml(read_text(path)))
 
 
-def plan(path: Path, content: Mapping[str, Any]) -> Study:
+def plan(path: Path, content: Mapping[str, object]) -> Study:
     """Read the study of a file's content; files that it names are looked for in the file's folder.
 
     The whole grid is walked for each sample, with the same drawn values everywhere in it.
@@ -214,7 +214,7 @@ def _check_walk(cell: Cell) -> None:
     make_plan(terms, Unpowered(), Terrain.level(), "rest", disturbances=cell.disturbances())
 
 
-def _plot(table: Mapping[str, Any], varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _plot(table: Mapping[str, object], varied: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Read the parameters and measures of the figures.
 
     Raises:

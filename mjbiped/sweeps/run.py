@@ -188,7 +188,7 @@ def walk_cells(
         ) from error
 
 
-def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, Any], walks: int) -> Row:
+def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, object], walks: int) -> Row:
     """Walk a cell; a worker calls this.
 
     Args:
@@ -210,7 +210,7 @@ def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[st
 
 
 @lru_cache(maxsize=1)
-def machinery() -> Mapping[str, Any]:
+def machinery() -> Mapping[str, object]:
     """Digest of the sources, and versions, of everything that computes the rows."""
     return {"sources": sources(), "versions": dict(versions())}
 

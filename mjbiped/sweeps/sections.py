@@ -67,7 +67,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
             yield [read_section(section, table) for table in tables]
 
 
-def read_section(section: str, table: Mapping[str, Any]) -> Settings:
+def read_section(section: str, table: Mapping[str, object]) -> Settings:
     """Read the choices of a table; the ends of a terrain's range are quantities of their own.
 
     Raises:
@@ -90,7 +90,7 @@ def read_section(section: str, table: Mapping[str, Any]) -> Settings:
     return settings
 
 
-def read_table(content: Mapping[str, Any], name: str, valid: Iterable[str] | None = None) -> Mapping[str, Any]:
+def read_table(content: Mapping[str, object], name: str, valid: Iterable[str] | None = None) -> Mapping[str, Any]:
     """Return a table of a file; an empty one where it is missing.
 
     Raises:

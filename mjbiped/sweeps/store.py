@@ -73,7 +73,7 @@ class Store:
 
 @contextmanager
 def opened(
-    folder: Path, name: str, columns: Sequence[str], identity: Mapping[str, Any], *, fresh: bool = False
+    folder: Path, name: str, columns: Sequence[str], identity: Mapping[str, object], *, fresh: bool = False
 ) -> Iterator[Store]:
     """Open a table or begin one, and keep other processes out.
 
@@ -168,7 +168,7 @@ def _exclusive(file: Path) -> Iterator[None]:
         yield
 
 
-def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, Any]) -> None:
+def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, object]) -> None:
     """Make the tables of a new file, or compare the identity and the columns of an old one."""
     text = {kind: json.dumps(value, sort_keys=True) for kind, value in identity.items()}
     key, *others = (f'"{name}"' for name in columns)
@@ -220,7 +220,7 @@ def _differences(kept: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     return [each for each in found if len(found) == 1 or not each.startswith(_IN_WORDS["cells"])]
 
 
-def _flat(table: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, str]]:
+def _flat(table: Mapping[str, object], place: str = "") -> Iterator[tuple[str, str]]:
     """Flatten a nested table to dotted names, with its values as text."""
     for key, value in table.items():
         if isinstance(value, dict):

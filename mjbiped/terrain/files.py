@@ -102,7 +102,7 @@ def read_segments(path: Path) -> list[tuple[object, ...]]:
     return [_read_segment(k, segment, yaml_file) for k, segment in enumerate(segments, start=1)]
 
 
-def parse_parameters(text: str) -> dict[str, Any]:
+def parse_parameters(text: str) -> dict[str, object]:
     """Parse "key=value,key=value" from the command line.
 
     A value is a whole number, a number, or a range "low..high"; only the value of `FILE_KEY` is a path.

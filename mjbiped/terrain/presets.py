@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import signature
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Annotated, Any, Self, TypeAlias
+from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 
@@ -295,7 +295,9 @@ class Presets:
             return make(**parameters)
 
     @classmethod
-    def _of_segments(cls, rows: Sequence[Segment], name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Self:
+    def _of_segments(
+        cls, rows: Sequence[Segment], name: str, given: Mapping[str, object] = MappingProxyType({})
+    ) -> Self:
         """Make a terrain of checked segments, laid one after another from x = 0.
 
         Args:

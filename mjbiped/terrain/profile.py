@@ -62,7 +62,7 @@ def segment_near(profile: Any, x: float, index: int) -> int:
     return index
 
 
-def height_over(profile: Any, x: float) -> float:
+def height_over(profile: object, x: float) -> float:
     """Height of the ground at x, m, like `Terrain.height_at`; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)
 
@@ -100,11 +100,11 @@ def segment_stood_on(
     return here
 
 
-def segment_met(profile: Any, x: float, z: float) -> int:
+def segment_met(profile: object, x: float, z: float) -> int:
     """Index of the segment that a foot at x, z would land on, or that it slides down to along a vertical face."""
     return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
 
 
-def height_over_ground(profile: Any, x: float, z: float) -> float:
+def height_over_ground(profile: object, x: float, z: float) -> float:
     """Height of a foot at x, z over the segment that it would land on, m; NaN gives NaN."""
     return z - height_of(profile, segment_met(profile, x, z), x)

@@ -420,6 +420,6 @@ def _frozen(value: object) -> Any:
     return value
 
 
-def _thawed(value: object) -> Any:
+def _thawed(value: object) -> object:
     """Turn tuples into lists, as JSON has them."""
     return [_thawed(v) for v in value] if isinstance(value, tuple) else value

@@ -213,7 +213,7 @@ def checked(function: Function) -> Function:
     signature = inspect.signature(function)
 
     @wraps(function)
-    def checking(*args: object, **named: object) -> Any:
+    def checking(*args: object, **named: object) -> object:
         given = signature.bind(*args, **named)
         given.arguments.update(_checked(function, given.arguments))
         return function(*given.args, **given.kwargs)
@@ -221,7 +221,7 @@ def checked(function: Function) -> Function:
     return cast(Function, checking)
 
 
-def _checked(owner: object, values: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(owner: object, values: Mapping[str, object]) -> dict[str, Any]:
     """Check the values of the fields or parameters that a class or a function annotates with domains."""
     return {
         name: domain.check(name, values[name])

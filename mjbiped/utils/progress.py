@@ -15,7 +15,7 @@ EVERY = 30.0
 _LINE = "{desc}: {n_fmt} of {total_fmt} after {elapsed}, {rate_fmt}, {remaining} left"
 
 
-def progress_bar(iterable: Iterable[Any] | None = None, *, progress: bool = True, **given: Any) -> tqdm[Any]:
+def progress_bar(iterable: Iterable[object] | None = None, *, progress: bool = True, **given: Any) -> tqdm[Any]:
     """Return a progress bar on stderr; where that is no terminal, one that writes a line every half a minute.
 
     Args:

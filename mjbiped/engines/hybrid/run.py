@@ -230,7 +230,7 @@ class Machine:
         code: Machine code of the laws.
     """
 
-    def __init__(self, constants: Any, state: Any, controller: Controller) -> None:
+    def __init__(self, constants: Any, state: object, controller: Controller) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
         self.code = as_machine_code(controller)
@@ -239,7 +239,7 @@ class Machine:
         self._kept = below, further
         self._advance = engine_code()
 
-    def advance(self, state: Any) -> None:
+    def advance(self, state: object) -> None:
         """Walk on; `state` has the pause, and then the numbers that the walk has come to."""
         for name in ("pause", "rows", "samples"):
             self.state[name] = getattr(state, name)

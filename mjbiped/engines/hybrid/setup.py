@@ -91,7 +91,7 @@ def law_constants(functions: Law, robot: Robot, states: int, support: int) -> di
     return {**functions._asdict(), **sizes, "support": told}
 
 
-def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> dict[str, Any]:
+def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> dict[str, object]:
     """The fields that say what the ground is: its profile as the feet meet it, its slopes (rad), and its end (m)."""
     profile = {name: list(getattr(ground, name)) for name in ("x", "z", "gradient")}
     return {**profile, "segments": len(ground.x), "angle": list(slopes), "end": float(end)}
@@ -110,7 +110,7 @@ def buffer_constants(rows: int, samples: int, states: int, period: float) -> dic
     }
 
 
-def rule_constants(robot: Robot, rule: ScuffingRule, steps: float | None, distance: float | None) -> dict[str, Any]:
+def rule_constants(robot: Robot, rule: ScuffingRule, steps: float | None, distance: float | None) -> dict[str, object]:
     """The fields that say when the swing foot collides, and after how many steps, or where (m), the walk ends."""
     return {
         "reach": rule.reach * robot.leg_length,

@@ -100,7 +100,7 @@ def _slot(name: str) -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(ctypes.CDLL(str(path)), name)
 
 
-def enter(native: Any) -> None:
+def enter(native: object) -> None:
     """Have our callback act on walks, in any threads, until as many calls of `leave`.
 
     Args:
@@ -114,7 +114,7 @@ def enter(native: Any) -> None:
     _here.walks = getattr(_here, "walks", 0) + 1
 
 
-def leave(native: Any) -> None:
+def leave(native: object) -> None:
     """Need the callback no more."""
     _here.walks -= 1
     with _lock:

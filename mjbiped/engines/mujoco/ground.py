@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -167,7 +167,7 @@ class Ground:
         return (start, z - fall * (start - x)), (stop, z - fall * (stop - x))
 
 
-def _add(spec: mujoco.MjSpec, of: str, name: str, **given: Any) -> None:
+def _add(spec: mujoco.MjSpec, of: str, name: str, **given: object) -> None:
     """Add a geom of a default class, a box unless told otherwise."""
     spec.worldbody.add_geom(spec.find_default(of), name=name, **{"type": mujoco.mjtGeom.mjGEOM_BOX, **given})
 

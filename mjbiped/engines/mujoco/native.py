@@ -40,7 +40,7 @@ def _table_kind() -> Any:
     return machine.types.Array(machine.types.int64, 1, "C")
 
 
-def _named_table(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+def _named_table(context: Any, builder: Any, _signature: object, _arguments: object) -> Any:
     """Generate an array of what is called `TABLE`."""
     ir, size = machine.ir, context.get_constant(machine.types.intp, len(table))
     named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
@@ -50,7 +50,7 @@ def _named_table(context: Any, builder: Any, _signature: Any, _arguments: Any) -
 def _calling(name: str) -> Any:
     """Generate calls of one of MuJoCo's functions with the addresses of model and data, and integers."""
 
-    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    def generate(context: Any, builder: Any, _signature: object, arguments: Any) -> Any:
         ir = machine.ir
         passed = [*arguments[:2], *(builder.trunc(each, ir.IntType(32)) for each in arguments[2:])]
         kind = ir.FunctionType(ir.VoidType(), [each.type for each in passed])

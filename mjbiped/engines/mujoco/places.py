@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import ctypes
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ _OF_MODEL = ("geom_contype", "geom_conaffinity", "geom_solref", "jnt_solref", "e
 _SIZES = ("nq", "nu", "ngeom", "njnt", "neq", "nsensordata")
 
 
-def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, Any]:
+def places_in(scene: Scene, terrain: Terrain, robot: Robot) -> dict[str, object]:
     """Where things are in a scene, as fields of `Constants`: ground, joints, geoms, and sensor data."""
     model, bodies, begin, stop = scene.model, robot.bodies, scene.pieces[0].segments[0], scene.pieces[-1].segments.stop
     shown = slice(begin, stop)
@@ -82,7 +81,7 @@ def _leg_in(model: mujoco.MjModel, limb: Limb, robot: Robot) -> Leg:
     )
 
 
-def memory_in(scene: Scene, data: mujoco.MjData, touched: int, memory: int) -> dict[str, Any]:
+def memory_in(scene: Scene, data: mujoco.MjData, touched: int, memory: int) -> dict[str, object]:
     """Arrays that show MuJoCo's memory, as fields of `Constants`.
 
     Args:
@@ -107,7 +106,7 @@ def memory_in(scene: Scene, data: mujoco.MjData, touched: int, memory: int) -> d
     }
 
 
-def _number_before(owner: Any, name: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
+def _number_before(owner: object, name: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
     """An array that shows a number which MuJoCo keeps a few places before an array.
 
     Raises:

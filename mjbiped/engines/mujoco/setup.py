@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +108,7 @@ def constants_of(
     return constants
 
 
-def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, Any]:
+def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, object]:
     """What a walk's plan says, as fields of `Constants`; the controller is that of the robot's joints."""
     robot, terms, length, foot = plan.robot, plan.terms, plan.robot.leg_length, plan.robot.bodies.foot
     scuffs, shortest = not robot.collides_from_lift_off, _shortest_step(options)

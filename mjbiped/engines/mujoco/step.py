@@ -30,7 +30,7 @@ VELOCITY = int(mujoco.mjtStage.mjSTAGE_VEL)
 MANY = 1 << 60
 
 
-def advance(c: Constants, model: Any, data: Any, steps: int, until: float) -> int:
+def advance(c: Constants, model: object, data: object, steps: int, until: float) -> int:
     """Make steps until the walk ends, MuJoCo warns, or the record or the time is full.
 
     Args:
@@ -51,7 +51,7 @@ def advance(c: Constants, model: Any, data: Any, steps: int, until: float) -> in
     return steps
 
 
-def advance_ticks(c: Constants, model: Any, data: Any, ticks: int) -> None:
+def advance_ticks(c: Constants, model: object, data: object, ticks: int) -> None:
     """Make steps from one tick of the controller to a later one, or until the walk ends."""
     u = state_at(c.state, 0)
     for _ in range(ticks):
@@ -75,7 +75,7 @@ def look_ahead(c: Constants, ahead: Any) -> None:
         observe(ahead, seen, time)
 
 
-def step(c: Constants, u: State, model: Any, data: Any) -> None:
+def step(c: Constants, u: State, model: object, data: object) -> None:
     """Make one step."""
     time = numbers(c.time, 1)[0]
     if time > u.time:
