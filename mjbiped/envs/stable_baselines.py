@@ -57,7 +57,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         """Hold the actions for a control period; robots whose episode ends begin another one."""
         observed, rewards, terminated, truncated, infos = self.robots.step(self._actions)
         done = terminated | truncated
-        told: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        told: list[dict[str, object]] = [{} for _ in range(self.num_envs)]
         if done.any():
             for index in np.flatnonzero(done).tolist():
                 told[index] = {

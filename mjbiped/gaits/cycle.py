@@ -142,7 +142,7 @@ def step(robot: Robot, slope: float, places: Array, precision: tuple[float, floa
     """
     start, n = robot.after_touchdown(places), len(robot.angles)
     if n == 3:
-        height: dict[str, Any] = {
+        height: dict[str, Callable[[Array], float]] = {
             "the swing foot touches the ground before the knee is straight": lambda y: robot.chains[3].end(y[:3])[1]
         }
         first = part_of(robot, slope, start, lambda y: y[2] - y[1], height, precision)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -211,7 +212,7 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
 def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
     """Draw a legend of marks and greys under the maps, whose whole area holds data."""
     light, dark = (str(grey) for grey in _FALL_GREYS)
-    handles: list[Any] = [
+    handles: list[Artist] = [
         Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
         Patch(facecolor=light, edgecolor=GUIDE, label="falls at once"),
         Patch(facecolor=dark, edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),

@@ -78,9 +78,11 @@ def legend_above(axes: Axes, **settings: Any) -> None:
         axes.set_title(title.get_text(), pad=72.0 * legend.get_window_extent().height / legend.figure.dpi)
 
 
-def legend_below(figure: Any, handles: Sequence[Any], names: Sequence[str] | None = None, **settings: object) -> None:
+def legend_below(
+    figure: FigureBase, handles: Sequence[Artist], names: Sequence[str] | None = None, **settings: object
+) -> None:
     """Draw a legend under all panels, in as few lines as the figure's width allows."""
-    names = [handle.get_label() for handle in handles] if names is None else names
+    names = [str(handle.get_label()) for handle in handles] if names is None else names
     for columns in range(len(handles), 0, -1):
         legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, columnspacing=1.2, **settings)
         if columns == 1 or _inches(legend) < 0.97 * width().inches:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -65,7 +65,7 @@ class View(NamedTuple):
     orthographic: bool
 
     @classmethod
-    def of(cls, scene: Any, width: int, height: int) -> View:
+    def of(cls, scene: mujoco.MjvScene, width: int, height: int) -> View:
         """Return the view of an `mujoco.MjvScene` in a picture of the given size in pixels."""
         left, right = scene.camera  # eyes, between which MuJoCo takes the middle
         forward, up, place = (

@@ -211,7 +211,7 @@ def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
 class _Pen:
     """Adds geoms to a scene, in planes of y in leg lengths."""
 
-    def __init__(self, scene: Any, length: float) -> None:
+    def __init__(self, scene: mujoco.MjvScene, length: float) -> None:
         self._add, self.length = partial(add_geom, scene, scene.geoms), length
 
     def connect(self, kind: int, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
@@ -239,7 +239,13 @@ class _Pen:
 
 
 def add_geom(
-    scene: Any, geoms: Sequence[object], kind: object, size: Any, place: object, frame: Any, rgba: tuple[float, ...]
+    scene: mujoco.MjvScene,
+    geoms: Sequence[object],
+    kind: object,
+    size: Any,
+    place: object,
+    frame: Any,
+    rgba: tuple[float, ...],
 ) -> Any:
     """Add a geom without shadows to a scene; return None if the scene is full.
 

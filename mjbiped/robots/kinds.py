@@ -59,7 +59,7 @@ def robot_from(described: Mapping[str, object]) -> Robot:
     if not isinstance(described, Mapping):
         raise TypeError(f"a robot is described by names and numbers, not by a {type(described).__name__}")
     parameters = dict(described)
-    known = {**{kind.kind: kind for kind in _derived(Robot) if hasattr(kind, "kind")}, **KINDS}
+    known = {**{kind.kind: kind for kind in _derived(Robot) if hasattr(kind, "kind")}, **KINDS}  # type: ignore[type-abstract]
     return known[known_name("kind of robot", parameters.pop("kind", Compass.kind), known)](**parameters)
 
 

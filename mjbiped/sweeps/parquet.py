@@ -56,7 +56,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> Path:
     return path
 
 
-def _one_type(values: list[Any]) -> list[Any]:
+def _one_type(values: list[object]) -> list[object]:
     """Convert the values of a column to one type; None stays."""
     kinds = {type(value) for value in values if value is not None}
     kind: Any = str if str in kinds else float if float in kinds else None

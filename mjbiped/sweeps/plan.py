@@ -114,7 +114,7 @@ def plan(path: Path, content: Mapping[str, object]) -> Study:
     parts = [[dict(zip(one, each, strict=True)) for one in part for each in product(*one.values())] for part in read]
     varied = tuple(name for part in parts for name in _varied(part))
     files = dict.fromkeys(one["terrain.file"] for one in parts[-1] if "terrain.file" in one)
-    grounds: dict[Any, Terrain] = {file: Terrain.from_file(path.parent / str(file)) for file in files}
+    grounds: dict[object, Terrain] = {file: Terrain.from_file(path.parent / str(file)) for file in files}
     cells: list[Cell] = []
     for sample, combination in product(range(samples), product(*parts)):
         values = {

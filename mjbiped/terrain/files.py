@@ -113,7 +113,7 @@ def parse_parameters(text: str) -> dict[str, object]:
     Raises:
         InputError: An item has no "=", a name is given twice, or a value is not a number.
     """
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, object] = {}
     for item in text.split(","):
         key, equals, value = (part.strip() for part in item.partition("="))
         if not key or not equals or not value:

@@ -161,7 +161,7 @@ def _load(window: Any, player: Player) -> None:
 class _Camera:
     """Moves the camera smoothly along with the hip, and keeps the changes that the mouse makes to it."""
 
-    def __init__(self, camera: Any, moment: Moment, length: float) -> None:
+    def __init__(self, camera: mujoco.MjvCamera, moment: Moment, length: float) -> None:
         self._camera, self._time, self._place = camera, moment.time, moment.qpos[:2]
         x, z = self._place
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
