@@ -29,7 +29,7 @@ one is as good between its steps as at their ends, and the coarse one leads to g
 LONGEST = 10.0  # longest part of a step; steps take 2
 WIDEST = 2.0  # no leg of a walker turns so far from the normal, rad
 MOST_TRIALS = 100  # steps tried for one gait; those that are found take 10 to 60
-MOST_COARSE = 25  # in a coarse search, from a close guess: 10 to 17
+MOST_COARSE = 20  # in a coarse search, from a close guess: 10 to 17
 MOST_ASKED = 100.0
 """Evaluations of a motion times its longest step: those that walk need some 40 of it, a wild one would take seconds."""
 
