@@ -97,7 +97,7 @@ def options(section: str, *rows: Row) -> Callable[[Function], Function]:
                 metavar=getattr(kind, "metavar", None),
                 help=text,
             )(function)
-            function.__click_params__[-1].section = section  # type: ignore[attr-defined]
+            function.__click_params__[-1].section = section  # type: ignore[attr-defined]  # where click keeps it
         return function
 
     return decorate

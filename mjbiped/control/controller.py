@@ -47,7 +47,7 @@ def _do_nothing(parameters: object, memory: object, first: object, q: object, dq
     """Change nothing at a touchdown or a knee strike."""
 
 
-def _no_estimate(parameters: object, memory: object) -> float:  # noqa: ARG001
+def _no_estimate(_parameters: object, _memory: object) -> float:
     return math.nan
 
 

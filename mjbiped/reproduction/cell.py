@@ -142,7 +142,8 @@ def walked(
         MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
         KeyboardInterrupt: Ctrl-C; what had ended is kept.
     """
-    wanted = {key(cell): cell for cell in cells}
+    keys = [key(cell) for cell in cells]
+    wanted = dict(zip(keys, cells, strict=True))
     with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
         for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
             file.unlink()
@@ -157,7 +158,7 @@ def walked(
         ended = len(wanted) - len(todo)
         walk_cells(partial(row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
         found = {row["key"]: row_of(row) for row in store.rows()}
-    return [found[key(cell)] for cell in cells]
+    return [found[each] for each in keys]
 
 
 def record_path(folder: Path, cell: Cell) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from mjbiped.robots.compass import Compass
@@ -59,12 +59,8 @@ def robot_from(described: Mapping[str, object]) -> Robot:
     if not isinstance(described, Mapping):
         raise TypeError(f"a robot is described by names and numbers, not by a {type(described).__name__}")
     parameters = dict(described)
-    known = {**{kind.kind: kind for kind in _derived(Robot) if hasattr(kind, "kind")}, **KINDS}  # type: ignore[type-abstract]
+    classes = Robot.__subclasses__()
+    for each in classes:  # which grows meanwhile
+        classes += each.__subclasses__()
+    known = {**{each.kind: each for each in classes if hasattr(each, "kind")}, **KINDS}
     return known[known_name("kind of robot", parameters.pop("kind", Compass.kind), known)](**parameters)
-
-
-def _derived(kind: type[Robot]) -> Iterator[type[Robot]]:
-    """All classes that derive from a class of robots."""
-    for each in kind.__subclasses__():
-        yield each
-        yield from _derived(each)

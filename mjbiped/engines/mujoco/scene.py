@@ -47,7 +47,7 @@ def check_masses(robot: Robot) -> None:
     """
     bodies = robot.bodies
     foot_mass = bodies.foot.mass if bodies.foot else 0.0
-    legs = 2 if len(bodies.limbs) == 2 else 1  # the spokes of a wheel are one body
+    legs = len({limb.hinge for limb in bodies.limbs})  # the spokes of a wheel are one body on one hinge
     built = bodies.hip_mass + legs * (sum(segment.mass for segment in bodies.leg) + foot_mass)
     if not math.isclose(built, robot.total_mass, rel_tol=1e-9):
         raise InputError(
