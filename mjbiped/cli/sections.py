@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterable
 from dataclasses import fields
+from functools import partial
 from typing import Any, TypeVar
 
 import click
@@ -114,9 +115,8 @@ def together(*decorators: Callable[[Function], Function]) -> Callable[[Function]
     return decorate
 
 
-def results(*rows: Row) -> Callable[[Function], Function]:
-    """Give a command the options of its results."""
-    return options("Results", *rows)
+results = partial(options, "Results")
+"""The options of a command's results, given its rows."""
 
 
 def section(ctx: click.Context, *sections: str) -> list[click.Parameter]:
