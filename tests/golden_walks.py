@@ -3,15 +3,24 @@
 `python tests/golden_walks.py` walks all of them again and writes `golden_walks.npz`: the columns of each walk, and how
 far each column moves where gravity differs by its last bits. Rounding decides now and then whether an integration step
 of the hybrid engine is rejected, after which peaks of forces are taken at other moments.
+
+Each also moves where gaits and references are searched for with the linear algebra of another processor, since the
+search then ends elsewhere within its own tolerance. `python tests/golden_walks.py moved` measures this alone, and keeps
+the columns.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import os
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import stored_references
 from numpy.typing import NDArray
 
 import mjbiped
@@ -20,6 +29,8 @@ from mjbiped.control.registry import make_controller
 from mjbiped.robots.robot import Robot
 
 FILE = Path(__file__).with_name("golden_walks.npz")
+KERNELS = ("Prescott", "Haswell", "")
+"""Processors whose routines OpenBLAS takes in place of this one's; the last is this one."""
 STEPS = 12
 EVERY = 10  # one of so many samples is kept
 SAMPLED = ("time", "q", "dq", "torque", "slope_estimate")
@@ -164,9 +175,54 @@ def stored(case: Case) -> dict[str, NDArray[Any]]:
         return {name.removeprefix(prefix): file[name] for name in file.files if name.startswith(prefix)}
 
 
-if __name__ == "__main__":
-    everything: dict[str, Any] = {}
+def walked_elsewhere(kernel: str, folder: Path) -> dict[str, NDArray[Any]]:
+    """All walks, with gaits searched for by the routines of another processor."""
+    made = folder / f"{kernel}.npz"
+    terms = {"OPENBLAS_CORETYPE": kernel, "MJBIPED_CACHE_DIR": str(folder / f"gaits {kernel}")}
+    subprocess.run([sys.executable, __file__, "walks", made], env={**os.environ, **terms}, check=True)
+    with np.load(made) as file:
+        return dict(file)
+
+
+def moved_farther(stored: dict[str, NDArray[Any]], walks: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """The contents of the file, with how far each column moves if walks from elsewhere differ by more."""
+    farther = dict(stored)
+    for name in walks.keys() & stored.keys():
+        here, there = stored[name], walks[name]
+        if here.dtype.kind == "f" and here.shape == there.shape:
+            apart = np.abs(there - here).max(initial=0.0, where=np.isfinite(there) & np.isfinite(here))
+            moved = name.replace("/", "/moved ", 1)
+            farther[moved] = np.maximum(stored[moved], apart)
+    return farther
+
+
+def walk_all() -> dict[str, NDArray[Any]]:
+    """The columns of all walks, after the number of each."""
+    return {f"{n}/{name}": column for n, case in enumerate(CASES) for name, column in kept(walked(case)).items()}
+
+
+def with_gravity() -> dict[str, NDArray[Any]]:
+    """The contents of the file, made anew, as far as gravity's last bits move the columns."""
+    everything = walk_all()
     for number, case in enumerate(CASES):
-        columns = kept(walked(case))
-        everything |= {f"{number}/{name}": each for name, each in {**columns, **moved(case, columns)}.items()}
+        start = f"{number}/"
+        columns = {name.removeprefix(start): each for name, each in everything.items() if name.startswith(start)}
+        everything |= {start + name: each for name, each in moved(case, columns).items()}
+    return everything
+
+
+def main(task: str = "", path: str = "") -> None:
+    """Make the file anew; or measure how far its columns move elsewhere; or walk for such a measurement."""
+    if task == "walks":
+        stored_references.put_away()
+        np.savez(path, allow_pickle=False, **walk_all())
+        return
+    everything = dict(np.load(FILE)) if task == "moved" else with_gravity()
+    with tempfile.TemporaryDirectory() as folder:
+        for kernel in KERNELS:
+            everything = moved_farther(everything, walked_elsewhere(kernel, Path(folder)))
     np.savez_compressed(FILE, allow_pickle=False, **everything)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

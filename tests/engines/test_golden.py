@@ -18,7 +18,8 @@ def check(case: Case, walk: mjbiped.Walk) -> None:
     """A walk is the beginning of the stored one.
 
     Sums may be taken in another order: 1e-9 of a column's greatest number, 1e-7 where MuJoCo resolves an impact. What
-    moves farther with the last bits of gravity may move ten times as far as four samples of those have shown.
+    moves farther with the last bits of gravity, or with the gait that another processor finds, may move ten times as
+    far as four samples of the one and three of the other have shown.
     """
     found, wanted = golden_walks.kept(walk), golden_walks.stored(case)
     if walk.steps == STEPS:
