@@ -4,6 +4,7 @@ Tolerances are those of the published digits and of ours, as `scripts.validation
 """
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -296,9 +297,18 @@ def test_a_row_tells_what_is_wrong_and_whence() -> None:
     assert cells(numbers["short Theta0"], simplest_walker.GARCIAS["short Theta0"]())[5] == ""
 
 
+def numbers_in(cell: str) -> list[str]:
+    """The real and imaginary parts in a cell, as they are printed."""
+    return re.findall(r"-?[\d.]+", cell.replace("−", "-"))
+
+
 @pytest.mark.slow
 def test_the_page_is_written_again(tmp_path: Path) -> None:
-    """The tables of published numbers have the digits that stand there."""
+    """The tables of published numbers have the digits that stand there.
+
+    How many of ours are shown follows from an estimate of their error, which is a difference of nearly equal numbers:
+    the estimate may pass a power of ten with the last bits, so one digit more or fewer is no other result.
+    """
     page, image = tmp_path / "validation.md", tmp_path / "validation.png"
     text = PAGE.read_text(encoding="utf-8")
     page.write_text(text, encoding="utf-8")
@@ -307,4 +317,9 @@ def test_the_page_is_written_again(tmp_path: Path) -> None:
     assert image.read_bytes().startswith(b"\x89PNG")
     for old, new in zip(text.splitlines(), page.read_text(encoding="utf-8").splitlines(), strict=True):
         if old.count(" | ") == 5:  # a published number: what it is, its digits, ours
-            assert old.split(" | ")[:3] == new.split(" | ")[:3]
+            assert old.split(" | ")[:2] == new.split(" | ")[:2]
+            there, here = (numbers_in(line.split(" | ")[2]) for line in (old, new))
+            for digits, others in zip(there, here, strict=True):
+                decimals = [len(each.partition(".")[2]) for each in (digits, others)]
+                assert max(decimals) - min(decimals) <= 1
+                assert float(digits) == pytest.approx(float(others), rel=0, abs=10.0 ** -min(decimals))
