@@ -70,7 +70,11 @@ ROOMS = {
     _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py", _WALKS),
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
-    "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
+    "mjbiped/gaits/optimisation.py": (
+        "gaits/test_kneed_step.py",
+        "gaits/test_optimised.py",
+        "gaits/test_optimised_kneed.py",
+    ),
     "mjbiped/gaits/pieces.py": (
         "gaits/test_pieces.py",
         "gaits/test_branches.py",

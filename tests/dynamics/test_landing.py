@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from lagrange import lagrange
 from simulations import hybrid_run
@@ -131,6 +131,8 @@ def test_a_landing_foot_moves_as_lagrange_and_coulomb_say(
 
 @MODES
 @given(edge=STANCES, q=ANGLES, dq=RATES, change=CHANGES)
+@example(edge=HEEL, q=(-0.21, -0.19, -0.34), dq=(-1.5, 1.6, 1.2, -2.2), change=0.09)  # a heel that sticks
+@example(edge=FLAT, q=(-0.11, 0.24, 0.29), dq=(-1.4, -1.8, -2.8, -2.9), change=0.09)
 def test_an_edge_comes_down_as_coulombs_impact_says(down: int, edge: int, q: Any, dq: Any, change: float) -> None:
     c, w = walker(down, edge, change, q, dq)
     tilt = down * change + (q[2] if edge != FLAT else 0.0)

@@ -15,7 +15,7 @@ ROBOT = KneedBiped(
     shank_centre=0.15, thigh_inertia=0.05, shank_inertia=0.02,
 )  # fmt: skip
 MODEL = KneedStep(ROBOT)
-GOAL = Goal(0.5, 0.05, True, None, 0.6)
+GOAL = Goal(speed=0.5, clearance=0.05, retraction=True, torque_limit=40.0, friction=0.6)
 
 PENDULUM = """
 <mujoco>
