@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
-from mjbiped.records.frames import Frames, frames
+from mjbiped.records.columns import Frames, frames
 from mjbiped.records.older import FORMAT_VERSION as FORMAT_VERSION
 from mjbiped.records.pressure import unknown
 from mjbiped.records.schema import FORMAT as FORMAT

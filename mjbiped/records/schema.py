@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import RecordError, shown
-from mjbiped.records.columns import Columns, row_type, tables_of
+from mjbiped.records.columns import Columns, tables_of
 from mjbiped.records.older import FORMAT_VERSION, converted
 from mjbiped.records.pressure import BINS
 from mjbiped.records.settings import checked_settings, damaged, is_numbers, parsed
@@ -88,9 +88,9 @@ def _table(kind: str, columns: Columns, arrays: Arrays, legs: int) -> dict[str, 
     Raises:
         RecordError: A column is missing, or is not as specified.
     """
-    types = row_type(columns)
     for name, column in columns.items():
-        array = _checked(f"{kind}/{name}", types[name], arrays)
+        row = np.dtype((np.int64 if column.whole else np.float64, (len(column.parts),) if column.parts else ()))
+        array = _checked(f"{kind}/{name}", row, arrays)
         choices = legs if name == "stance" else 2
         if column.whole and not ((array >= 0) & (array < choices)).all():
             raise damaged(f"{kind}/{name} holds other numbers than {' and '.join(map(str, range(choices)))}")

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.records import measures, stance_knee
-from mjbiped.records.columns import tables_of
-from mjbiped.records.frames import flat_samples, units_of
+from mjbiped.records.columns import flat_samples, tables_of, units_of
 from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION

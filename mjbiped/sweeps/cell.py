@@ -20,7 +20,7 @@ from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
 from mjbiped.records import measure_table, measures
-from mjbiped.records.frames import flat_samples
+from mjbiped.records.columns import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import named, robot_named
