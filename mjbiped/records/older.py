@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.records.columns import Tables
-from mjbiped.records.pressure import BINS
+from mjbiped.records.loads import BINS
 
 ADDED: Mapping[int, tuple[str, ...]] = {
     1: (),

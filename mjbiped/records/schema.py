@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import RecordError, shown
 from mjbiped.records.columns import Columns, tables_of
+from mjbiped.records.loads import BINS
 from mjbiped.records.older import FORMAT_VERSION, converted
-from mjbiped.records.pressure import BINS
 from mjbiped.records.settings import checked_settings, damaged, is_numbers, parsed
 from mjbiped.rules.termination import Outcome
 

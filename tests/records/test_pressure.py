@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.records import measures
-from mjbiped.records.pressure import (
+from mjbiped.records.loads import (
     BINS,
     HALF,
     WIDTH,

@@ -9,7 +9,7 @@ import pytest
 import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.errors import InputError
-from mjbiped.records import measures, stance_knee
+from mjbiped.records import loads, measures
 from mjbiped.robots.stance_knee import stance_knee_torque
 
 ROBOT = mjbiped.KneedBiped()
@@ -24,31 +24,31 @@ def walk() -> mjbiped.Walk:
 
 
 def test_it_is_the_robots_at_each_sample(walk: mjbiped.Walk) -> None:
-    found, samples = stance_knee.torque(walk), walk.samples
+    found, samples = loads.knee_torque(walk), walk.samples
     assert found.shape == samples["time"].shape
     for index in (0, 50, len(found) - 1):
         q, dq, torque, slope = (samples[name][index] for name in ("q", "dq", "torque", "slope"))
         locked = bool(samples["locked"][index])
         assert found[index] == stance_knee_torque(ROBOT, q, dq, torque, slope, locked=locked)
-    assert not stance_knee.flexion(walk).any()
+    assert not loads.flexion(walk).any()
 
 
 def test_the_greatest_is_of_those_that_a_motor_must_give(walk: mjbiped.Walk) -> None:
-    found = stance_knee.torque(walk)
+    found = loads.knee_torque(walk)
     assert found.min() < 0.0 < found.max()
-    assert stance_knee.peak_torque(walk) == found.max()
+    assert loads.peak_knee_torque(walk) == found.max()
     samples = dict(walk.samples)
     # a bent knee has no stop to lie against: what straightens it is the motor's as well
     samples["qpos"] = samples["qpos"] + np.array([0, 0, 0, 0, 0.3, 0.3])
     bent = replace(walk, samples=samples)
-    assert stance_knee.flexion(bent) == pytest.approx(0.3)
-    assert stance_knee.peak_torque(bent) == np.abs(stance_knee.torque(bent)).max() > found.max()
+    assert loads.flexion(bent) == pytest.approx(0.3)
+    assert loads.peak_knee_torque(bent) == np.abs(loads.knee_torque(bent)).max() > found.max()
 
 
 def test_the_summary_has_it_where_there_are_samples(walk: mjbiped.Walk) -> None:
-    assert measures.summary(walk)[KEY] == stance_knee.peak_torque(walk)
+    assert measures.summary(walk)[KEY] == loads.peak_knee_torque(walk)
     rows = {label: value for label, value, _ in walk.summary().rows}
-    assert rows["peak torque, stance knee"] == f"{stance_knee.peak_torque(walk):.2f}"
+    assert rows["peak torque, stance knee"] == f"{loads.peak_knee_torque(walk):.2f}"
     bare = replace(walk, samples={name: column[:0] for name, column in walk.samples.items()})
     assert measures.summary(bare)[KEY] is None
 
@@ -57,10 +57,10 @@ def test_a_walk_that_diverged_is_measured_as_far_as_it_goes(walk: mjbiped.Walk) 
     samples = {name: column.copy() for name, column in walk.samples.items()}
     samples["torque"][-1] = math.nan
     samples["q"][-2] = 1e6
-    found = stance_knee.torque(broken := replace(walk, samples=samples))
+    found = loads.knee_torque(broken := replace(walk, samples=samples))
     assert np.isnan(found[-2:]).all()
     assert np.isfinite(found[:-2]).all()
-    assert stance_knee.peak_torque(broken) > 0.0
+    assert loads.peak_knee_torque(broken) > 0.0
 
 
 def test_straight_legs_have_none() -> None:
@@ -68,4 +68,4 @@ def test_straight_legs_have_none() -> None:
     straight = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1)
     assert KEY not in measures.summary(straight)
     with pytest.raises(InputError, match="a compass biped and has no knees"):
-        stance_knee.torque(straight)
+        loads.knee_torque(straight)
