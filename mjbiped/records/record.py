@@ -19,9 +19,7 @@ from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
 from mjbiped.records.columns import Frames, frames
 from mjbiped.records.loads import unknown
-from mjbiped.records.older import FORMAT_VERSION as FORMAT_VERSION
-from mjbiped.records.schema import FORMAT as FORMAT
-from mjbiped.records.schema import checked_fields
+from mjbiped.records.schema import FORMAT, FORMAT_VERSION, checked_fields
 from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot

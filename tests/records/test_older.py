@@ -9,7 +9,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
-from mjbiped.records.older import ADDED
+from mjbiped.records.schema import ADDED
 
 Walks = dict[str, mjbiped.Walk]
 

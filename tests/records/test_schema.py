@@ -18,7 +18,7 @@ from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
 from mjbiped.records.record import Walk
-from mjbiped.records.settings import LONGEST_DESCRIPTION, MOST_VALUES, parsed
+from mjbiped.records.schema import LONGEST_HEADER, parsed
 from mjbiped.utils.domains import SEGMENTS
 
 
@@ -80,11 +80,11 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.settings.update(scuffing={"reach": "x"}), "scuffing rule cannot be built"),
         (lambda r: r.settings.update(scuffing={"legs": 2}), "scuffing rule cannot be built"),
         (lambda r: r.settings.update(disturbances=[1]), "disturbances cannot be built"),
-        (lambda r: r.settings.update(disturbances={"control_period": None}), "not as it would have been written"),
+        (lambda r: r.settings.update(disturbances={"control_period": None}), "not as they would have been written"),
         (lambda r: r.settings.update(controller_source=5), "a class and the digest"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B"}), "a class and the digest"),
-        (lambda r: r.settings.update(more=[0] * MOST_VALUES), "too long"),
-        (lambda r: r.settings.update(more=10**50), "51 digits"),
+        (lambda r: r.settings.update(more="x" * LONGEST_HEADER), "too long"),
+        (lambda r: r.settings.update(initial=[10**400] * 4), "4 numbers"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),
         (lambda r: r.put("samples/q", lambda column: column[:-1]), "samples/'q'.* rows of numbers"),
         (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*floats of shape \(2,\) a row"),
@@ -127,7 +127,7 @@ def test_the_longest_ground_fits_into_a_record(walk: Walk, tmp_path: Path) -> No
     rows = [[0.1 + 1e-9 * k, 0.1, 1e-5] for k in range(SEGMENTS.high)]
     ground = {"x": [row[0] * k for k, row in enumerate(rows)], "z": [0.0] * len(rows), "angle": [0.0] * len(rows)}
     settings = {"terrain": {**ground, "end": None, "name": "long", "parameters": [["segments", rows]]}}
-    text = json.dumps({**walk.settings, **settings, "more": [-1.0 / 3.0] * LONGEST_DESCRIPTION})
+    text = json.dumps({**walk.settings, **settings, "more": [-1.0 / 3.0] * 100_000})
     assert len(parsed(text)["terrain"]["x"]) == SEGMENTS.high
 
 
