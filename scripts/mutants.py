@@ -71,7 +71,7 @@ ROOMS = {
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
     "mjbiped/gaits/optimisation.py": ("gaits/test_optimised.py", "gaits/test_optimised_kneed.py"),
-    "mjbiped/gaits/pieces.py": (
+    "mjbiped/gaits/reference.py": (
         "gaits/test_pieces.py",
         "gaits/test_branches.py",
         "gaits/test_kneed.py",
