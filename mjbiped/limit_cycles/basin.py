@@ -25,8 +25,8 @@ from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import return_map
+from mjbiped.limit_cycles.periodic import check_biped, check_scuffing
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
-from mjbiped.limit_cycles.section import check_biped, check_scuffing
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
@@ -159,7 +159,6 @@ def basin_of_attraction(
     rule = chosen(scuffing)
     check_scuffing(gait, gait.slope, rule)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
-    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     plane = plane_of(robot, gait.slope, rule)
     walked = ReturnMap(robot, gait.slope, rule).walk(kicked(gait.start), _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
@@ -223,7 +222,6 @@ def basin_of_control(
     terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
     plan = make_plan(terms, controller, Terrain.incline(math.degrees(slope)), "gait")
     near = _nearness(plan.robot)
-    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
@@ -315,15 +313,16 @@ def _nearness(robot: Robot) -> Array:
     return SETTLED * np.repeat([1.0, frequency], angles)
 
 
-def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
+def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
     """Compute all rows of a map in threads.
 
     Raises:
+        InputError: The number of threads is outside its domain.
         BasinInterrupted: Ctrl-C.
         BasinStopped: The controller raised an exception.
     """
     rows = range(len(basin.swing_rates))
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(domains.WORKERS.check("threads", cores() if threads is None else threads)) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
             for future in progress_bar(as_completed(futures), total=len(rows), desc="rows", progress=progress):

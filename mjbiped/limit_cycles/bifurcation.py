@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import periodic
-from mjbiped.limit_cycles.periodic import PeriodicGait
+from mjbiped.limit_cycles.periodic import PeriodicGait, check_biped, check_scuffing, guard_of, step_lengths
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, kicked, plane_of, walk_all
-from mjbiped.limit_cycles.section import check_biped, check_scuffing, guard_of, step_lengths
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome

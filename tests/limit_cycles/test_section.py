@@ -7,7 +7,7 @@ import pytest
 
 import mjbiped
 from mjbiped.errors import InputError
-from mjbiped.limit_cycles.section import check_biped, guard_of, places_of, step_lengths
+from mjbiped.limit_cycles.periodic import check_biped, guard_of, places_of, step_lengths
 from mjbiped.robots.robot import Robot
 
 
