@@ -15,7 +15,7 @@ from mjbiped.records.columns import tables_of
 from mjbiped.records.loads import USUAL, peak_knee_torque, shortest_foot
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
