@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from mjbiped.records.record import Walk
 
-Table = dict[str, NDArray[Any]]
+Table = Mapping[str, NDArray[Any]]
 """Arrays with a row for each sample or touchdown, by the names of their columns."""
 
 STATE = "controller_state"
@@ -210,7 +210,7 @@ def flat_touchdowns(walk: Walk) -> Table:
     return _flat(tables_of(type(walk.robot)).touchdowns, walk.touchdowns, np.arange(1, walk.steps + 1))
 
 
-def _flat(columns: Columns, table: Mapping[str, NDArray[Any]], steps: NDArray[np.int64]) -> Table:
+def _flat(columns: Columns, table: Table, steps: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
     numbers = (row for name in columns for row in np.atleast_2d(table[name].T))
     return dict(zip(units_of(columns), (steps, *numbers), strict=True))
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
-from mjbiped.records.columns import tables_of
+from mjbiped.records.columns import Table, tables_of
 from mjbiped.records.loads import USUAL, peak_knee_torque, shortest_foot
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
@@ -20,9 +20,6 @@ from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
-
-Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
-"""Table of a walk's touchdowns, or a part of it; see `mjbiped.records.columns.TOUCHDOWNS`."""
 
 SLIDING = 1.0 - 1e-3
 """Share of the friction coefficient at which a foot counts as sliding; MuJoCo's solver is accurate to 1e-4."""
@@ -122,7 +119,7 @@ def impact_errors(walk: Walk | Part) -> NDArray[np.float64]:
     return np.asarray(touchdowns["dq"] / mapped - 1.0, dtype=np.float64)
 
 
-def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+def pulls(touchdowns: Table) -> NDArray[np.bool_]:
     """Whether the ground would have had to pull at the stance foot in the step that ends, shape (steps,).
 
     In the hybrid engine, whose stance foot cannot leave the ground, the least normal force is then below zero. In
@@ -131,7 +128,7 @@ def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
     return np.asarray(touchdowns["normal_force"] <= 0.0)
 
 
-def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
+def friction_asked(touchdowns: Table) -> NDArray[np.float64]:
     """Greatest `|F_t| / F_n` of the stance foot in the step that ends, shape (steps,).
 
     It is infinite where F_n falls below zero, as it can in the hybrid engine: the recorded ratio leaves out a foot that
@@ -149,7 +146,7 @@ def foot_length(walk: Walk, share: float = USUAL) -> float:
     return shortest_foot(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length, share)
 
 
-def violations(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+def violations(touchdowns: Table) -> NDArray[np.bool_]:
     """Whether the step that ends violates the contact, shape (steps,): the ground pulls, or needs friction over 0.8.
 
     The stance foot of the hybrid engine stands all the same. In MuJoCo the foot hops or slides, and the walk may go on.
@@ -182,10 +179,10 @@ def start_of(terrain: Terrain) -> dict[str, float]:
 
 
 class Part(NamedTuple):
-    """Touchdowns of a walk that follow another touchdown, or the start of the walk as `start_of` gives it."""
+    """Table of a walk that follow another touchdown, or the start of the walk as `start_of` gives it."""
 
     robot: Robot
-    touchdowns: Touchdowns
+    touchdowns: Table
     start: Mapping[str, float]
 
 
@@ -214,14 +211,13 @@ class Summary:
         self._sums = dict.fromkeys(("length", "pulls", "violations", "strikes"), 0.0)
         self._largest: dict[str, float] = defaultdict(lambda: math.nan)  # without a step
 
-    def take(self, touchdowns: Touchdowns) -> None:
+    def take(self, touchdowns: Table) -> None:
         """Add the touchdowns that follow.
 
         Args:
             touchdowns: Columns of the robot's touchdowns, with any number of rows.
         """
-        count = len(touchdowns["time"])
-        if not count:
+        if not len(touchdowns["time"]):
             return
         part = Part(self.robot, touchdowns, self.last)
         started, ended = estimate_errors(part)
@@ -246,7 +242,7 @@ class Summary:
             self._sums[name] = float(np.cumsum(np.append(self._sums[name], values))[-1])
         self.last = {name: float(touchdowns[name][-1]) for name in self.last}
         self._last_error = float(ended[-1])
-        self.steps += count
+        self.steps += len(touchdowns["time"])
 
     def to_dict(self, walk: Walk) -> dict[str, Any]:
         """Return the measures as `summary` does, of a walk whose touchdowns were taken; the record may lack them."""
@@ -265,14 +261,13 @@ class Summary:
         robot, steps, last, sums, largest = self.robot, self.steps, self.last, self._sums, self._largest
         x, time, load = last["x"], last["time"], robot.weight * last["x"]
         forces_known = not math.isnan(self._least_force)
-        knee = (
-            {}
-            if "knee" not in robot.joints
-            else {
+        foot = shortest_foot(walk.pressure_times, walk.end[0], largest["ahead"], largest["behind"], robot.leg_length)
+        knee: dict[str, float] = {}
+        if "knee" in robot.joints:
+            knee = {
                 "peak_stance_knee_torque_Nm": float(np.fmax(peak_knee_torque(walk), largest["knee"])),
                 "cost_of_transport_stance_knee": ratio(last["stance_knee_work"], load),
             }
-        )
         return {
             "steps": steps,
             "distance_m": x,
@@ -297,9 +292,7 @@ class Summary:
             "steps_violating_contact": int(sums["violations"]) if forces_known else None,
             "pressure_ahead_m": largest["ahead"],
             "pressure_behind_m": largest["behind"],
-            "foot_length_99_percent_m": shortest_foot(
-                walk.pressure_times, walk.end[0], largest["ahead"], largest["behind"], robot.leg_length
-            ),
-            "share_of_time_at_sole_bound": (math.nan if robot.sole is None else ratio(last["sole_bound_time"], time)),
+            "foot_length_99_percent_m": foot,
+            "share_of_time_at_sole_bound": math.nan if robot.sole is None else ratio(last["sole_bound_time"], time),
             "strikes": int(sums["strikes"]),
         }

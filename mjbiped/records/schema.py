@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.errors import MjbipedError, RecordError, shown
-from mjbiped.records.columns import Columns, Tables, tables_of
+from mjbiped.records.columns import Columns, Table, Tables, tables_of
 from mjbiped.records.loads import BINS
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
@@ -26,7 +26,6 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 
-Arrays = Mapping[str, NDArray[Any]]
 Part = TypeVar("Part")
 
 FORMAT = "mjbiped walk"
@@ -40,7 +39,7 @@ ADDED: Mapping[int, tuple[str, ...]] = {
     6: ("samples/ankle_asked", "touchdowns/sole_bound_time"),
     7: ("touchdowns/contact_force", "touchdowns/intrusion"),
 }
-"""Arrays that came with each version of the format. Version 5 brought the outcome "time limit", and version 6 soles."""
+"""Table that came with each version of the format. Version 5 brought the outcome "time limit", and version 6 soles."""
 
 FORMAT_VERSION = max(ADDED)
 
@@ -61,7 +60,7 @@ _LONGEST_REASON = 300  # characters
 _ALL = {"engine", "robot", "controller", "terrain", "initial", "steps", "distance", "sample_period", "scuffing"}
 
 
-def checked_fields(arrays: Arrays) -> dict[str, Any]:
+def checked_fields(arrays: Table) -> dict[str, Any]:
     """Check the arrays of a record's file and return the fields of its `Walk`.
 
     Args:
@@ -100,7 +99,7 @@ def _damaged(what: str) -> RecordError:
     return RecordError(f"is a damaged record: {what}")
 
 
-def _header(arrays: Arrays) -> dict[str, Any]:
+def _header(arrays: Table) -> dict[str, Any]:
     """Read the record's header, and check its format, version and outcome.
 
     Raises:
@@ -122,7 +121,7 @@ def _header(arrays: Arrays) -> dict[str, Any]:
     return dict(header)
 
 
-def _converted(arrays: Arrays, version: int, tables: Tables) -> Arrays:
+def _converted(arrays: Table, version: int, tables: Tables) -> Table:
     """Convert the arrays of a record of an earlier version: numbers that did not exist in it are NaN, one a row."""
     rows = {"pressure_times": BINS}
     for kind, columns in tables._asdict().items():
@@ -131,7 +130,7 @@ def _converted(arrays: Arrays, version: int, tables: Tables) -> Arrays:
     return {**{name: np.full(rows[name], np.nan) for name in added}, **arrays}
 
 
-def _table(kind: str, columns: Columns, arrays: Arrays, legs: int) -> dict[str, NDArray[Any]]:
+def _table(kind: str, columns: Columns, arrays: Table, legs: int) -> Table:
     """Return one of the two tables with the columns of `mjbiped.records.columns`, and any others.
 
     Raises:
@@ -158,7 +157,7 @@ def _table(kind: str, columns: Columns, arrays: Arrays, legs: int) -> dict[str, 
 
 
 def _checked(
-    name: str, arrays: Arrays, kind: type[np.float64 | np.int64], shape: tuple[int, ...], *, rows: bool = False
+    name: str, arrays: Table, kind: type[np.float64 | np.int64], shape: tuple[int, ...], *, rows: bool = False
 ) -> NDArray[Any]:
     """Return an array of the record after a check of its type and its shape, or with `rows` that of each of its rows.
 
