@@ -75,7 +75,7 @@ ROOMS = {
         "gaits/test_optimised.py",
         "gaits/test_optimised_kneed.py",
     ),
-    "mjbiped/gaits/pieces.py": (
+    "mjbiped/gaits/reference.py": (
         "gaits/test_pieces.py",
         "gaits/test_branches.py",
         "gaits/test_kneed.py",

@@ -17,7 +17,7 @@ from mjbiped.records import measures
 from mjbiped.records.columns import Column, Columns
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 
 COLUMNS: Columns = {
     "x": Column("m", "foothold"),

@@ -87,8 +87,7 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.engines.checks import check_rule
     from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
-    from mjbiped.limit_cycles.periodic import follow
-    from mjbiped.limit_cycles.section import check_biped, check_scuffing
+    from mjbiped.limit_cycles.periodic import check_biped, check_scuffing, follow
 
     slope_deg, slopes, steps, keep, doublings, reach = taken(ctx, values, "Diagram").values()
     if slope_deg is not None and math.radians(slope_deg[0]) < domains.DOWNHILL.low:

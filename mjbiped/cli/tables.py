@@ -13,8 +13,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.records.measure_table import MEASURES, in_words, quantile_rows
-from mjbiped.records.tables import bare_table, table_of
+from mjbiped.records.summary import MEASURES, bare_table, in_words, quantile_rows, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison

@@ -14,8 +14,8 @@ from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.compiling import Costs
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, explained, place_of
+from mjbiped.records.loads import unknown
 from mjbiped.records.measures import Summary
-from mjbiped.records.pressure import unknown
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
@@ -115,7 +115,7 @@ class Run(ABC):
         """Greatest magnitude of each joint's torque so far, N m, shape (joints,)."""
 
     def pressure_times(self) -> NDArray[np.float64]:
-        """Time that the centre of pressure spent in each bin, s; by default unknown. See `mjbiped.records.pressure`."""
+        """Time that the centre of pressure spent in each bin, s; by default unknown. See `mjbiped.records.loads`."""
         return unknown()
 
     @abstractmethod

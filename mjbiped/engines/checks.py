@@ -5,7 +5,7 @@ from __future__ import annotations
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.gait import Gait
-from mjbiped.records.settings import described
+from mjbiped.records.schema import described
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from mjbiped.exchange.formats import MCAP, PARQUET, check_format
 from mjbiped.exchange.mcap import write_recording
-from mjbiped.records.columns import Columns, tables_of
-from mjbiped.records.frames import Flat, attributes, flat_samples, flat_touchdowns, units_of
+from mjbiped.records.columns import Columns, Table, attributes, flat_samples, flat_touchdowns, tables_of, units_of
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
@@ -44,7 +43,7 @@ def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], N
     }
 
 
-def _write(table: Flat, columns: Columns, path: Path) -> None:
+def _write(table: Table, columns: Columns, path: Path) -> None:
     """Write a flat table: all digits, and in Parquet units that pandas finds in `frame.attrs`."""
     if path.suffix == PARQUET:
         parquet, arrow = (needed(module, "data", "a Parquet file") for module in ("pyarrow.parquet", "pyarrow"))

@@ -19,8 +19,7 @@ from mjbiped.errors import GaitError
 from mjbiped.gaits import store
 from mjbiped.gaits.cycle import COARSE, Step, attributes, free_motion, glide, limit_cycle, no_gait, step, unit_of
 from mjbiped.gaits.passive import PassiveGait, checked_slope
-from mjbiped.gaits.pieces import closing_on, count_of_pieces, hold, in_pieces
-from mjbiped.gaits.reference import Table, table_of
+from mjbiped.gaits.reference import Table, closing_on, count_of_pieces, hold, in_pieces, table_of
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.kneed_legs import KneedLegs
 from mjbiped.robots.robot import Array

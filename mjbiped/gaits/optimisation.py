@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.pieces import DEGREE, Numbers
+from mjbiped.gaits.reference import DEGREE, Numbers
 from mjbiped.gaits.steps import Course, Goal, Motion, StepModel
 from mjbiped.robots.robot import Array
 from mjbiped.utils.domains import Domain

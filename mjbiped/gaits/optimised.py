@@ -20,8 +20,16 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import store
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimisation import HALF_ANGLE, Told, motion_of, optimise, tell
-from mjbiped.gaits.pieces import DEGREE, closing_on, count_of_pieces, curve, curve_in_pieces, hold, in_pieces
-from mjbiped.gaits.reference import table_of
+from mjbiped.gaits.reference import (
+    DEGREE,
+    closing_on,
+    count_of_pieces,
+    curve,
+    curve_in_pieces,
+    hold,
+    in_pieces,
+    table_of,
+)
 from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, StepModel, flexion_points
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from

@@ -34,8 +34,7 @@ from mjbiped.gaits.cycle import (
     upright_modes,
 )
 from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.pieces import FALLEN
-from mjbiped.gaits.reference import motion_at, table_of
+from mjbiped.gaits.reference import FALLEN, motion_at, table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.robots.round import RoundCompass

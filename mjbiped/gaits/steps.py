@@ -18,7 +18,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from mjbiped.errors import InputError, shown
-from mjbiped.gaits.pieces import DEGREE, Numbers, curve
+from mjbiped.gaits.reference import DEGREE, Numbers, curve
 from mjbiped.robots.chain import SWING_LOCKED
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped

@@ -88,12 +88,8 @@ def _file(asked: Mapping[str, object]) -> Path:
 @cache
 def _made_with() -> list[str]:
     """Return the versions of the libraries and the digests of the sources on which a search depends."""
-    here = Path(__file__).parent
-    sources = [
-        *here.glob("*.py"),
-        *here.with_name("robots").glob("*.py"),
-        *here.with_name("dynamics").glob("*.py"),
-        here.with_name("numerics") / "trigonometry.py",
-    ]
+    package = Path(__file__).parents[1]
+    sources = [source for room in ("gaits", "robots", "dynamics") for source in package.glob(f"{room}/*.py")]
+    sources.append(package / "numerics" / "trigonometry.py")
     digests = [hashlib.sha256(source.read_bytes()).hexdigest() for source in sorted(sources)]
     return [np.__version__, scipy.__version__, *digests]

@@ -17,20 +17,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.control.compiled import LawError
 from mjbiped.control.controller import Controller
+from mjbiped.engines.base import Run
 from mjbiped.engines.checks import check_controller
 from mjbiped.engines.hybrid.engine import Hybrid
-from mjbiped.engines.hybrid.records import columns_of
-from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError, explained, place_of
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import return_map
+from mjbiped.limit_cycles.periodic import check_biped, check_scuffing
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
-from mjbiped.limit_cycles.section import check_biped, check_scuffing
-from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
-from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.parallel import cores
@@ -159,7 +156,6 @@ def basin_of_attraction(
     rule = chosen(scuffing)
     check_scuffing(gait, gait.slope, rule)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
-    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     plane = plane_of(robot, gait.slope, rule)
     walked = ReturnMap(robot, gait.slope, rule).walk(kicked(gait.start), _TRANSIENT)
     goals = np.unique(np.round(walked.states[-_ATTRACTOR:], 6), axis=0)
@@ -223,7 +219,6 @@ def basin_of_control(
     terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
     plan = make_plan(terms, controller, Terrain.incline(math.degrees(slope)), "gait")
     near = _nearness(plan.robot)
-    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
 
     def row(number: int) -> None:
         rate2 = float(basin.swing_rates[number])
@@ -248,21 +243,15 @@ def basin_of_control(
     return _filled(basin, row, threads, progress)
 
 
-def _walk_controlled(run: HybridRun, goal: Array, near: Array) -> tuple[int, Fate]:
-    """Walk until a state after an impact is near the goal, or the walk ends; the number of steps, and the fate."""
-    kind = type(run.plan.robot)
-    columns, own = tables_of(kind).touchdowns, columns_of(kind, "touchdowns")
-    state = own[index_of(columns, "q") : index_of(columns, "dq") + len(run.plan.robot.angles)]
-    walked, w = 0, run.state
-    while run.ended is Outcome.WALKING:
-        run.go_on()
-        count = int(w.rows)
-        inside = (np.abs(run.constants.row_buffer[:count, state] - goal) < near).all(axis=1)
-        if inside.any():
-            return walked + int(inside.argmax()) + 1, Fate.SETTLED
-        walked += count
-        w.rows = w.samples = 0
-    return walked, _FATES.get(int(run.ended), Fate.UNDECIDED)
+def _walk_controlled(run: Run, goal: Array, near: Array) -> tuple[int, Fate]:
+    """Walk to the end; the number of steps until a state after an impact is near the goal, or all, and the fate."""
+    run.go()
+    touchdowns = run.recorder.touchdowns()
+    states = np.hstack([touchdowns["q"], touchdowns["dq"]])
+    inside = (np.abs(states - goal) < near).all(axis=1)
+    if inside.any():
+        return int(inside.argmax()) + 1, Fate.SETTLED
+    return len(states), _FATES.get(int(run.outcome), Fate.UNDECIDED)
 
 
 def _empty(
@@ -315,15 +304,16 @@ def _nearness(robot: Robot) -> Array:
     return SETTLED * np.repeat([1.0, frequency], angles)
 
 
-def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
+def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
     """Compute all rows of a map in threads.
 
     Raises:
+        InputError: The number of threads is outside its domain.
         BasinInterrupted: Ctrl-C.
         BasinStopped: The controller raised an exception.
     """
     rows = range(len(basin.swing_rates))
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(domains.WORKERS.check("threads", cores() if threads is None else threads)) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
             for future in progress_bar(as_completed(futures), total=len(rows), desc="rows", progress=progress):

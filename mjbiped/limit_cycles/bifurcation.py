@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import periodic
-from mjbiped.limit_cycles.periodic import PeriodicGait
+from mjbiped.limit_cycles.periodic import PeriodicGait, check_biped, check_scuffing, guard_of, step_lengths
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, kicked, plane_of, walk_all
-from mjbiped.limit_cycles.section import check_biped, check_scuffing, guard_of, step_lengths
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome
@@ -255,7 +253,7 @@ class BifurcationDiagram:
 
 def bifurcation_diagram(
     robot: Robot,
-    slopes: ArrayLike | Sequence[float],
+    slopes: ArrayLike,
     *,
     steps: int = 600,
     keep: int = 100,
@@ -279,10 +277,8 @@ def bifurcation_diagram(
     """
     check_biped(robot)
     planes = domains.DOWNHILL.array("slopes", slopes, (None,))
-    if not len(planes):
-        raise InputError("slopes: expected at least one")
-    if (np.diff(planes) <= 0.0).any():
-        raise InputError("slopes must ascend, for the walk on each begins where that on the one before ended")
+    if not len(planes) or (np.diff(planes) <= 0.0).any():
+        raise InputError("slopes: expected at least one, ascending: each walk begins where the one before ended")
     steps, keep = domains.MAP_STEPS.check("steps", steps), domains.MAP_STEPS.check("keep", keep)
     if keep > steps:
         raise InputError(f"keep = {keep}: must not be more than the {steps} steps that are walked")

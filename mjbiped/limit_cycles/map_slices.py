@@ -14,9 +14,8 @@ import numpy as np
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.passive import PassiveGait
-from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait
+from mjbiped.limit_cycles.periodic import OFF, PeriodicGait, check_scuffing, find_periodic_gait, places_of
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, ReturnMap, plane_of, walk_all
-from mjbiped.limit_cycles.section import OFF, check_scuffing, places_of
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.utils import domains
@@ -57,7 +56,7 @@ class MapSlices:
     @property
     def fixed_point(self) -> Array:
         """Components of the gait of period one, shape (slices,)."""
-        return _places(self.gait.start)
+        return places_of(self.gait.start)
 
 
 def map_slices(
@@ -80,10 +79,9 @@ def map_slices(
     points, steps = domains.SLOPES.check("points", points), domains.MAP_STEPS.check("steps", steps)
     rule = chosen(scuffing)
     step = ReturnMap(robot, slope, rule)
-    plane = plane_of(robot, step.slope, rule)
     gait = passive_gait_of(robot, slope)
     check_scuffing(gait, slope, rule)
-    fixed = _places(gait.start)
+    fixed = places_of(gait.start)
     widths = np.full(len(fixed), _REACH * np.abs(fixed[-2:]).max())
     if len(fixed) > 1:
         widths[0] = _REACH * abs(fixed[0])
@@ -92,23 +90,18 @@ def map_slices(
     for k, width in enumerate(widths):
         places = np.tile(fixed, (points, 1))
         places[:, k] += width * shares
-        batch = walk_all(plane, _states(robot, places, gait.start), 1)
+        batch = walk_all(plane_of(robot, step.slope, rule), _states(robot, places, gait.start), 1)
         states, landed = batch.states[:, 0], batch.outcomes == TOUCHDOWN
         if len(fixed) > 1:
             landed &= np.abs(states[:, :2].sum(axis=1)) < OFF  # not on a bent knee
-        before[k], after[k] = places[:, k], np.where(landed, _places(states)[:, k], np.nan)
+        before[k], after[k] = places[:, k], np.where(landed, places_of(states)[:, k], np.nan)
     start = _states(robot, (1.0 + PUSH) * fixed[None], gait.start)[0]
     walked = step.walk(start, max(steps, _SETTLING))
-    walk = _places(np.vstack([start, walked.states[:steps]]))
+    walk = places_of(np.vstack([start, walked.states[:steps]]))
     outcome = walked.outcome if len(walked.states) < steps else "walking"
     settled = _settled(robot, slope, walked.states) if walked.outcome == "walking" and len(fixed) > 1 else None
     components = _COMPONENTS if len(fixed) > 1 else _WHEEL
     return MapSlices(gait, components, before, after, walk, outcome, settled)
-
-
-def _places(states: Array) -> Array:
-    """The components of states: those of the section, or the rate alone where there is one angle."""
-    return places_of(states) if states.shape[-1] > 2 else states[..., 1:]
 
 
 def _states(robot: Robot, places: Array, start: Array) -> Array:

@@ -1,8 +1,12 @@
 """Gaits of any period on a plane, stable or not, found by Newton's method on the return map and followed with slope.
 
 A gait of period n repeats itself after n steps. Its n states after the impacts are solved for together (multiple
-shooting), so that the equations stay as well conditioned for n = 16 as for n = 1. States stand on the section of
-`mjbiped.limit_cycles.section`, so that all robots with two legs are followed alike.
+shooting), so that the equations stay as well conditioned for n = 16 as for n = 1.
+
+All robots with two legs are followed alike, in the section of states just after an impact on a plane: both feet stand
+on the plane and both legs are straight, so that q2 = -q1, and (q1, dq1, dq2) tell the whole state. Thigh and shank of
+the swing leg move as one, or, where the heel strike can bend the knee, at rates that it links
+(`Robot.after_touchdown`).
 """
 
 from __future__ import annotations
@@ -15,13 +19,21 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from mjbiped.engines.checks import check_robot, check_rule
 from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.gaits.described import passive_gait_of
+from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
-from mjbiped.limit_cycles.section import OFF, check_biped, guard_of, places_of, step_lengths
 from mjbiped.robots.robot import Array, Robot
+from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.utils import domains
+
+GUARD = ScuffingRule(reach=0.0, delay=0.0, name="eq. 4")
+"""Touchdown of straight legs as `find_passive_gait` has it: whenever the swing foot comes down ahead."""
+
+OFF = 1e-9
+"""Sum of the legs' angles, rad, beyond which a state is off the section: it touched down with a bent knee."""
 
 DIFFERENCE = 1e-4
 """Width of the fourth-order differences, in rad and sqrt(g/l): truncation is below 1e-8, rounding 1e-11."""
@@ -29,6 +41,50 @@ DIFFERENCE = 1e-4
 CONVERGED = 1e-11  # last change of Newton's method, in rad and sqrt(g/l)
 LARGEST_CHANGE = 0.05  # rad and sqrt(g/l): a gait further from the one extrapolated may lie on another branch
 SHORTEST_STEP = 1e-9  # shortest step of the slope, rad
+
+
+def check_biped(robot: object) -> None:
+    """Refuse what is no robot with two legs.
+
+    Raises:
+        InputError: It is no robot, or it has no swing leg.
+    """
+    check_robot("robot", robot)
+    if isinstance(robot, Robot) and "swing" not in robot.angles:
+        raise InputError(
+            f"this is about the states of a stance and a swing leg; a {type(robot).__name__} has no swing leg"
+        )
+
+
+def check_scuffing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
+    """Refuse a scuffing rule that would never let a gait land on a slope, rad, or for a robot that needs none.
+
+    Raises:
+        InputError: It is such a rule.
+    """
+    check_rule(gait.robot, rule)
+    if not gait.robot.collides_from_lift_off:
+        check_landing(gait, slope, rule)
+
+
+def guard_of(robot: Robot) -> ScuffingRule:
+    """The rule under which gaits are followed: that of eq. 4, or none where the foot collides from lift-off."""
+    return ScuffingRule() if robot.collides_from_lift_off else GUARD
+
+
+def places_of(states: Array) -> Array:
+    """Components that tell states of shape (..., 2 n) with n angles: (q1, dq1, dq2), and the rate alone of a wheel."""
+    angles = states.shape[-1] // 2
+    return states[..., [0, angles, angles + 1] if angles > 1 else [1]]
+
+
+def step_lengths(robot: Robot, states: Array) -> Array:
+    """Distance between the feet just after impacts on a plane, m; states of shape (..., 2 n), NaN where these are."""
+    q = states[..., : len(robot.angles)]
+    lengths = np.full(q.shape[:-1], np.nan)
+    known = np.isfinite(q).all(axis=-1)
+    lengths[known] = -robot.swing_foot(q[known])[..., 0]
+    return lengths
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,6 @@ class Batch(Block):
         starts: First states, shape (walks, m).
         goal: These states, shape (goals, m).
         near: How near to one of them, shape (m,).
-        start: Room for the first state of a step, shape (m,).
         states: Last states after impacts, shape (walks, room * m): step n stands n % room rows behind the first.
         periods: Periods of the same steps, shape (walks, room), s.
         counts: Number of steps walked, shape (walks,).
@@ -124,8 +123,7 @@ def walk_batch(batch: int) -> None:
 def _walk_one(b: Batch, walk: int) -> None:
     """Walk one walk of a batch."""
     w, m, half = state_at(b.state, 0), b.numbers, b.numbers // 2
-    y, start = numbers(w.y, m), numbers(b.start, m)
-    c = constants_at(b.constants, 0)
+    c, y = constants_at(b.constants, 0), numbers(w.y, m)
     states, periods = row(b.states, walk, b.room * m), row(b.periods, walk, b.room)
     _copy(b.fresh, b.state, b.words)
     for i in range(m):
@@ -138,11 +136,7 @@ def _walk_one(b: Batch, walk: int) -> None:
             outcome = SETTLED
         if outcome != TOUCHDOWN or n == b.limit:
             break
-        for i in range(m):
-            start[i] = y[i]
-        _copy(b.fresh, b.state, b.words)
-        for i in range(m):
-            y[i] = start[i]
+        _copy(b.fresh, b.state, b.words)  # all but the arrays, such as y
         w.stance_flexion, w.locked, w.foot_angle = flexion, knee, y[0]
         bend_stance_knee(w, c.upper, c.lower, flexion)
         enter_mode(c, w)
@@ -207,7 +201,6 @@ def walk_all(
         starts=np.ascontiguousarray(starts, dtype=np.float64),
         goal=np.zeros((1, count)) if goals is None else np.ascontiguousarray(goals, dtype=np.float64),
         near=np.zeros(count) if near is None else np.ascontiguousarray(near, dtype=np.float64),
-        start=np.empty(count),
         states=np.empty((walks, room, count)),
         periods=np.empty((walks, room)),
         counts=np.empty(walks),

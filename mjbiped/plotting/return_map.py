@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjbiped.limit_cycles.map_slices import PUSH, MapSlices
-from mjbiped.limit_cycles.section import places_of
+from mjbiped.limit_cycles.periodic import places_of
 from mjbiped.plotting.gait import draw_multipliers
 from mjbiped.plotting.panels import head, legend_below, titled, wrapped
 from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, drawn

@@ -7,7 +7,6 @@ with each other and with the size of the file.
 from __future__ import annotations
 
 import io
-import math
 import sys
 import zipfile
 from collections.abc import Collection, Mapping
@@ -70,7 +69,7 @@ def read_arrays(
         with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
             file.longest = sys.maxsize  # arrays may be long
             members = _members(archive, path.stat().st_size)
-            return {name: _read(archive, member, types) for name, member in members.items()}
+            return {name: _array(archive.read(member), types) for name, member in members.items()}
     except InputError as error:
         raise RecordError(f"{path}: {error}") from error
     except RecordError as error:
@@ -119,24 +118,19 @@ def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     return members
 
 
-def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo, types: Collection[np.dtype[Any]]) -> NDArray[Any]:
-    """Read one array.
+def _array(data: bytes, types: Collection[np.dtype[Any]]) -> NDArray[Any]:
+    """Return the array in the content of an .npy file.
 
     Raises:
-        RecordError: Its type is not one that records have, or its size is not what it claims.
+        RecordError: Its type is not one that records have.
+        ValueError: The file is damaged, or its size is not what it claims.
     """
-    with archive.open(member) as stream:
-        version = npy.read_magic(stream)
-        if version != (1, 0):  # NumPy writes no array of these types in another
-            raise RecordError(f"an array is in the format {version} of NumPy; expected (1, 0)")
-        shape, _, dtype = npy.read_array_header_1_0(stream)
-        text = dtype.kind == "U" and shape == ()
-        if not text and dtype.newbyteorder("=") not in types:
-            raise RecordError(f"{shown(member.filename)} is of type {dtype}; expected numbers of 64 bits")
-        if min(shape, default=0) < 0 or stream.tell() + math.prod(shape) * dtype.itemsize != member.file_size:
-            raise RecordError(f"{shown(member.filename)} claims the shape {shown(shape)}, which is not its size")
-        stream.seek(0)
-        array: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
-        if stream.read(1):  # zipfile compares checksums at the end
-            raise RecordError(f"{shown(member.filename)} is longer than it claims")
-    return array.astype(dtype.newbyteorder("="), copy=False)
+    stream = io.BytesIO(data)
+    npy.read_magic(stream)
+    shape, fortran_order, dtype = npy.read_array_header_1_0(stream)  # NumPy writes these types in no other version
+    if dtype.newbyteorder("=") not in types and (dtype.kind != "U" or shape != ()):
+        raise RecordError(f"an array is of type {dtype}; expected numbers of 64 bits")
+    numbers = np.frombuffer(data, dtype, offset=stream.tell())
+    if min(shape, default=0) < 0:
+        raise ValueError(f"negative shape {shape}")
+    return numbers.reshape(shape, order="F" if fortran_order else "C").astype(dtype.newbyteorder("="))

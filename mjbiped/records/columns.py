@@ -1,20 +1,35 @@
-"""Columns of a walk's record: names, shapes, units and meanings.
+"""Columns of a walk's record: names, shapes, units and meanings; and its tables with one number per column.
 
 Engines, files, exports and docs/tables/columns.md take the columns from here. A row is a structured type of NumPy,
-`row_type`, with 8 bytes for each number; engines write the numbers of a row in the same order as floats.
+`row_type`; engines write the numbers of a row in the same order as floats.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
+from mjbiped.utils.packages import needed
+
+if TYPE_CHECKING:
+    import pandas
+
+    from mjbiped.records.record import Walk
+
+Table = Mapping[str, NDArray[Any]]
+"""Arrays with a row for each sample or touchdown, by the names of their columns."""
+
+STATE = "controller_state"
+"""Prefix of the names of the controller's integrated states in flat tables, where they are numbered from 0."""
+
+_SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
 
 
 class Column(NamedTuple):
@@ -155,10 +170,9 @@ SAMPLES, TOUCHDOWNS = tables_of(Compass)
 """Columns of the records of the compass biped."""
 
 
-def row_type(columns: Columns) -> np.dtype[Any]:
-    """Structured type of a table's row; a column with named parts is an array in it."""
-    kinds = {name: np.int64 if column.whole else np.float64 for name, column in columns.items()}
-    return np.dtype([(name, kinds[name], (len(each.parts),) if each.parts else ()) for name, each in columns.items()])
+def row_type(columns: Columns) -> np.dtype[np.void]:
+    """Structured type of a table's row, all floats; a column with named parts is an array in it."""
+    return np.dtype([(name, np.float64, (each.width,) if each.parts else ()) for name, each in columns.items()])
 
 
 def width(columns: Columns) -> int:
@@ -168,26 +182,73 @@ def width(columns: Columns) -> int:
 
 def index_of(columns: Columns, name: str) -> int:
     """Index of a column's first number in a row."""
-    before = list(columns).index(name)
-    return sum([column.width for column in columns.values()][:before])
+    return int(row_type(columns).fields[name][1]) // 8  # type: ignore[index]  # a structured type has fields
 
 
-def whole_rows(columns: Columns, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return those of a table's rows in which all numbers that must be finite are; more numbers may follow in a row."""
-    finite = np.repeat([column.finite for column in columns.values()], [column.width for column in columns.values()])
-    whole: NDArray[np.float64] = rows[np.isfinite(rows[:, : len(finite)][:, finite]).all(axis=1)]
-    return whole
+def split(columns: Columns, rows: ArrayLike) -> Table:
+    """Split rows of `width(columns)` floats into an array for each column, whole numbers where the column has them."""
+    table = np.asarray(rows, dtype=np.float64).reshape(-1, width(columns))
+    named = np.ascontiguousarray(table).view(row_type(columns))[:, 0]
+    return {name: named[name].astype(np.int64 if each.whole else np.float64) for name, each in columns.items()}
 
 
-def split(columns: Columns, rows: Sequence[Sequence[float]] | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-    """Split rows into one array per column.
+def flat_samples(walk: Walk) -> Table:
+    """Return the samples, one number per column: `step`, `time`, `q_stance`, ..., `controller_state_0`, ...
 
-    Args:
-        columns: Columns of a row, in their order.
-        rows: Rows of `width(columns)` numbers each.
+    `step` counts from 1; a sample at the instant of a touchdown belongs to the step whose stance leg it has.
     """
-    table, kind = np.asarray(rows, dtype=np.float64).reshape(len(rows), width(columns)), row_type(columns)
-    numbers = zip(
-        columns, np.split(table, np.cumsum([column.width for column in columns.values()])[:-1], axis=1), strict=True
-    )
-    return {name: part.reshape(-1, *kind[name].shape).astype(kind[name].base) for name, part in numbers}
+    time, touched = walk.samples["time"], walk.touchdowns
+    ended = np.searchsorted(touched["time"], time - _SAME)
+    following = np.append(touched["time"], np.inf)[ended]
+    begun = (np.abs(following - time) <= _SAME) & (np.append(touched["stance"], -1)[ended] == walk.samples["stance"])
+    states = {f"{STATE}_{number}": state for number, state in enumerate(walk.samples["controller_states"].T)}
+    return _flat(tables_of(type(walk.robot)).samples, walk.samples, 1 + ended + begun) | states
+
+
+def flat_touchdowns(walk: Walk) -> Table:
+    """Return the touchdowns, one number per column; `step` is the step that the touchdown ends, from 1 on."""
+    return _flat(tables_of(type(walk.robot)).touchdowns, walk.touchdowns, np.arange(1, walk.steps + 1))
+
+
+def _flat(columns: Columns, table: Table, steps: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
+    numbers = (row for name in columns for row in np.atleast_2d(table[name].T))
+    return dict(zip(units_of(columns), (steps, *numbers), strict=True))
+
+
+def units_of(columns: Columns) -> dict[str, str]:
+    """Return the unit of each flat column; empty for a pure number."""
+    units = {"step": ""}
+    for name, column in columns.items():
+        of_parts = column.unit.split(", ") if ", " in column.unit else [column.unit] * column.width
+        units |= zip([f"{name}_{part}" for part in column.parts] or [name], of_parts, strict=True)
+    return units
+
+
+def attributes(units: Mapping[str, str]) -> dict[str, str]:
+    """Return the metadata of a Parquet file from which pandas reads units by column, `frame.attrs["units"]`."""
+    return {"PANDAS_ATTRS": json.dumps({"units": dict(units)})}
+
+
+class Frames(NamedTuple):
+    """A walk as data frames; `attrs["units"]` of each has the units of its columns.
+
+    Attributes:
+        samples: A row per sample.
+        touchdowns: A row per support transfer.
+    """
+
+    samples: pandas.DataFrame
+    touchdowns: pandas.DataFrame
+
+
+def frames(walk: Walk) -> Frames:
+    """Return the walk as data frames; see `Walk.to_pandas`.
+
+    Raises:
+        InputError: pandas is not installed.
+    """
+    pandas = needed("pandas", "data", "to_pandas")
+    made = Frames(pandas.DataFrame(flat_samples(walk)), pandas.DataFrame(flat_touchdowns(walk)))
+    for frame, columns in zip(made, tables_of(type(walk.robot)), strict=True):
+        frame.attrs["units"] = units_of(columns)
+    return made

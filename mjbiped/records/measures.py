@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
-from mjbiped.records.columns import tables_of
-from mjbiped.records.measure_table import measures_of, ratio
-from mjbiped.records.pressure import USUAL, shortest_foot
+from mjbiped.records.columns import Table, tables_of
+from mjbiped.records.loads import USUAL, peak_knee_torque, shortest_foot
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
-
-Touchdowns: TypeAlias = Mapping[str, NDArray[Any]]
-"""Table of a walk's touchdowns, or a part of it; see `mjbiped.records.columns.TOUCHDOWNS`."""
 
 SLIDING = 1.0 - 1e-3
 """Share of the friction coefficient at which a foot counts as sliding; MuJoCo's solver is accurate to 1e-4."""
@@ -31,6 +28,11 @@ THROUGH, THROUGH_VIOLATING = "through", "through, contact violated"
 """Verdicts of finished walks; see `violations`."""
 
 WORK_KINDS = ("absolute", "net", "positive")
+
+
+def ratio(part: float, whole: float) -> float:
+    """Divide two numbers; NaN where the divisor is not positive."""
+    return part / whole if whole > 0.0 else math.nan
 
 
 def distance(walk: Walk) -> float:
@@ -117,7 +119,7 @@ def impact_errors(walk: Walk | Part) -> NDArray[np.float64]:
     return np.asarray(touchdowns["dq"] / mapped - 1.0, dtype=np.float64)
 
 
-def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+def pulls(touchdowns: Table) -> NDArray[np.bool_]:
     """Whether the ground would have had to pull at the stance foot in the step that ends, shape (steps,).
 
     In the hybrid engine, whose stance foot cannot leave the ground, the least normal force is then below zero. In
@@ -126,7 +128,7 @@ def pulls(touchdowns: Touchdowns) -> NDArray[np.bool_]:
     return np.asarray(touchdowns["normal_force"] <= 0.0)
 
 
-def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
+def friction_asked(touchdowns: Table) -> NDArray[np.float64]:
     """Greatest `|F_t| / F_n` of the stance foot in the step that ends, shape (steps,).
 
     It is infinite where F_n falls below zero, as it can in the hybrid engine: the recorded ratio leaves out a foot that
@@ -138,13 +140,13 @@ def friction_asked(touchdowns: Touchdowns) -> NDArray[np.float64]:
 def foot_length(walk: Walk, share: float = USUAL) -> float:
     """Length of the flat foot that contains the centre of pressure for a share of the time, m.
 
-    It is infinite where no foot does, and NaN for records without the times; see `mjbiped.records.pressure`.
+    It is infinite where no foot does, and NaN for records without the times; see `mjbiped.records.loads`.
     """
     ahead, behind = (np.max(walk.touchdowns[f"pressure_{side}"], initial=-math.inf) for side in ("ahead", "behind"))
     return shortest_foot(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length, share)
 
 
-def violations(touchdowns: Touchdowns) -> NDArray[np.bool_]:
+def violations(touchdowns: Table) -> NDArray[np.bool_]:
     """Whether the step that ends violates the contact, shape (steps,): the ground pulls, or needs friction over 0.8.
 
     The stance foot of the hybrid engine stands all the same. In MuJoCo the foot hops or slides, and the walk may go on.
@@ -177,10 +179,10 @@ def start_of(terrain: Terrain) -> dict[str, float]:
 
 
 class Part(NamedTuple):
-    """Touchdowns of a walk that follow another touchdown, or the start of the walk as `start_of` gives it."""
+    """Table of a walk that follow another touchdown, or the start of the walk as `start_of` gives it."""
 
     robot: Robot
-    touchdowns: Touchdowns
+    touchdowns: Table
     start: Mapping[str, float]
 
 
@@ -193,9 +195,6 @@ class Summary:
         robot: The robot that walks.
         steps: Number of touchdowns so far.
         last: Columns of the last touchdown.
-        last_error: Error of the slope estimate at the end of the last step, rad.
-        least_force: Least normal force on the stance foot, N.
-        sums: Sums over the steps.
     """
 
     def __init__(self, robot: Robot, terrain: Terrain) -> None:
@@ -208,60 +207,92 @@ class Summary:
         self.robot, self.steps = robot, 0
         works = (name for name in tables_of(type(robot)).touchdowns if name.endswith(("_work", *WORK_KINDS)))
         self.last = start_of(terrain) | dict.fromkeys((*works, "sole_bound_time"), 0.0)
-        self.last_error, self.least_force = math.nan, math.inf
-        self.sums = dict.fromkeys(("length", "pulls", "violations", "strikes"), 0.0)
-        self._largest: dict[str, float] = {}
+        self._last_error, self._least_force = math.nan, math.inf
+        self._sums = dict.fromkeys(("length", "pulls", "violations", "strikes"), 0.0)
+        self._largest: dict[str, float] = defaultdict(lambda: math.nan)  # without a step
 
-    def take(self, touchdowns: Touchdowns) -> None:
+    def take(self, touchdowns: Table) -> None:
         """Add the touchdowns that follow.
 
         Args:
             touchdowns: Columns of the robot's touchdowns, with any number of rows.
         """
-        count = len(touchdowns["time"])
-        if not count:
+        if not len(touchdowns["time"]):
             return
         part = Part(self.robot, touchdowns, self.last)
         started, ended = estimate_errors(part)
-        largest = {
+        for name, values in {
             "started": np.abs(started),
             "ended": np.abs(ended),
             "impact": np.abs(impact_errors(part)),
             "friction": np.abs(friction_asked(touchdowns)),
             **{name: np.abs(touchdowns[name]) for name in ("slip", "penetration")},
             **{side: touchdowns[f"pressure_{side}"] for side in ("ahead", "behind")},
-            "stance_knee": np.abs(touchdowns.get("stance_knee_torque", np.array(math.nan))),
-        }
-        for name, values in largest.items():  # NaN stays
-            self._largest[name] = float(np.maximum(self._largest.get(name, -math.inf), np.max(values)))
-        self.least_force = float(np.minimum(self.least_force, np.min(touchdowns["normal_force"])))
+            "knee": np.abs(touchdowns.get("stance_knee_torque", np.array(math.nan))),
+        }.items():
+            before = self._largest[name] if self.steps else -math.inf
+            self._largest[name] = float(np.maximum(before, np.max(values)))  # NaN stays
+        self._least_force = float(np.minimum(self._least_force, np.min(touchdowns["normal_force"])))
         for name, values in {
             "length": step_lengths(part),
             "pulls": pulls(touchdowns),
             "violations": violations(touchdowns),
             "strikes": touchdowns["strikes"],
         }.items():  # one after another, unlike NumPy's sum, whose rounding depends on the division into parts
-            self.sums[name] = float(np.cumsum(np.append(self.sums[name], values))[-1])
+            self._sums[name] = float(np.cumsum(np.append(self._sums[name], values))[-1])
         self.last = {name: float(touchdowns[name][-1]) for name in self.last}
-        self.last_error = float(ended[-1])
-        self.steps += count
-
-    def largest(self, name: str) -> float:
-        """Return the largest value of a quantity in all steps; NaN without a step."""
-        return self._largest.get(name, math.nan)
-
-    def counted(self, name: str) -> int | None:
-        """Return the number of steps that violate the contact; None for records that do not hold the normal force."""
-        return None if math.isnan(self.least_force) else int(self.sums[name])
+        self._last_error = float(ended[-1])
+        self.steps += len(touchdowns["time"])
 
     def to_dict(self, walk: Walk) -> dict[str, Any]:
         """Return the measures as `summary` does, of a walk whose touchdowns were taken; the record may lack them."""
-        measured = {each.key: each.value(self, walk) for each in measures_of(type(self.robot))}
+        measured = self._measured(walk)
         return {
             "outcome": walk.outcome,
-            "verdict": verdict(walk.outcome, self.counted("violations")),
+            "verdict": verdict(walk.outcome, measured["steps_violating_contact"]),
             "ended_at_time_s": walk.end[0],
             "ended_at_x_m": walk.end[1],
             **{name: None if value != value else value for name, value in measured.items()},
             "warnings": dict(walk.warnings),
+        }
+
+    def _measured(self, walk: Walk) -> dict[str, Any]:
+        """Compute the measures of `mjbiped.records.summary` by their keys; NaN or None where one does not exist."""
+        robot, steps, last, sums, largest = self.robot, self.steps, self.last, self._sums, self._largest
+        x, time, load = last["x"], last["time"], robot.weight * last["x"]
+        forces_known = not math.isnan(self._least_force)
+        foot = shortest_foot(walk.pressure_times, walk.end[0], largest["ahead"], largest["behind"], robot.leg_length)
+        knee: dict[str, float] = {}
+        if "knee" in robot.joints:
+            knee = {
+                "peak_stance_knee_torque_Nm": float(np.fmax(peak_knee_torque(walk), largest["knee"])),
+                "cost_of_transport_stance_knee": ratio(last["stance_knee_work"], load),
+            }
+        return {
+            "steps": steps,
+            "distance_m": x,
+            "time_s": time,
+            "speed_m_per_s": ratio(x, time),
+            "mean_step_length_m": ratio(sums["length"], steps),
+            "mean_step_period_s": ratio(time, steps),
+            "cost_of_transport": ratio(last["work_absolute"], load),
+            "cost_of_transport_net": ratio(last["work_net"], load),
+            "cost_of_transport_positive": ratio(last["work_positive"], load),
+            **{f"peak_{joint}_torque_Nm": float(walk.peak_torque[k]) for k, joint in enumerate(robot.joints)},
+            **knee,
+            "estimate_error_at_touchdown_deg": math.degrees(largest["started"]),
+            "estimate_error_at_step_end_deg": math.degrees(largest["ended"]),
+            "final_estimate_error_deg": math.degrees(self._last_error),
+            "largest_impact_error": largest["impact"],
+            "largest_slip_m": largest["slip"],
+            "largest_penetration_m": largest["penetration"],
+            "largest_stance_friction": largest["friction"],
+            "least_normal_force_weights": self._least_force / robot.weight if steps else math.nan,
+            "steps_that_pull": int(sums["pulls"]) if forces_known else None,
+            "steps_violating_contact": int(sums["violations"]) if forces_known else None,
+            "pressure_ahead_m": largest["ahead"],
+            "pressure_behind_m": largest["behind"],
+            "foot_length_99_percent_m": foot,
+            "share_of_time_at_sole_bound": math.nan if robot.sole is None else ratio(last["sole_bound_time"], time),
+            "strikes": int(sums["strikes"]),
         }

@@ -17,19 +17,16 @@ from numpy.typing import NDArray
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
-from mjbiped.records.frames import Frames, frames
-from mjbiped.records.older import FORMAT_VERSION as FORMAT_VERSION
-from mjbiped.records.pressure import unknown
-from mjbiped.records.schema import FORMAT as FORMAT
-from mjbiped.records.schema import checked_fields
+from mjbiped.records.columns import Frames, Table, frames
+from mjbiped.records.loads import unknown
+from mjbiped.records.schema import FORMAT, FORMAT_VERSION, checked_fields
+from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from mjbiped.records.tables import WalkSummary
 
 _SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "steps", "distance", "speed",
                 "cost of transport, absolute", "peak torque, ankle", "peak torque, hip")  # fmt: skip
@@ -51,13 +48,13 @@ class Walk:
         end: Time (s) and hip x (m) when it ended.
         peak_torque: Greatest `|ankle|` and `|hip|` torque, and a swing knee's, of all control ticks, N m.
         pressure_times: Histogram of the centre of pressure that the ankle's torque requires: time in each bin, s, shape
-            (130,); see `mjbiped.records.pressure`. NaN in records of earlier versions.
+            (130,); see `mjbiped.records.loads`. NaN in records of earlier versions.
         settings: All that is needed to repeat the walk, in plain JSON types: robot, controller, terrain, engine and its
             parameters, initial state, limits, versions.
     """
 
-    samples: Mapping[str, NDArray[Any]]
-    touchdowns: Mapping[str, NDArray[Any]]
+    samples: Table
+    touchdowns: Table
     outcome: str
     end: tuple[float, float]
     peak_torque: NDArray[np.float64]
@@ -140,8 +137,6 @@ class Walk:
             What prints as the table of `mjbiped walk`, and has each measure by its name:
             `walk.summary()["cost_of_transport"]`. A measure that does not exist is None.
         """
-        from mjbiped.records.tables import WalkSummary  # Rich takes long to load
-
         return WalkSummary(self)
 
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -193,8 +188,6 @@ class Walk:
 
     def _repr_html_(self) -> str:
         """Return outcome, measures and, if there are samples, the time lapse for a notebook."""
-        from mjbiped.records.tables import html_table
-
         shown_first = html_table(row for row in self.summary().rows if row[0] in _SHOWN_FIRST)
         try:
             picture = b64encode(resolve_name("mjbiped.plotting.walk:time_lapse_picture")(self)).decode()

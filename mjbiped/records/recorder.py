@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import Columns, index_of, split, tables_of, whole_rows, width
+from mjbiped.records.columns import Columns, Table, index_of, split, tables_of, width
 from mjbiped.records.measures import Summary
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -23,7 +23,8 @@ _TIME = 0  # index of the time in a row of either table
 
 def _new(columns: Columns, rows: Rows, taken: Sequence[Rows]) -> Rows:
     """Return a copy of the rows that are later than the last row that was taken, and hold a motion of numbers."""
-    rows = whole_rows(columns, rows)
+    finite = np.repeat([column.finite for column in columns.values()], [column.width for column in columns.values()])
+    rows = rows[np.isfinite(rows[:, : len(finite)][:, finite]).all(axis=1)]  # the controller's states follow in a row
     return rows[rows[:, _TIME] > taken[-1][-1, _TIME]] if taken and len(taken[-1]) else rows
 
 
@@ -105,7 +106,7 @@ class Recorder:
         assert self._summary is not None
         return self._summary
 
-    def samples(self) -> dict[str, NDArray[np.float64]]:
+    def samples(self) -> Table:
         """Return the samples so far; see `mjbiped.records.columns.SAMPLES`."""
         table = np.concatenate(self._samples) if self._samples else np.empty((0, self._sampled))
         if not self._keep_samples:
@@ -113,6 +114,6 @@ class Recorder:
         own = table[:, self._sampled :].copy()
         return {**split(self._columns.samples, table[:, : self._sampled]), "controller_states": own}
 
-    def touchdowns(self) -> dict[str, NDArray[np.float64]]:
+    def touchdowns(self) -> Table:
         """Return the touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
         return split(self._columns.touchdowns, np.concatenate(self._rows))

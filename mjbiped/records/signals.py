@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records import measures, stance_knee
-from mjbiped.records.columns import tables_of
-from mjbiped.records.frames import flat_samples, units_of
-from mjbiped.records.pressure import centre_of_pressure
+from mjbiped.records import loads, measures
+from mjbiped.records.columns import flat_samples, tables_of, units_of
+from mjbiped.records.loads import centre_of_pressure
 from mjbiped.robots.robot import Robot
 from mjbiped.utils.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 
@@ -149,7 +148,7 @@ SIGNALS: Mapping[str, Signal] = {
     "torque_ankle": Signal("torque", "ankle", "τ₁", PURPLE, SOLID),
     "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
-    "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, stance_knee.torque, "stance_knee_torque"),
+    "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, loads.knee_torque, "stance_knee_torque"),
     "torque_knee": Signal("knee torque", "swing knee", "τ₃", SKY, SOLID),
     "pressure": Signal("pressure", "ankle", "", PURPLE, SOLID, _pressure, "torque_ankle"),
     "toe": Signal("pressure", "toe", "", BLACK, DASHED, _end_of_sole(1, 1.0), "torque_ankle", optional=True),

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mjbiped.engines.mujoco.scenery import CUT
-from mjbiped.records.pressure import pressure_place
+from mjbiped.records.loads import pressure_place
 from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.moments import Moment, Pair, Points
 from mjbiped.robots.robot import Robot

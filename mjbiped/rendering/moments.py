@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import TrackedReference, recorded_controller
 from mjbiped.control.tracking import Tracking
 from mjbiped.errors import MjbipedError
+from mjbiped.records.loads import is_sound
 from mjbiped.records.record import Walk
-from mjbiped.records.stance_knee import is_sound
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
 

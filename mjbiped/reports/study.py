@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.errors import InputError, RecordError
-from mjbiped.records.measure_table import MEASURES as SHOWN
-from mjbiped.records.measure_table import in_words, quantile_rows
+from mjbiped.records.summary import MEASURES as SHOWN
+from mjbiped.records.summary import in_words, quantile_rows
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
 from mjbiped.reports.walk import flattened

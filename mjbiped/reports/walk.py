@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import RenderError
 from mjbiped.records import measures
-from mjbiped.records.frames import flat_samples
+from mjbiped.records.columns import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, signals_of, values_of
 from mjbiped.reports.page import check_installed, write_page

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
-from mjbiped.records.frames import flat_samples
+from mjbiped.records.columns import flat_samples
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, lines_of, signals_of
 from mjbiped.reports.page import Panels, Shown, include, line, shares, small

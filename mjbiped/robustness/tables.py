@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.records.tables import bare_table
+from mjbiped.records.summary import bare_table
 from mjbiped.robustness.limits import ALL, DISTURBANCES
 from mjbiped.robustness.result import FORGETTING, SOLE, Findings, Robustness
 from mjbiped.robustness.walks import LEVEL_STEPS, rough_from

@@ -1,6 +1,6 @@
 """The torque that an ankle can transmit through a flat, massless sole.
 
-The ground's force acts at x = -τ / F_n ahead of the ankle (`mjbiped.records.pressure`). The sole stands flat while that
+The ground's force acts at x = -τ / F_n ahead of the ankle (`mjbiped.records.loads`). The sole stands flat while that
 point, the centre of pressure, lies on it: -behind ≤ x ≤ ahead, or -ahead F_n ≤ τ ≤ behind F_n. Nothing is transmitted
 where the ground does not press.
 """

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.records.measure_table import measures_of
 from mjbiped.records.measures import verdict
+from mjbiped.records.summary import measures_of
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped

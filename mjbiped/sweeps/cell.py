@@ -19,9 +19,10 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, INITIAL_STATES
 from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
-from mjbiped.records import measure_table, measures
-from mjbiped.records.frames import flat_samples
+from mjbiped.records import measures
+from mjbiped.records.columns import flat_samples
 from mjbiped.records.record import Walk
+from mjbiped.records.summary import OF_STANCE_KNEE, measures_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import named, robot_named
 from mjbiped.robots.kneed import KneedBiped
@@ -41,11 +42,11 @@ Row = dict[str, Any]
 
 _ENDS = ("ended_at_time_s", "ended_at_x_m")
 
-MEASURES = (*(each.key for each in measure_table.MEASURES), *_ENDS)
+MEASURES = (*(each.key for each in measures_of(Compass)), *_ENDS)
 """Columns of a walk's measures, named as in `mjbiped.records.measures.summary`."""
 
 KNEES_MEASURES = (
-    *(each.key for each in measure_table.measures_of(KneedBiped) if each.key not in measure_table.OF_STANCE_KNEE),
+    *(each.key for each in measures_of(KneedBiped) if each.key not in OF_STANCE_KNEE),
     *_ENDS,
 )
 """Columns of measures in studies with kneed robots; other robots leave the additional columns empty. A study's walks

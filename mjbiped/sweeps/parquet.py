@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mjbiped.records.columns import tables_of
-from mjbiped.records.frames import attributes, units_of
+from mjbiped.records.columns import attributes, tables_of, units_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.sweeps.cell import TRAJECTORY, Row
 from mjbiped.sweeps.store import Store

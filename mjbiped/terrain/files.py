@@ -5,15 +5,20 @@ Input becomes plain Python values, or an `InputError` says what was wrong, what 
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
+from mjbiped.terrain.profile import check_slope
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.reading import read_text
+
+Floats: TypeAlias = tuple[float, ...]
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
@@ -28,14 +33,14 @@ class Sample(NamedTuple):
     line: int
 
 
-def read_samples(path: Path) -> list[Sample]:
+def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
     """Read an elevation profile from a comma-separated file with the columns x, z in m.
 
     A header, blank lines and comments from `#` to the end of a line are allowed. x increases strictly; only the two
     ends of a vertical step have the same x.
 
     Returns:
-        The samples in the order of the file; at least two, without a step at either end.
+        Starts (m), heights (m) and slope angles (rad) of the segments that join the samples, and the last x (m).
 
     Raises:
         InputError: The file cannot be read, or a row is invalid; the message names the line.
@@ -76,7 +81,17 @@ def read_samples(path: Path) -> list[Sample]:
             f"the samples reach from x = {samples[0].x:g} m to {samples[-1].x:g} m, but the robot starts at x = 0 and "
             "walks forward; subtract the x of the place where it shall start from all x"
         )
-    return samples
+    segments = []
+    for here, there in pairwise(samples):
+        where = f"lines {here.line} to {there.line}"
+        if there.x == here.x:
+            domains.STEP.check(f"{where}: the step", there.z - here.z)
+            continue
+        angle = math.atan2(here.z - there.z, there.x - here.x)
+        check_slope(where, angle)
+        segments.append((here.x, here.z, angle))
+    starts, heights, angles = zip(*segments, strict=True)
+    return starts, heights, angles, samples[-1].x
 
 
 def read_segments(path: Path) -> list[tuple[object, ...]]:

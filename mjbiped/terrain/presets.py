@@ -10,9 +10,10 @@ from types import MappingProxyType
 from typing import Annotated, Self, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed
-from mjbiped.terrain.segments import MOST_SEGMENTS, STANDABLE, Segment, chained, check_slope
+from mjbiped.terrain.profile import MOST_SEGMENTS, STANDABLE, Segment, chained, check_slope
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Interval, checked, known_name
 
@@ -345,7 +346,7 @@ def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], flo
     return [*rough, (1.0, rows[-1][1], 0.0)]
 
 
-def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[float]) -> list[Segment]:
+def recorded_rows(seed: int, length: float, x: NDArray[np.float64], z: NDArray[np.float64]) -> list[Segment]:
     """Draw a stretch of a recorded profile: it begins anywhere and goes in either direction.
 
     The straight line that fits the samples best is taken away. The record is thought to go on mirrored at both ends,
@@ -358,8 +359,8 @@ def recorded_rows(seed: int, length: float, x: Sequence[float], z: Sequence[floa
         x: Places of the samples, ascending, m; a place that occurs twice is a vertical step, but not at the ends.
         z: Heights of the samples, m.
     """
-    places, heights = np.array(x) - x[0], np.array(z)
-    heights -= np.polyval(np.polyfit(places, heights, 1), places)
+    places = x - x[0]
+    heights = z - np.polyval(np.polyfit(places, z, 1), places)
     once = float(places[-1])
     places, heights = np.append(places, 2.0 * once - places[-2::-1]), np.append(heights, heights[-2::-1])
     first = float(_generator(seed).uniform(0.0, 2.0 * once))

@@ -17,10 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_samples, read_segments
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_profile, read_segments
 from mjbiped.terrain.presets import PRESETS, Length, Presets, Seed, recorded_rows
-from mjbiped.terrain.profile import Profile, height_of, segment_under
-from mjbiped.terrain.segments import HIGHEST_STEP, MOST_SEGMENTS, check_slope, checked_segments
+from mjbiped.terrain.profile import (
+    HIGHEST_STEP,
+    MOST_SEGMENTS,
+    Profile,
+    check_slope,
+    checked_segments,
+    height_of,
+    segment_under,
+)
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, checked, entries, known_name
 
@@ -149,26 +156,10 @@ class Terrain(Presets):
         with prefixed(f"terrain file {shortened(str(path))}: "):
             known_name("suffix", suffix, FILE_SUFFIXES)
             if suffix == ".csv":
-                return cls._from_samples(path)
+                x, z, angles, end = read_profile(path)
+                return cls(x, z, angles, end=end, name=path.name)
             rows = checked_segments(read_segments(path))
             return cls._of_segments(rows, path.name, {"segments": rows})
-
-    @classmethod
-    def _from_samples(cls, path: Path) -> Terrain:
-        """Make a terrain through the samples of a CSV file."""
-        x, z, angles = [], [], []
-        samples = read_samples(path)
-        for here, there in pairwise(samples):
-            where = f"lines {here.line} to {there.line}"
-            if there.x == here.x:
-                domains.STEP.check(f"{where}: the step", there.z - here.z)
-                continue
-            angle = math.atan2(here.z - there.z, there.x - here.x)
-            check_slope(where, angle)
-            x.append(here.x)
-            z.append(here.z)
-            angles.append(angle)
-        return cls(tuple(x), tuple(z), tuple(angles), end=samples[-1].x, name=path.name)
 
     @classmethod
     @checked
@@ -313,15 +304,11 @@ class Terrain(Presets):
         return np.maximum(np.searchsorted(self._arrays[0], x, side="right") - 1, 0)
 
     @property
-    def samples(self) -> tuple[list[float], list[float]]:
+    def samples(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Places and heights (m) that straight lines join, for a profile with an end; a step has two at one place."""
-        x, z = [self.x[0]], [self.z[0]]
-        for place, before, rise, after in zip(
-            self.x[1:], self.heights_before[1:], self.rises[1:], self.z[1:], strict=True
-        ):
-            x += [place, place] if rise else [place]
-            z += [before, after] if rise else [after]
-        return [*x, self.end], [*z, self.height_at(self.end)]
+        x, z = self.outline(self.x[0], self.end)
+        joined = np.append((np.diff(x) == 0.0) & (np.abs(np.diff(z)) <= STEP_RESOLUTION), False)  # no step
+        return x[~joined], z[~joined]
 
     def outline(self, start: float, stop: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Profile between two places, with both ends of every segment and step: x and z in m."""

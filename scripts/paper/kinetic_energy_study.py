@@ -21,7 +21,7 @@ from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.mujoco import scene
 from mjbiped.plotting.panels import titled
 from mjbiped.plotting.style import drawn
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from scripts.pages import write_table
 
 ROBOT = mjbiped.Compass()

@@ -21,8 +21,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, LibraryController
-from mjbiped.gaits.pieces import DEGREE, bernstein, count_of_pieces, in_pieces
-from mjbiped.gaits.reference import table_of
+from mjbiped.gaits.reference import DEGREE, bernstein, count_of_pieces, in_pieces, table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.records.measures import THROUGH, THROUGH_VIOLATING, foot_length

@@ -18,7 +18,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from mjbiped import ScuffingRule, Terrain
-from mjbiped.records.frames import flat_samples
+from mjbiped.records.columns import flat_samples
 from mjbiped.terrain.profile import height_over_ground
 from scripts.pages import show_table
 from scripts.studies.kneed_study import grounds, share_and_cost, walk_everywhere, walkers, with_torques

@@ -15,7 +15,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import KneedController
 from mjbiped import Terrain
-from mjbiped.records import stance_knee
+from mjbiped.records import loads
 from scripts.pages import show_table
 
 CLEARANCE = 0.08  # of the optimised references, m
@@ -55,11 +55,11 @@ def row(law: KneedController, ground: Terrain, steps: int) -> list[str]:
     measured = held.summary()
     return [
         cost(locked),
-        f"{stance_knee.peak_torque(locked):.1f}",
+        f"{loads.peak_knee_torque(locked):.1f}",
         cost(held),
         cost(held, measured["cost_of_transport_stance_knee"] or 0.0),
         f"{measured['peak_stance_knee_torque_Nm']:.1f}",
-        f"{1e3 * stance_knee.flexion(held).max():.1f}",
+        f"{1e3 * loads.flexion(held).max():.1f}",
     ]
 
 

@@ -11,8 +11,8 @@ import mjbiped
 from controllers import PassiveController
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, Cascade, bifurcation_diagram, find_cascade
+from mjbiped.limit_cycles.periodic import GUARD
 from mjbiped.limit_cycles.return_map import ReturnMap
-from mjbiped.limit_cycles.section import GUARD
 from mjbiped.robots.compass import Array
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import GOSWAMI_CHAOS, GOSWAMI_ROBOT, GOSWAMI_SLOPE

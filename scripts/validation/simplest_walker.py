@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.limit_cycles.bifurcation import bifurcation_diagram
-from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, zero_on_branch
+from mjbiped.limit_cycles.periodic import GUARD, PeriodicGait, find_periodic_gait, first_gait, follow, zero_on_branch
 from mjbiped.limit_cycles.return_map import ReturnMap
-from mjbiped.limit_cycles.section import GUARD
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.computed import Computations, Computed
 from scripts.validation.published import GARCIA, GARCIA_ROBOT, GARCIA_SLOPE

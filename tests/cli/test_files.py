@@ -12,8 +12,8 @@ from PIL import Image
 from mjbiped.errors import RenderError
 from mjbiped.plotting import walk as plots
 from mjbiped.plotting import width as plot_width
-from mjbiped.records.measure_table import MEASURES
 from mjbiped.records.record import Walk
+from mjbiped.records.summary import MEASURES
 from mjbiped.rendering import gl, video
 
 

@@ -16,7 +16,7 @@ from controllers import AdaptiveController
 from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
 from mjbiped.gaits.described import gait_from
-from mjbiped.gaits.pieces import DEGREE
+from mjbiped.gaits.reference import DEGREE
 from mjbiped.reports.walk_figures import walk_figures
 
 MINE = """\

@@ -9,7 +9,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.records.pressure import centre_of_pressure
+from mjbiped.records.loads import centre_of_pressure
 
 ROBOT = mjbiped.Compass(sole=(0.03, 0.05))
 EXACT = 1e-9  # m, and N m: the law of the record and that of the engine round differently

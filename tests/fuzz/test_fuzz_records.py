@@ -25,7 +25,8 @@ from mjbiped.analysis.stability import stability
 from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.record import FORMAT_VERSION, Walk
+from mjbiped.records.record import Walk
+from mjbiped.records.schema import FORMAT_VERSION
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.video import render_frame
 from mjbiped.reports.walk import flattened

@@ -8,8 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-from mjbiped.gaits.pieces import DEGREE, FALLEN, count_of_pieces, curve, curve_in_pieces, hold
-from mjbiped.gaits.reference import HORIZON, motion_at, table_of
+from mjbiped.gaits.reference import (
+    DEGREE,
+    FALLEN,
+    HORIZON,
+    count_of_pieces,
+    curve,
+    curve_in_pieces,
+    hold,
+    motion_at,
+    table_of,
+)
 
 control_points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1).map(
     np.array

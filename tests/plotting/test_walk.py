@@ -20,7 +20,7 @@ from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, SWING, TRUTH, look
 from mjbiped.plotting.timelapse import rows_of
 from mjbiped.plotting.walk import plot_walk
-from mjbiped.records import stance_knee
+from mjbiped.records import loads
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
 
@@ -268,7 +268,7 @@ def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
     assert "(knee)" in "".join(text.get_text() for text in figure.texts)
     torques = next(axes for axes in figure.axes if "Joint torque" in axes.get_title(loc="left"))
     held = next(line for line in torques.get_lines() if str(line.get_label()) == "stance knee")
-    assert np.asarray(held.get_ydata()) == pytest.approx(stance_knee.torque(done))
+    assert np.asarray(held.get_ydata()) == pytest.approx(loads.knee_torque(done))
     # the knee stands out of the line from hip to foot in some posture of the time lapse
     lapse = figure.axes[0]
     widths = {len(path) for each in lapse.collections for path in getattr(each, "get_segments", list)()}

@@ -65,7 +65,7 @@ def test_claimed_shapes_are_compared_before_anything_is_allocated(shape: str, tm
     path = archive_of(tmp_path / "huge.npz", a=array_file(np.zeros(3), header_of("<f8", shape)))
     tracemalloc.start()
     try:
-        with pytest.raises(RecordError, match=r"claims the shape|no walk's record"):
+        with pytest.raises(RecordError, match="no walk's record"):
             read_arrays(path)
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:

@@ -12,7 +12,8 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
-from mjbiped.records.record import FORMAT, FORMAT_VERSION, Walk
+from mjbiped.records.record import Walk
+from mjbiped.records.schema import FORMAT, FORMAT_VERSION
 
 
 @pytest.fixture(scope="module")

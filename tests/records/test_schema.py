@@ -1,4 +1,4 @@
-"""What a record must be to be loaded; whatever an engine records is."""
+"""What a record must be to be loaded; whatever an engine records is, and records of all earlier formats."""
 
 import dataclasses
 import json
@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import AdaptiveController, Controller, KneedController, PassiveController
 from mjbiped.analysis.stability import stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
 from mjbiped.records.record import Walk
-from mjbiped.records.settings import LONGEST_DESCRIPTION, MOST_VALUES, parsed
+from mjbiped.records.schema import ADDED, LONGEST_HEADER, parsed
 from mjbiped.utils.domains import SEGMENTS
 
 
@@ -80,11 +80,11 @@ def changed(walk: Walk, tmp_path: Path, change: Change) -> Path:
         (lambda r: r.settings.update(scuffing={"reach": "x"}), "scuffing rule cannot be built"),
         (lambda r: r.settings.update(scuffing={"legs": 2}), "scuffing rule cannot be built"),
         (lambda r: r.settings.update(disturbances=[1]), "disturbances cannot be built"),
-        (lambda r: r.settings.update(disturbances={"control_period": None}), "not as it would have been written"),
+        (lambda r: r.settings.update(disturbances={"control_period": None}), "not as they would have been written"),
         (lambda r: r.settings.update(controller_source=5), "a class and the digest"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B"}), "a class and the digest"),
-        (lambda r: r.settings.update(more=[0] * MOST_VALUES), "too long"),
-        (lambda r: r.settings.update(more=10**50), "51 digits"),
+        (lambda r: r.settings.update(more="x" * LONGEST_HEADER), "too long"),
+        (lambda r: r.settings.update(initial=[10**400] * 4), "4 numbers"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),
         (lambda r: r.put("samples/q", lambda column: column[:-1]), "samples/'q'.* rows of numbers"),
         (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*floats of shape \(2,\) a row"),
@@ -127,7 +127,7 @@ def test_the_longest_ground_fits_into_a_record(walk: Walk, tmp_path: Path) -> No
     rows = [[0.1 + 1e-9 * k, 0.1, 1e-5] for k in range(SEGMENTS.high)]
     ground = {"x": [row[0] * k for k, row in enumerate(rows)], "z": [0.0] * len(rows), "angle": [0.0] * len(rows)}
     settings = {"terrain": {**ground, "end": None, "name": "long", "parameters": [["segments", rows]]}}
-    text = json.dumps({**walk.settings, **settings, "more": [-1.0 / 3.0] * LONGEST_DESCRIPTION})
+    text = json.dumps({**walk.settings, **settings, "more": [-1.0 / 3.0] * 100_000})
     assert len(parsed(text)["terrain"]["x"]) == SEGMENTS.high
 
 
@@ -239,3 +239,51 @@ def test_a_touchdown_at_the_start_has_no_speed(walk: Walk) -> None:
     at_once = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "time": walk.touchdowns["time"] * 0.0})
     assert math.isnan(measures.speed(at_once))
     assert measures.summary(at_once)["speed_m_per_s"] is None
+
+
+Walks = dict[str, mjbiped.Walk]
+
+
+@pytest.fixture(scope="module")
+def walks(controller: AdaptiveController) -> Walks:
+    robot, ground = mjbiped.KneedBiped(), mjbiped.Terrain.incline(2.0)
+    law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
+    return {
+        "compass": mjbiped.walk(controller, ground, engine="hybrid", steps=2),
+        "kneed": mjbiped.walk(law, ground, engine="hybrid", steps=2),
+    }
+
+
+@pytest.mark.parametrize("walker", ["compass", "kneed"])
+@pytest.mark.parametrize("version", ADDED)
+def test_a_record_of_a_version_is_read(version: int, walker: str, walks: Walks, tmp_path: Path) -> None:
+    walk, path = walks[walker], tmp_path / "walk.npz"
+    walk.save(path)
+    later = {name for since, names in ADDED.items() if since > version for name in names}
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files if name not in later}
+    arrays["header"] = np.array(json.dumps({**json.loads(str(arrays["header"])), "version": version}))
+    np.savez(path, **arrays)
+    old = mjbiped.Walk.load(path)
+    for kind in ("samples", "touchdowns"):
+        found, expected = getattr(old, kind), getattr(walk, kind)
+        assert found.keys() == expected.keys()
+        for name, column in expected.items():
+            if f"{kind}/{name}" in later:
+                assert found[name].shape == column.shape
+                assert np.isnan(found[name]).all()
+            else:
+                assert found[name].tobytes() == column.tobytes()
+    assert np.isnan(old.pressure_times).all() == (version < 4)
+    assert (old.summary()["foot_length_99_percent_m"] is None) == (version < 4)
+    assert old.summary()["cost_of_transport"] == walk.summary()["cost_of_transport"]
+
+
+def test_a_record_that_lacks_what_its_version_has_is_refused(walks: Walks, tmp_path: Path) -> None:
+    path = tmp_path / "walk.npz"
+    walks["compass"].save(path)
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files if name != "touchdowns/contact_force"}
+    np.savez(path, **arrays)
+    with pytest.raises(mjbiped.RecordError, match="incomplete record: it lacks touchdowns/contact_force"):
+        mjbiped.Walk.load(path)

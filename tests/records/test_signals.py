@@ -12,7 +12,7 @@ from report_pages import packed
 import mjbiped
 from controllers import AdaptiveController, KneedController
 from mjbiped.plotting.walk import plot_walk
-from mjbiped.records import signals, stance_knee
+from mjbiped.records import loads, signals
 from mjbiped.records.signals import PANELS, SIGNALS, Signal, panels_of, signals_of, torques_of, values_of
 from mjbiped.rendering.chart import Chart
 from mjbiped.reports.walk import report_walk
@@ -63,7 +63,7 @@ def test_values_are_those_of_the_record_in_the_panels_unit(straight: mjbiped.Wal
     assert values_of(kneed, "torque_knee") == pytest.approx(torque[:, 2])
     assert values_of(kneed, "slope") == pytest.approx(np.degrees(samples["slope"]))
     assert values_of(kneed, "flexion") == pytest.approx(np.degrees(q[:, 2] - q[:, 1]))
-    assert values_of(kneed, "torque_stance_knee") == pytest.approx(stance_knee.torque(kneed), nan_ok=True)
+    assert values_of(kneed, "torque_stance_knee") == pytest.approx(loads.knee_torque(kneed), nan_ok=True)
     rate = samples["dq"][:, 2] - samples["dq"][:, 1]
     assert values_of(kneed, "power_knee") == pytest.approx(torque[:, 2] * rate)
     farthest = 100.0 * 0.5 * straight.robot.leg_length

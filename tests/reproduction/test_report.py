@@ -29,7 +29,7 @@ from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, row_of, wr
 from mjbiped.reproduction.table_2 import choices, side_distances
 from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES
 from mjbiped.sweeps.cell import Cell
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE

@@ -23,6 +23,7 @@ from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.controllers.comparison.passivity import PassivityController
 from mjbiped.engines.base import Run
 from mjbiped.records import measures
+from mjbiped.records.columns import Table
 from mjbiped.utils.parallel import cores
 
 Terrain = mjbiped.Terrain
@@ -303,7 +304,7 @@ def test_a_summary_holds_no_table(engine: str, controller: AdaptiveController, m
     taken: list[int] = []
     take = measures.Summary.take
 
-    def counted(self: measures.Summary, touchdowns: measures.Touchdowns) -> None:
+    def counted(self: measures.Summary, touchdowns: Table) -> None:
         taken.append(len(touchdowns["time"]))
         take(self, touchdowns)
 

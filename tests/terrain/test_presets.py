@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.terrain.segments import MOST_SEGMENTS
+from mjbiped.terrain.profile import MOST_SEGMENTS
 from mjbiped.terrain.terrain import Terrain
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjbiped.errors import InputError
-from mjbiped.terrain.segments import GROUND_FRICTION, HIGHEST_STEP, MOST_SEGMENTS, STEEPEST_SLOPE
+from mjbiped.terrain.profile import GROUND_FRICTION, HIGHEST_STEP, MOST_SEGMENTS, STEEPEST_SLOPE
 from mjbiped.terrain.terrain import STEP_RESOLUTION, Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))

@@ -15,7 +15,7 @@ from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.engines.hybrid.motion import stance_force, write_state_at
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of
 from mjbiped.numerics.blocks import Floats, numbers, row
-from mjbiped.records.pressure import BINS, note_pressure
+from mjbiped.records.loads import BINS, note_pressure
 from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
 
 PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for

@@ -39,8 +39,7 @@ from mjbiped.engines.hybrid.state import (
 )
 from mjbiped.numerics.blocks import call, numbers
 from mjbiped.rules.termination import Outcome
-from mjbiped.terrain.profile import height_of
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION, height_of
 
 FELL = int(Outcome.FELL)
 SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser

@@ -192,7 +192,7 @@ class HybridRun(Run):
         return np.array(self.state.peak_torque[: self.constants.joints], dtype=np.float64)
 
     def pressure_times(self) -> NDArray[np.float64]:
-        """Time that the centre of pressure spent in each bin so far, s; see `mjbiped.records.pressure`."""
+        """Time that the centre of pressure spent in each bin so far, s; see `mjbiped.records.loads`."""
         return np.array(self.state.pressure[2:], dtype=np.float64)
 
     def settings(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from mjbiped.engines.hybrid.records import POSTURE, SAMPLE, TOUCHDOWN
 from mjbiped.engines.hybrid.resets import begin_gait_step
 from mjbiped.engines.hybrid.state import Constants, State, pushes_of
 from mjbiped.engines.plan import Plan
-from mjbiped.records.pressure import BINS
+from mjbiped.records.loads import BINS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules import foot_servo
 from mjbiped.rules.scuffing import ScuffingRule

@@ -10,7 +10,7 @@ from mjbiped.engines.mujoco.feet import stands
 from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Numbers
-from mjbiped.records.pressure import note_pressure
+from mjbiped.records.loads import note_pressure
 from mjbiped.rules.termination import LIGHT_CONTACT
 
 FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact

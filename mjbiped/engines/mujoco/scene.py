@@ -22,7 +22,7 @@ from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.shape import ARC
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 

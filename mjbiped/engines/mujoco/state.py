@@ -13,7 +13,7 @@ from collections.abc import MutableSequence
 from typing import Any
 
 from mjbiped.numerics.blocks import Floats, reader
-from mjbiped.records.pressure import BINS
+from mjbiped.records.loads import BINS
 
 COORDINATES = 6
 """Room for as many coordinates of a robot: hip x and z, and the angles of its legs' joints."""

@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.scene import START_DEPTH
 from mjbiped.records.columns import TOUCHDOWNS, split
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from controllers import KneedController, PassiveController
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.errors import InputError
-from mjbiped.records import measures, stance_knee
+from mjbiped.records import loads, measures
 from mjbiped.robots.stance_knee import stance_knee_torque
 from mjbiped.rules.termination import Outcome
 
@@ -95,7 +95,7 @@ def test_the_servo_gives_what_the_lock_bore(held: mjbiped.Walk) -> None:
         ROBOT,
         *(samples[name] for name in ("q", "dq", "torque", "slope")),
         locked=samples["locked"],
-        stance_flexion=(bent := stance_knee.flexion(held)),
+        stance_flexion=(bent := loads.flexion(held)),
     )
     events_at = np.concatenate([[0.0], touched["time"], np.append(0.0, touched["time"][:-1]) + touched["knee_strike"]])
     since = samples["time"][:, None] - events_at
@@ -125,7 +125,7 @@ def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
     peaks = np.abs(samples["stance_knee_torque"]).max()
     assert touched["stance_knee_torque"].max() == pytest.approx(peaks, rel=0.02)  # of all steps, of samples
     work = np.abs(0.5 * (samples["stance_knee_torque"][1:] + samples["stance_knee_torque"][:-1])
-                  * np.diff(stance_knee.flexion(held)))[np.diff(samples["stance"]) == 0].sum()  # fmt: skip
+                  * np.diff(loads.flexion(held)))[np.diff(samples["stance"]) == 0].sum()  # fmt: skip
     assert touched["stance_knee_work"][-1] == pytest.approx(work, rel=0.02)
     summary = measures.summary(held)
     assert summary["peak_stance_knee_torque_Nm"] == pytest.approx(peaks, rel=0.02)

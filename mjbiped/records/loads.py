@@ -1,4 +1,4 @@
-"""Centre of pressure that the ankle's torque requires, and the shortest foot that would contain it.
+"""What feet and the stance knee bear: centre of pressure, the shortest foot that would contain it, the knee's torque.
 
 The feet of the models are points, which cannot transmit a torque. A flat, massless foot at the ankle stands still only
 while the ground's force, with the normal component F_n, acts at x = -τ₁ / F_n, measured from the ankle along the
@@ -14,14 +14,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records import stance_knee
+from mjbiped.errors import InputError
+from mjbiped.robots.stance_knee import stance_knee_torque
 from mjbiped.rules.sole import moment_about_ankle
 from mjbiped.rules.termination import LIGHT_CONTACT
+from mjbiped.utils import domains
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
@@ -34,6 +36,8 @@ BINS = 130
 HALF = BINS // 2
 USUAL = 0.99
 """Default share of the time for which a foot must contain the centre of pressure."""
+
+BENT = 1e-4  # rad: a knee that bends less rests against its stop
 
 
 def bin_of(place: float) -> int:
@@ -90,6 +94,18 @@ def pressure_place(robot: Robot, torque: float, force: tuple[float, float], slop
     return -moment_about_ankle(torque, 0.0 if foot is None else foot.height, along) / normal
 
 
+def flexion(walk: Walk) -> Floats:
+    """Flexion of the stance knee at each sample, shape (samples,), rad; zero for straight legs."""
+    return walk.robot.flexion(walk.samples["qpos"], walk.samples["stance"])
+
+
+def is_sound(walk: Walk) -> NDArray[np.bool_]:
+    """Whether each sample is a state that the equations of motion accept; the last one of a diverged walk is not."""
+    angles, dq = np.column_stack([walk.samples["q"], walk.samples["slope"]]), walk.samples["dq"]
+    sound = (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
+    return np.asarray(sound)
+
+
 def centre_of_pressure(walk: Walk) -> Floats:
     """Centre of pressure that the ankle's torque requires at each sample, shape (samples,), m ahead of the ankle.
 
@@ -97,9 +113,9 @@ def centre_of_pressure(walk: Walk) -> Floats:
     where the walk has diverged, and where the ground would have to pull.
     """
     robot, samples = walk.robot, walk.samples
-    bent, locked = stance_knee.flexion(walk), samples.get("locked", np.ones_like(samples["stance"]))
+    bent, locked = flexion(walk), samples.get("locked", np.ones_like(samples["stance"]))
     places = np.full(len(samples["time"]), math.nan)
-    for k in np.flatnonzero(stance_knee.is_sound(walk)):
+    for k in np.flatnonzero(is_sound(walk)):
         q, dq, torque, slope = (samples[name][k] for name in ("q", "dq", "torque", "slope"))
         force = robot.ground_force(q, dq, torque, slope, locked=locked[k], stance_flexion=bent[k])
         places[k] = pressure_place(robot, torque[0], force, slope)
@@ -147,3 +163,41 @@ def _shortest(edges: Floats, beyond: Floats, other_edges: Floats, other_beyond: 
     ends = np.interp(-rest, -other_beyond, other_edges)  # the other end, beyond which exactly the rest lies
     possible = rest >= other_beyond[-1]
     return float(np.min((edges + ends)[possible], initial=math.inf))
+
+
+def knee_torque(walk: Walk) -> Floats:
+    """Torque that holds the stance knee at each sample, shape (samples,), N m.
+
+    The torque of a motor is the recorded one. For a locked knee it is the torque that a motor in place of the lock
+    would have to give, by the equations of motion; see `mjbiped.robots.stance_knee`. It is positive where the motor
+    must keep the knee from bending, and negative where the load straightens the knee, which the stop of a straight knee
+    bears without a motor. It is NaN where the walk has diverged.
+
+    Raises:
+        InputError: The robot has no knees.
+    """
+    robot: Any = walk.robot
+    samples, bent = walk.samples, flexion(walk)
+    if "stance_knee_torque" not in samples:
+        raise InputError(f"the robot of this walk is a {robot.kind} biped and has no knees; expected a kneed biped")
+    recorded = samples["stance_knee_torque"]
+    if np.isfinite(recorded).any():
+        return np.asarray(recorded, dtype=np.float64)
+    sound = is_sound(walk)
+    state = (samples[name][sound] for name in ("q", "dq", "torque", "slope"))
+    found = np.full(len(sound), np.nan)
+    found[sound] = stance_knee_torque(robot, *state, locked=samples["locked"][sound], stance_flexion=bent[sound])
+    return found
+
+
+def peak_knee_torque(walk: Walk) -> float:
+    """Greatest torque that a motor would need to hold a locked stance knee, over all samples, N m; NaN without samples.
+
+    What the stop of a straight knee bears is left out. The peak of a real motor is recorded at the touchdowns.
+
+    Raises:
+        InputError: The robot has no knees.
+    """
+    held = knee_torque(walk)
+    needed = np.where(flexion(walk) > BENT, np.abs(held), np.maximum(held, 0.0))
+    return float(np.fmax.reduce(needed, initial=math.nan))

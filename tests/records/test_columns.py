@@ -7,8 +7,7 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS
-from mjbiped.records.frames import flat_samples
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, flat_samples
 
 
 @pytest.fixture(scope="module")

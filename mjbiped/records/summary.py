@@ -1,0 +1,217 @@
+"""A walk's summary: labels, formats and displayed units of its measures, and the summary as a table.
+
+Tables on a terminal all have one style, which begins here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from mjbiped.records import measures
+from mjbiped.robots.compass import Compass
+from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import Outcome
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from mjbiped.records.record import Walk
+
+Row = tuple[str, str, str]
+"""Label, formatted value, and unit."""
+
+OF_STANCE_KNEE = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
+"""Keys of the measures of the stance knee of a robot with knees. The torque of a lock is known from samples alone."""
+
+_WIDTH = 100  # characters of a table as text
+_FAILURES = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.DIVERGED)]
+_AT_ONCE = 2  # steps
+_ESTIMATE = "initial_slope_estimate"  # setting of the controllers that estimate the slope
+_FAR_OFF = math.radians(1.0)  # from the slope at the start
+
+
+class Measure(NamedTuple):
+    """How a measure of `mjbiped.records.measures.summary` is displayed.
+
+    Attributes:
+        label: Name in words.
+        key: Name in the summary.
+        factor: Factor to the displayed unit.
+        form: Format of the number.
+        unit: The displayed unit; empty for a pure number.
+        joint: Joint that a robot with the measure has; empty for a measure of all robots.
+    """
+
+    label: str
+    key: str
+    factor: float
+    form: str
+    unit: str
+    joint: str = ""
+
+
+_MEASURES = (
+    Measure("steps", "steps", 1, "d", ""),
+    Measure("distance", "distance_m", 1, ".3f", "m"),
+    Measure("last touchdown at", "time_s", 1, ".3f", "s"),
+    Measure("speed", "speed_m_per_s", 1, ".4f", "m/s"),
+    Measure("step length, mean", "mean_step_length_m", 1, ".4f", "m"),
+    Measure("step period, mean", "mean_step_period_s", 1, ".4f", "s"),
+    Measure("cost of transport, absolute", "cost_of_transport", 1, ".4f", ""),
+    Measure("cost of transport, net", "cost_of_transport_net", 1, ".4f", ""),
+    Measure("cost of transport, positive", "cost_of_transport_positive", 1, ".4f", ""),
+    Measure("peak torque, ankle", "peak_ankle_torque_Nm", 1, ".2f", "N m", "ankle"),
+    Measure("peak torque, hip", "peak_hip_torque_Nm", 1, ".2f", "N m", "hip"),
+    Measure("peak torque, swing knee", "peak_knee_torque_Nm", 1, ".2f", "N m", "knee"),
+    Measure("peak torque, stance knee", OF_STANCE_KNEE[0], 1, ".2f", "N m", "knee"),
+    Measure("cost of transport, stance knee's part", OF_STANCE_KNEE[1], 1, ".4f", "", "knee"),
+    Measure("estimate error at touchdown, largest", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),
+    Measure("estimate error at step end, largest", "estimate_error_at_step_end_deg", 1, ".4f", "deg"),
+    Measure("final estimate error", "final_estimate_error_deg", 1, ".4f", "deg"),
+    Measure("impact against the impact map, worst", "largest_impact_error", 1e2, ".3f", "%"),
+    Measure("slip, largest", "largest_slip_m", 1e3, ".4f", "mm"),
+    Measure("penetration, largest", "largest_penetration_m", 1e3, ".4f", "mm"),
+    Measure("stance friction used, largest", "largest_stance_friction", 1, ".3f", ""),
+    Measure("normal force on the stance foot, least", "least_normal_force_weights", 1, ".3f", "weights"),
+    Measure("steps in which the ground would have to pull", "steps_that_pull", 1, "d", ""),
+    Measure("steps that violate the contact (pull, or friction over 0.8)", "steps_violating_contact", 1, "d", ""),
+    Measure("centre of pressure, ahead of the ankle at most", "pressure_ahead_m", 1e2, ".2f", "cm"),
+    Measure("centre of pressure, behind it at most", "pressure_behind_m", 1e2, ".2f", "cm"),
+    Measure("foot that holds it 99 % of the time, length", "foot_length_99_percent_m", 1e2, ".1f", "cm"),
+    Measure("time in which the sole transmits less than asked", "share_of_time_at_sole_bound", 1e2, ".1f", "%"),
+    Measure("impacts on vertical faces", "strikes", 1, "d", ""),
+)
+
+
+def measures_of(robot: type[Robot]) -> tuple[Measure, ...]:
+    """Measures in the summary of a kind of robot, in the order in which they are shown."""
+    return tuple(measure for measure in _MEASURES if measure.joint in ("", *robot.joints))
+
+
+MEASURES = measures_of(Compass)
+"""Measures in the summary of the compass biped."""
+
+
+def in_words(value: float | None, factor: float, form: str) -> str:
+    """Format a measure for display; a dash stands for one that does not exist."""
+    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
+
+
+def quantile_rows(finished: Mapping[str, Any]) -> list[list[str]]:
+    """Return label, formatted quantiles and unit of each measure of a study's finished walks."""
+    return [
+        [label, *(in_words(value, factor, form) for value in finished[key]), unit]
+        for label, key, factor, form, unit, _ in MEASURES
+        if finished.get(key) is not None
+    ]
+
+
+def bare_table(*headings: str, numbers: bool = False) -> Table:
+    """Make an empty table with words to the left and numbers to the right; `numbers` tells that all are numbers."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    for heading in headings:
+        words = heading in (headings[0], "unit") and not numbers
+        table.add_column(heading, justify="left" if words else "right", overflow="fold")
+    return table
+
+
+def table_of(rows: Iterable[Row]) -> Table:
+    """Make a table of rows of label, value and unit, without interpreting markup."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
+    for _ in range(3):
+        table.add_column(overflow="fold")
+    for cells in rows:
+        table.add_row(*map(Text, cells))
+    return table
+
+
+def html_table(rows: Iterable[Row]) -> str:
+    """Write rows of label, value and unit as HTML."""
+    left = "style='text-align:left'"
+    lines = (
+        f"<tr><th {left}>{escape(label)}</th><td {left}>{escape(value)} {escape(unit)}</td></tr>"
+        for label, value, unit in rows
+    )
+    return f"<table>{''.join(lines)}</table>"
+
+
+class WalkSummary(dict[str, Any]):
+    """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
+
+    Attributes:
+        rows: Label, formatted value, and unit of each line of the table.
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        """Measure a walk."""
+        super().__init__(measures.summary(walk))
+        settings, warnings = walk.settings, self["warnings"]
+        rows = [
+            ("outcome", walk.outcome, ""),
+            ("ended at", f"{self['ended_at_time_s']:.3f} s, hip at x = {self['ended_at_x_m']:.3f} m", ""),
+            ("terrain", walk.terrain.caption, ""),
+            ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
+        ]
+        if cause := _cause(walk):
+            rows.append(("probable cause", cause, ""))
+        if settings.get("disturbances"):
+            rows.append(("disturbances", _disturbances_in_words(settings["disturbances"]), ""))
+        if warnings:
+            texts = (f"{text} ({n} times)" if n > 1 else text for text, n in warnings.items())
+            rows.append(("warning", "; ".join(texts), ""))
+        rows += [
+            (label, in_words(self[key], factor, form), "" if self[key] is None else unit)
+            for label, key, factor, form, unit, _ in measures_of(type(walk.robot))
+        ]
+        self.rows = tuple(rows)
+
+    def __rich__(self) -> Table:
+        """Return the table for Rich."""
+        return table_of(self.rows)
+
+    def __str__(self) -> str:
+        """Return the table as text."""
+        from rich.console import Console
+
+        text = StringIO()
+        Console(file=text, width=_WIDTH, color_system=None, highlight=False, force_jupyter=False).print(self)
+        return "\n".join(line.rstrip() for line in text.getvalue().strip("\n").splitlines())
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """Return the table for a notebook."""
+        return html_table(self.rows)
+
+
+def _cause(walk: Walk) -> str:
+    """Say what was wrong at the start of a walk that fell at once: the slope estimate that its controller was given."""
+    estimate = walk.settings["controller"].get(_ESTIMATE)
+    if estimate is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
+        return ""
+    slope = walk.terrain.slope_at(0.0)
+    if abs(slope - estimate) < _FAR_OFF:
+        return ""
+    degrees = math.degrees(slope)
+    return (
+        f"it starts on {degrees:.1f}° with a slope estimate of {math.degrees(estimate):.1f}°; give "
+        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {_ESTIMATE}={slope:.4g}"
+    )
+
+
+def _disturbances_in_words(disturbances: Mapping[str, object]) -> str:
+    """Describe the disturbances in one line."""
+    forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
+    values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())
+    return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values)
