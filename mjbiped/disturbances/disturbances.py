@@ -8,9 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mjbiped.disturbances.chance import words_of
-from mjbiped.disturbances.pushes import Pushes, following
-from mjbiped.disturbances.sensors import Sensors
+from mjbiped.disturbances.chance import Pushes, Sensors, following, words_of
 from mjbiped.errors import InputError
 from mjbiped.utils import domains
 from mjbiped.utils.domains import check_fields, entries, known_name

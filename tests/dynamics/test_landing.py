@@ -22,7 +22,7 @@ from mjbiped.engines.hybrid.impacts import lay_down, set_down
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
 from mjbiped.engines.hybrid.state import Constants, State, swing_foot
 from mjbiped.robots.chain import Array
-from mjbiped.rules.foot_servo import GREATEST_ERROR
+from mjbiped.rules.sole import GREATEST_ERROR
 from mjbiped.terrain.segments import GROUND_FRICTION
 
 ROUNDING = 1e-10

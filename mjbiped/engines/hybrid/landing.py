@@ -11,7 +11,7 @@ from mjbiped.dynamics.linkage import END, speed
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE, hold_angle, hold_contact, push_contact
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, pushed, swing_foot
 from mjbiped.numerics.blocks import Floats, Numbers, numbers
-from mjbiped.rules.foot_servo import servo_torque
+from mjbiped.rules.sole import servo_torque
 from mjbiped.terrain.profile import height_of
 from mjbiped.terrain.segments import GROUND_FRICTION
 
