@@ -25,8 +25,8 @@ from mjbiped.utils.progress import progress_bar
 Initial: TypeAlias = str | Sequence[float]
 
 
-class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
-    """Some of many walks were broken off by an error; the others have been walked to their ends.
+class _Broken(BaseException):
+    """Many walks of which some were broken off.
 
     Attributes:
         walks: Record or summary of each walk, in order; of a broken walk the part so far, with the outcome
@@ -35,26 +35,21 @@ class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
     """
 
     def __init__(self, message: str, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Make the error from its message, the walks so far and their errors."""
+        """Make the exception from its message, the walks so far and their errors."""
         super().__init__(message)
         self.walks = walks
         self.errors = errors
 
 
-class WalksInterrupted(KeyboardInterrupt):
+class WalksStopped(_Broken, MjbipedError):  # noqa: N818 (as its sisters of one walk)
+    """Some of many walks were broken off by an error; the others have been walked to their ends."""
+
+
+class WalksInterrupted(_Broken, KeyboardInterrupt):
     """Many walks were broken off by Ctrl-C; what was recorded is not lost.
 
-    Attributes:
-        walks: Record or summary of each walk, in order; None for walks that had not begun, or were under way in another
-            process. A walk under way in a thread has the outcome "interrupted".
-        errors: Error messages of single walks before the interrupt, as in `WalksStopped`.
+    A walk that was under way in a thread has the outcome "interrupted"; one under way in another process is None.
     """
-
-    def __init__(self, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Make the interrupt from the walks so far and their errors."""
-        super().__init__("walks interrupted")
-        self.walks = walks
-        self.errors = errors
 
 
 class _Options(TypedDict, total=False):
@@ -153,7 +148,7 @@ def walk_many(
         try:
             batch.run()
         except KeyboardInterrupt as stop:
-            raise WalksInterrupted(batch.results, batch.errors) from stop
+            raise WalksInterrupted("walks interrupted", batch.results, batch.errors) from stop
     if batch.errors:
         raise _stopped(batch)
     return batch.results
