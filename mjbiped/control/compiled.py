@@ -35,7 +35,7 @@ from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import in_python, law_of
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import Block, numbers, packed, reader
-from mjbiped.numerics.sources import raises, takes_powers
+from mjbiped.numerics.cache import raises, takes_powers
 
 _ADVICE = (
     "A law reads and writes the arrays of floats that it is given, allocates nothing (no list, array or string), and "

@@ -16,9 +16,7 @@ from types import FunctionType, SimpleNamespace
 from typing import Any
 
 from mjbiped.numerics import blocks
-from mjbiped.numerics.announcement import compilation_begins
-from mjbiped.numerics.cache import load, store
-from mjbiped.numerics.sources import described, with_callees
+from mjbiped.numerics.cache import compilation_begins, described, load, store, with_callees
 
 # Numba has no types
 numba: Any = import_module("numba")

@@ -30,7 +30,7 @@ from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.draws import Draw
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.files import read_text
 
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.files import read_text
 
 SEGMENT_KEYS = ("length", "slope_deg", "step")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
