@@ -131,9 +131,8 @@ class Batch:
         compiled, interpreted, apart = list[int](), list[int](), list[int]()
         for index, plan in enumerate(self._plans):
             if id(plan.controller) not in kinds:
-                law = plan.law
-                kind = None if law is None else (type(plan.controller), law[1:], tuple(plan.driver.states))
-                kinds[id(plan.controller)] = kind
+                law, states = plan.law, tuple(plan.driver.states)
+                kinds[id(plan.controller)] = None if law is None else (type(plan.controller), law[1:], states)
             kind = kinds[id(plan.controller)]
             if kind not in machine:
                 machine[kind] = plan.terms.engine.start(plan).compile()

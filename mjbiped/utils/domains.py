@@ -392,7 +392,6 @@ CONTROL_PERIOD = Domain(1e-6, 1e3, "s")
 SAMPLE_PERIOD = Domain(1e-5, 1e4, "s")
 TOLERANCE = Domain(1e-14, 1e-3)
 REACH = Domain(0.0, 2.0, "leg lengths")
-DELAY = Domain(0.0, 1e4, "s")
 WORKERS = Count(1, 1024)
 
 # ---- references ------------------------------------------------------------------------------------------------------
@@ -405,19 +404,11 @@ NEEDED_FRICTION = Domain(1e-3, 100.0)
 # ---- its disturbances ------------------------------------------------------------------------------------------------
 
 ANGLE_NOISE = Domain(0.0, 1.0, "rad")
-RATE_NOISE = Domain(0.0, 1e3, "rad/s")
-ANGLE_BIAS = Domain(-1.0, 1.0, "rad")
-RATE_BIAS = Domain(-1e3, 1e3, "rad/s")
-LOOP_DELAY = Domain(0.0, 1e3, "s")
 TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
 FRICTION = Domain(0.0, 1e3)
 MODEL_ERROR = Domain(1e-3, 1e3)
-BANDWIDTH = Domain(1e-3, 1e9, "Hz")
 IMPULSE = Domain(0.0, 1e9, "N s")
 PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
-PUSHES = Count(0, 10_000)
-PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
-PUSH_DURATION = Domain(1e-3, 10.0, "s")
 
 # ---- gains -----------------------------------------------------------------------------------------------------------
 

@@ -29,12 +29,13 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
+from mjbiped.disturbances.disturbances import PUSHES
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
+from mjbiped.utils.domains import Count, Domain, Interval, annotated, check_kind, check_states, known_name
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
@@ -116,6 +117,7 @@ def test_the_other_checks() -> None:
         assert len(str(refused.value)) < 200
 
 
+DISTURBED = {name: domain for name, (domain, _) in annotated(mjbiped.Disturbances).items()}
 DOCUMENTED = {
     "`leg_mass`": domains.LEG_MASS,
     "`hip_mass`": domains.HIP_MASS,
@@ -137,19 +139,19 @@ DOCUMENTED = {
     "`control_period`": domains.CONTROL_PERIOD,
     "`sample_period`": domains.SAMPLE_PERIOD,
     "scuffing rule: `reach`": domains.REACH,
-    "scuffing rule: `delay`": domains.DELAY,
+    "scuffing rule: `delay`": annotated(mjbiped.ScuffingRule)["delay"][0],
     "`angle_noise`, `angle_resolution`": domains.ANGLE_NOISE,
-    "`angle_bias`": domains.ANGLE_BIAS,
-    "`rate_noise`": domains.RATE_NOISE,
-    "`rate_bias`": domains.RATE_BIAS,
-    "`delay` of a control loop": domains.LOOP_DELAY,
+    "`angle_bias`": DISTURBED["angle_bias"],
+    "`rate_noise`": DISTURBED["rate_noise"],
+    "`rate_bias`": DISTURBED["rate_bias"],
+    "`delay` of a control loop": DISTURBED["delay"],
     "`torque_limit`": domains.TORQUE_LIMIT,
-    "`motor_bandwidth`": domains.BANDWIDTH,
+    "`motor_bandwidth`": DISTURBED["motor_bandwidth"],
     "`push_impulse`": domains.IMPULSE,
     "impulse of a push at a given time": domains.PUSH,
-    "pushes at given times": domains.PUSHES,
-    "`push_interval`": domains.PUSH_INTERVAL,
-    "`push_duration`": domains.PUSH_DURATION,
+    "pushes at given times": PUSHES,
+    "`push_interval`": DISTURBED["push_interval"],
+    "`push_duration`": DISTURBED["push_duration"],
     "`friction`": domains.FRICTION,
     "factor of `--model-error`": domains.MODEL_ERROR,
     "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
