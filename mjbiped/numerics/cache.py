@@ -60,7 +60,7 @@ def _named(function: FunctionType) -> Iterator[tuple[str, object]]:
         yield name, cell.cell_contents
 
 
-def described(function: FunctionType) -> Any:
+def described(function: FunctionType) -> object:
     """Everything that determines what a function does: code, defaults, and constant globals and free variables."""
     constants = [(name, _constant(value)) for name, value in _named(function) if not callable(value)]
     defaults = _constant(function.__defaults__ or ())
