@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.checks import check_robot, check_rule

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from mjbiped.control.controller import Unpowered
 from mjbiped.control.loading import is_reference, located
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.checks import check_controller
 from mjbiped.engines.plan import Terms, make_plan

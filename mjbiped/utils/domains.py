@@ -65,10 +65,9 @@ class Domain:
             InputError: The value is not a finite number in the domain.
         """
         number = as_float(value)
-        if not math.isfinite(number):
-            raise InputError(f"{name} = {shown(value)}: must be a finite number {self}")
         if not self.low <= number <= self.high:
-            raise InputError(f"{name} = {shown(value)}: must be {self}")
+            words = "" if math.isfinite(number) else "a finite number "
+            raise InputError(f"{name} = {shown(value)}: must be {words}{self}")
         return number
 
     def array(self, name: str, value: object, shape: tuple[int | None, ...] | None) -> NDArray[np.float64]:
@@ -91,7 +90,9 @@ class Domain:
             given = np.array([as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
         if given.dtype.kind not in "iuf":
             raise InputError(f"{name} = {shown(value)}: must be numbers {self}")
-        if shape is not None and not _fits(given.shape, shape):
+        if shape is not None and (
+            len(given.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, given.shape, strict=True))
+        ):
             expected = f"({', '.join('n' if n is None else str(n) for n in shape)}{',' * (len(shape) == 1)})"
             raise InputError(f"{name}: expected shape {expected}, got {given.shape}")
         numbers = np.array(given, dtype=np.float64)
@@ -137,10 +138,6 @@ class Count:
         return int(value)
 
 
-def _fits(shape: tuple[int, ...], expected: tuple[int | None, ...]) -> bool:
-    return len(shape) == len(expected) and all(n in (None, m) for n, m in zip(expected, shape, strict=True))
-
-
 def _is_real(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
@@ -153,6 +150,18 @@ def as_float(value: object) -> float:
         return float(value) + 0.0  # type: ignore[arg-type]  # a real number
     except OverflowError:
         return math.inf
+
+
+def parse_number(text: object) -> int | float | None:
+    """Parse a number; None if it is not a text of one."""
+    if not isinstance(text, str) or "_" in text:
+        return None
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
 
 
 def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
@@ -285,25 +294,16 @@ class Ends:
         return f"one distance {self.distance}, or two, behind and ahead, as 0.05,0.15"
 
     def check(self, name: str, value: object) -> tuple[float, float]:
-        """Check distances, given as a number or a pair.
+        """Check distances, given as a number, a pair, or a text such as "0.05,0.15".
 
         Raises:
             InputError: There are neither one nor two, or one is outside the domain.
         """
-        each = entries(value) or (value,)
-        if len(each) not in (1, 2) or not all(self.distance.low <= as_float(end) <= self.distance.high for end in each):
+        given = map(parse_number, value.split(",")) if isinstance(value, str) else entries(value) or (value,)
+        each = [as_float(end) for end in given]
+        if len(each) not in (1, 2) or not all(self.distance.low <= end <= self.distance.high for end in each):
             raise InputError(f"{name} = {shown(value)}: must be {self.words}")
-        return as_float(each[0]), as_float(each[-1])
-
-    def read(self, name: str, value: object) -> tuple[float, float]:
-        """Check distances that may also be given as a text, such as "0.05,0.15".
-
-        Raises:
-            InputError: They are not valid.
-        """
-        with suppress(ValueError):
-            return self.check(name, [float(part) for part in value.split(",")] if isinstance(value, str) else value)
-        return self.check(name, value)
+        return each[0], each[-1]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ import pytest
 
 import mjbiped
 from controllers import Memory, PassiveController
-from mjbiped.control.controller import ROOM
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import ROOM, Unpowered
 from mjbiped.robots.robot import Robot
 
 

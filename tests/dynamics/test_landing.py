@@ -16,7 +16,7 @@ from lagrange import lagrange
 from simulations import hybrid_run
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.impacts import lay_down, set_down
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force

@@ -102,10 +102,10 @@ def test_arrays_have_a_shape_and_numbers_of_the_domain() -> None:
 def test_the_other_checks() -> None:
     assert Interval(domains.STEP).check("rise", [0, 0.5]) == (0.0, 0.5)
     for value, ends in ((0.1, (0.1, 0.1)), ((0, 0.2), (0.0, 0.2)), ("0.1", (0.1, 0.1)), ("0.1, 0.2", (0.1, 0.2))):
-        assert domains.SOLE.read("sole", value) == ends
+        assert domains.SOLE.check("sole", value) == ends
     for wrong in (-0.1, (0.1, 0.2, 0.3), "0.1,", "heel", (0.1, math.nan), (), True, None, {"behind": 0.1}):
         with pytest.raises(InputError, match=r"sole = .*one distance from 0 to 1000 m, or two"):
-            domains.SOLE.read("sole", wrong)
+            domains.SOLE.check("sole", wrong)
     assert check_states("state", (1, 2, 3e5, 4), (4,)).tolist() == [1.0, 2.0, 3e5, 4.0]
     with pytest.raises(InputError, match="its angles: 300000"):
         check_states("state", (3e5, 0, 0, 0), (4,))
