@@ -30,6 +30,7 @@ from controllers import (
     PassivityController,
 )
 from mjbiped.disturbances.disturbances import PUSHES
+from mjbiped.engines.plan import Terms
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.presets import PRESETS
@@ -117,7 +118,11 @@ def test_the_other_checks() -> None:
         assert len(str(refused.value)) < 200
 
 
-DISTURBED = {name: domain for name, (domain, _) in annotated(mjbiped.Disturbances).items()}
+def of_field(kind: type, name: str) -> Any:
+    """The domain in a field's annotation."""
+    return annotated(kind)[name][0]
+
+
 DOCUMENTED = {
     "`leg_mass`": domains.LEG_MASS,
     "`hip_mass`": domains.HIP_MASS,
@@ -125,8 +130,8 @@ DOCUMENTED = {
     "`lower_length + upper_length`": domains.LEG,
     "`leg_inertia`": domains.INERTIA,
     "`foot_radius`": domains.FOOT_RADIUS,
-    "`shank_offset`": domains.OFFSET,
-    "`stop_angle`": domains.STOP_ANGLE,
+    "`shank_offset`": of_field(mjbiped.RoundKneed, "shank_offset"),
+    "`stop_angle`": of_field(mjbiped.RoundKneed, "stop_angle"),
     "`gravity`": domains.GRAVITY,
     "length of a leg in MuJoCo": domains.MUJOCO_LEG,
     "angle of a leg": domains.ANGLE,
@@ -135,35 +140,35 @@ DOCUMENTED = {
     "`steps` of a walk": domains.STEPS,
     "`distance`": domains.DISTANCE,
     "`timestep`": domains.TIMESTEP,
-    "`contact_timestep`": domains.CONTACT_TIMESTEP,
+    "`contact_timestep`": of_field(mjbiped.Mujoco, "contact_timestep"),
     "`control_period`": domains.CONTROL_PERIOD,
-    "`sample_period`": domains.SAMPLE_PERIOD,
+    "`sample_period`": of_field(Terms, "sample_period"),
     "scuffing rule: `reach`": domains.REACH,
-    "scuffing rule: `delay`": annotated(mjbiped.ScuffingRule)["delay"][0],
+    "scuffing rule: `delay`": of_field(mjbiped.ScuffingRule, "delay"),
     "`angle_noise`, `angle_resolution`": domains.ANGLE_NOISE,
-    "`angle_bias`": DISTURBED["angle_bias"],
-    "`rate_noise`": DISTURBED["rate_noise"],
-    "`rate_bias`": DISTURBED["rate_bias"],
-    "`delay` of a control loop": DISTURBED["delay"],
+    "`angle_bias`": of_field(mjbiped.Disturbances, "angle_bias"),
+    "`rate_noise`": of_field(mjbiped.Disturbances, "rate_noise"),
+    "`rate_bias`": of_field(mjbiped.Disturbances, "rate_bias"),
+    "`delay` of a control loop": of_field(mjbiped.Disturbances, "delay"),
     "`torque_limit`": domains.TORQUE_LIMIT,
-    "`motor_bandwidth`": DISTURBED["motor_bandwidth"],
+    "`motor_bandwidth`": of_field(mjbiped.Disturbances, "motor_bandwidth"),
     "`push_impulse`": domains.IMPULSE,
     "impulse of a push at a given time": domains.PUSH,
     "pushes at given times": PUSHES,
-    "`push_interval`": DISTURBED["push_interval"],
-    "`push_duration`": DISTURBED["push_duration"],
+    "`push_interval`": of_field(mjbiped.Disturbances, "push_interval"),
+    "`push_duration`": of_field(mjbiped.Disturbances, "push_duration"),
     "`friction`": domains.FRICTION,
     "factor of `--model-error`": domains.MODEL_ERROR,
     "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
-    "`position_gain` of limit cycle tracking": domains.POSITION_GAIN,
-    "`adaptation_gain`": domains.ADAPTATION_GAIN,
-    "`gain` of PBC": domains.DAMPING_GAIN,
-    "`ratio` of ECC, not 0": domains.TORQUE_RATIO,
+    "`position_gain` of limit cycle tracking": of_field(LimitCycleController, "position_gain"),
+    "`adaptation_gain`": of_field(AdaptiveController, "adaptation_gain"),
+    "`gain` of PBC": of_field(PassivityController, "gain"),
+    "`ratio` of ECC, not 0": of_field(EnergyConstraintController, "ratio"),
     "`singular_band`, `slowest`": domains.SLOWEST_RATE,
-    "`hip_weight` of KETC": domains.HIP_WEIGHT,
-    "`replanning_delay`": domains.REPLANNING_DELAY,
-    "`update_threshold`": domains.SLOPE_THRESHOLD,
-    "`replanning_threshold`": domains.STATE_THRESHOLD,
+    "`hip_weight` of KETC": of_field(KineticEnergyController, "hip_weight"),
+    "`replanning_delay`": of_field(AdaptiveController, "replanning_delay"),
+    "`update_threshold`": of_field(AdaptiveController, "update_threshold"),
+    "`replanning_threshold`": of_field(AdaptiveController, "replanning_threshold"),
     "terrain: places and heights": domains.PLACE,
     "terrain: length of a segment": domains.STRETCH,
     "terrain: height of a step": domains.STEP,
