@@ -102,16 +102,9 @@ class Disturbances:
     @property
     def schedule(self) -> Pushes:
         """Pushes in the form that engines take."""
-        times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
-        return Pushes(
-            np.array(times, dtype=np.float64),
-            np.array(impulses, dtype=np.float64),
-            len(times),
-            self.push_duration,
-            self.push_impulse,
-            self.push_interval or 0.0,
-            *words_of(self.seed),
-        )
+        times, impulses = np.array(self.pushes, dtype=np.float64).reshape(-1, 2).T.copy()
+        random = self.push_impulse, self.push_interval or 0.0
+        return Pushes(times, impulses, len(times), self.push_duration, *random, *words_of(self.seed))
 
     @property
     def sensors(self) -> Sensors:

@@ -167,34 +167,26 @@ def _plans(
         InputError: The numbers differ, or one is not what is expected; the message says which walk's.
         GaitError: A walk has no passive gait to start on.
     """
-    given: dict[str, Any] = {
-        "controllers": controllers,
-        "terrains": terrains,
-        "initial": initial,
-        "disturbances": disturbances,
-    }
-    each = {name: values for name, value in given.items() if (values := entries(value)) is not None}
-    if all(isinstance(start, Real) for start in each.get("initial", ())):
-        each.pop("initial", None)  # one state for all
-    counts = {name: len(values) for name, values in each.items()}
+    given = {"controllers": controllers, "terrains": terrains, "initial": initial, "disturbances": disturbances}
+    each = {name: entries(value) for name, value in given.items()}
+    if all(isinstance(start, Real) for start in each["initial"] or ()):
+        each["initial"] = None  # one state for all
+    counts = {name: len(values) for name, values in each.items() if values is not None}
     if len(set(counts.values())) > 1:
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"expected one for all walks, or as many of each as there are walks; got {got}")
     count = next(iter(counts.values()), 1)
+    terms = dataclasses.replace(terms, walks=count)
+    columns: list[Any] = [(value,) * count if each[name] is None else each[name] for name, value in given.items()]
     described: dict[int, Mapping[str, Any]] = {}
     plans = []
-    for index in range(count):
-        controller, terrain, start, disturbed = (
-            each[name][index] if name in each else value for name, value in given.items()
-        )
+    for index, (controller, terrain, start, disturbed) in enumerate(zip(*columns, strict=True)):
         try:
-            known = described.get(id(controller))
-            plans.append(
-                make_plan(dataclasses.replace(terms, walks=count), controller, terrain, start, known, disturbed)
-            )
-            described[id(controller)] = plans[-1].description
+            plan = make_plan(terms, controller, terrain, start, described.get(id(controller)), disturbed)
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
+        described[id(controller)] = plan.description
+        plans.append(plan)
     return plans
 
 

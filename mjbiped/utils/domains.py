@@ -230,7 +230,7 @@ def checked(function: Function) -> Function:
     return cast(Function, checking)
 
 
-def _checked(owner: object, values: Mapping[str, object]) -> dict[str, Any]:
+def _checked(owner: type | Callable[..., object], values: Mapping[str, object]) -> dict[str, object]:
     """Check the values of the fields or parameters that a class or a function annotates with domains."""
     return {
         name: domain.check(name, values[name])
@@ -240,7 +240,7 @@ def _checked(owner: object, values: Mapping[str, object]) -> dict[str, Any]:
 
 
 @cache
-def annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
+def annotated(owner: type | Callable[..., object]) -> dict[str, tuple[Any, bool]]:
     """Domains of the fields of a class, or parameters of a function, by name, and whether None is allowed."""
     found = {}
     for part in reversed(getattr(owner, "__mro__", (owner,))):
@@ -262,7 +262,7 @@ class Interval:
         ends: Domain of the ends.
     """
 
-    ends: Any
+    ends: Domain | Count
 
     def check(self, name: str, value: object) -> tuple[float, float]:
         """Check a range.
