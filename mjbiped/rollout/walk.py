@@ -36,11 +36,17 @@ class _Broken(BaseException):
 
 
 class WalkStopped(_Broken, MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
-    """A walk was broken off by an error in the controller; `walk` is the record so far."""
+    """A walk was broken off by an error in the controller.
+
+    `walk` is the record so far, with the outcome "interrupted"; `before` has the walks of the same call that had ended.
+    """
 
 
 class WalkInterrupted(_Broken, KeyboardInterrupt):
-    """A walk was broken off by Ctrl-C; `walk` is the record so far."""
+    """A walk was broken off by Ctrl-C.
+
+    `walk` is the record so far, with the outcome "interrupted"; `before` has the walks of the same call that had ended.
+    """
 
 
 def walk(

@@ -42,13 +42,19 @@ class _Broken(BaseException):
 
 
 class WalksStopped(_Broken, MjbipedError):  # noqa: N818 (as its sisters of one walk)
-    """Some of many walks were broken off by an error; the others have been walked to their ends."""
+    """Some of many walks were broken off by an error; the others have been walked to their ends.
+
+    `walks` has the record or summary of each walk in order, of a broken walk the part so far, or None if it could not
+    begin; `errors` has the messages by the walk's index in that list.
+    """
 
 
 class WalksInterrupted(_Broken, KeyboardInterrupt):
     """Many walks were broken off by Ctrl-C; what was recorded is not lost.
 
-    A walk that was under way in a thread has the outcome "interrupted"; one under way in another process is None.
+    `walks` has the record or summary of each walk in order: one that was under way in a thread has the outcome
+    "interrupted", one that was under way in another process or had not begun is None. `errors` has the messages of
+    walks that had failed before.
     """
 
 
