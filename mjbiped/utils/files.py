@@ -34,7 +34,6 @@ def written_whole(path: Path) -> Iterator[Path]:
             is entered.
     """
     path = path.absolute()  # whatever folder the process works in by then
-    _check_name(path)
     with _unfinished_file(path) as unfinished:
         yield unfinished
         unfinished.replace(path)
@@ -67,9 +66,7 @@ def check_writable(path: Path) -> None:
     Raises:
         OSError: It cannot; see `written_whole`.
     """
-    path = path.absolute()
-    _check_name(path)
-    with _unfinished_file(path):
+    with _unfinished_file(path.absolute()):
         pass
 
 
@@ -78,8 +75,9 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     """Make an empty file of the same suffix in the same folder, and remove it when the block ends unless it was moved.
 
     Raises:
-        OSError: The folder is missing or cannot be written to.
+        OSError: The folder is missing or cannot be written to, or no file can have this name.
     """
+    _check_name(path)
     name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
     try:
         name.touch(exist_ok=False)  # with the permissions of any new file
