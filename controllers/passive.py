@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 
 
 @dataclass(frozen=True)

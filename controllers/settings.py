@@ -9,7 +9,8 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, check_tracking
+from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers
+from mjbiped.control.tracking import check_tracking
 from mjbiped.controllers import layout, replanning
 from mjbiped.controllers.layout import TRANSITION_TIME
 from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE

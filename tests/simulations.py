@@ -11,8 +11,7 @@ import mujoco
 import numpy as np
 
 from controllers import KneedController
-from mjbiped.control.controller import Controller
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Controller, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import Hybrid
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun

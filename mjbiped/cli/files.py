@@ -15,7 +15,7 @@ import click
 
 from mjbiped.cli.ending import INTERRUPTED, end
 from mjbiped.errors import MjbipedError, explained
-from mjbiped.numerics.announcement import announce
+from mjbiped.numerics.cache import announce
 from mjbiped.records.arrays import write_arrays
 
 if TYPE_CHECKING:  # what prints is loaded when there are results: no help and no refused word waits for it

@@ -16,9 +16,8 @@ from mjbiped.exchange.formats import MODULES, check_format
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.robots.kinds import KINDS, NAMED, named
-from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Ends, Words
+from mjbiped.utils.domains import Count, Domain, Ends, Words, parse_number
 from mjbiped.utils.files import check_writable
 
 MODEL = ".xml"
@@ -105,7 +104,7 @@ def quantity(domain: Domain | Count | Ends | Words) -> object:
     if isinstance(domain, Words):
         return click.Choice(domain.valid)
     if isinstance(domain, Ends):
-        return Kind("X[,X]", lambda value: domain.read("", value), domain.words)
+        return Kind("X[,X]", lambda value: domain.check("", value), domain.words)
     return Kind("X" if isinstance(domain, Domain) else "N", lambda value: number(value, domain), domain.words)
 
 

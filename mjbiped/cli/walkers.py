@@ -30,7 +30,7 @@ from mjbiped.terrain.files import parse_parameters, parse_toml
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 from mjbiped.utils.domains import known_name, nearest
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.files import read_text
 
 _Robot = TypeVar("_Robot", bound=Robot)
 

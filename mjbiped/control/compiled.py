@@ -22,7 +22,6 @@ from __future__ import annotations
 import ctypes
 import math
 import re
-from collections.abc import Callable
 from functools import cache, lru_cache, partial
 from importlib import import_module
 from numbers import Real
@@ -35,7 +34,7 @@ from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.functions import in_python, law_of
 from mjbiped.errors import InputError
 from mjbiped.numerics.blocks import Block, numbers, packed, reader
-from mjbiped.numerics.sources import raises, takes_powers
+from mjbiped.numerics.cache import Function, raises, takes_powers
 
 _ADVICE = (
     "A law reads and writes the arrays of floats that it is given, allocates nothing (no list, array or string), and "
@@ -96,7 +95,7 @@ class MachineCode:
         joints, memory = len(controller.joints), controller.memory_size
         sizes = {"length": length, "memory": memory, "angles": joints, "values": joints + len(controller.states)}
         self._head, _ = packed(Head(failed=0.0, parameters=values, **sizes))
-        self._kept: list[Any] = [values, kept]
+        self._kept: list[object] = [values, kept]
         addresses: Any = {"tick": 0, "parameters": self._head.ctypes.data}
         for name, function in law.functions.items():
             try:
@@ -144,7 +143,7 @@ class CalledMethods:
         error, self.error, self._failed.value = self.error, None, 0.0
         return error
 
-    def _behind(self, name: str, function: Callable[..., Any], law: Law, controller: Controller) -> Any:
+    def _behind(self, name: str, function: Function, law: Law, controller: Controller) -> Any:
         """The C function of a function, which works on the arrays themselves, without copies."""
         number, word, n = ctypes.c_double, ctypes.c_int64, len(controller.joints)
         count, memory_of = n + len(controller.states), number * controller.memory_size
@@ -183,11 +182,11 @@ _TAKEN |= {"tick": "taa", "knee_strike": "taa"}
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
-def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Callable[..., Any]:
+def _for_c(name: str, law: Function, read: Function) -> Function:
     """One of a law's functions by the addresses of its arrays."""
     nothing = math.nan if name in _RETURNING else None
 
-    def call(head: Head, memory: int, *given: object) -> Any:
+    def call(head: Head, memory: int, *given: object) -> float | None:
         found = nothing
         arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
         try:
@@ -223,7 +222,7 @@ def _for_c(name: str, law: Callable[..., Any], read: Callable[..., Any]) -> Call
 
 
 @lru_cache(maxsize=256)
-def _function(name: str, function: Callable[..., Any], read: Callable[..., Any]) -> Any:
+def _function(name: str, function: Function, read: Function) -> Any:
     """Compile one of a law's C functions; an unchanged one comes from the cache."""
     from mjbiped.numerics.machine import compiled
 
@@ -257,7 +256,7 @@ def rounds_alike(law: Law) -> bool:
     return not takes_powers(tuple(law.functions.values()))
 
 
-def _reason(name: str, function: Callable[..., Any], error: Exception) -> str:
+def _reason(name: str, function: Function, error: Exception) -> str:
     """Describe why a law cannot be compiled: what Numba says of it by itself, and the place in the source."""
     numba: Any = import_module("numba")  # slow to import, and without types
     array, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64

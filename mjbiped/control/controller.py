@@ -11,6 +11,7 @@ class HipSpring(Controller):
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from abc import ABC, abstractmethod
@@ -20,7 +21,6 @@ from numbers import Real
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from mjbiped.control.scalar_laws import on_arrays
-from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -266,15 +266,29 @@ class LawController(Controller):
         return self._law
 
 
-def check_tracking(kind: type[Controller]) -> None:
-    """Refuse an optimised reference for a law that imitates passive walking itself.
+@dataclasses.dataclass(frozen=True)
+class Unpowered(LawController):
+    """Zero torque at all joints of any robot, for walks without a controller from `controllers`."""
 
-    Raises:
-        InputError: The class does not follow a gait's trajectory in time.
-    """
-    if not kind.follows:
-        raise InputError(
-            f"{kind.__name__} imitates how a passive walker's energy goes, and needs a passive gait (see "
-            "mjbiped.find_passive_gait); an optimised reference is tracked by controllers that follow it in time, as "
-            "AdaptiveController and LimitCycleController"
-        )
+    def driving(self, robot: Robot) -> Controller:
+        """Return a copy of the controller with as many torques as the robot has joints."""
+        if robot.joints == self.joints:
+            return self
+        driver = copy.copy(self)
+        object.__setattr__(driver, "joints", robot.joints)
+        return driver
+
+    @classmethod
+    def drives(cls, robot: Robot) -> bool:
+        """Whether the robot has joints, which may be any: they are left alone."""
+        return bool(robot.joints)
+
+    @property
+    def plain_law(self) -> Law:
+        """Law that applies no torque in any state."""
+        return Law([], _no_torque)
+
+
+def _no_torque(parameters: Numbers, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:  # noqa: ARG001
+    for joint in range(len(q)):
+        out[joint] = 0.0

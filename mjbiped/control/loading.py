@@ -21,8 +21,8 @@ from types import ModuleType
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import check_text, known_name
+from mjbiped.utils.files import read_bytes
 from mjbiped.utils.packages import hidden_laws
-from mjbiped.utils.reading import read_bytes
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
 

@@ -23,9 +23,10 @@ from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import Any
 
-from mjbiped.control.controller import Controller, check_tracking
+from mjbiped.control.controller import Controller
 from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of, why_none
+from mjbiped.control.tracking import check_tracking
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, prefixed, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
@@ -155,12 +156,11 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gai
     """
     valid = settings_of(name, robot)
     kind = controller_class(name, robot)
+    own, known = fields_of(kind), f"{shown_defaults(valid) or 'none'}{why_none(kind)}"
     for key in settings.keys() - valid.keys():
-        said = shown_defaults(valid) or f"none{why_none(kind)}"
         raise InputError(
-            f"unknown setting of the controller {name} {shown(key)}: valid are {said}{nearest(key, valid)}"
+            f"unknown setting of the controller {name} {shown(key)}: valid are {known}{nearest(key, valid)}"
         )
-    own = fields_of(kind)
     values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
     if "robot" in own:
         values["robot"] = robot
@@ -182,10 +182,9 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gai
     except MjbipedError:
         raise
     except Exception as error:  # a value is missing, or a class of the user's does something with them
-        said = f"{shown_defaults(valid) or 'none'}{why_none(kind)}"
         raise InputError(
             f"{kind.__name__} cannot be made of these settings: {explained(error)}{place_of(error, kind)}; they are "
-            f"{said} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
+            f"{known} (on the command line --gain NAME=VALUE, in a study keys of its [controller])"
         ) from error
 
 

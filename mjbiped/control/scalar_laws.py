@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from mjbiped.numerics.sources import Function
+from mjbiped.numerics.cache import Function
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Law, Numbers, Room

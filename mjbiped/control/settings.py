@@ -10,8 +10,7 @@ from numbers import Integral
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from mjbiped.errors import InputError, shown
-from mjbiped.terrain.files import parse_number
-from mjbiped.utils.domains import as_float
+from mjbiped.utils.domains import as_float, parse_number
 
 REQUIRED = MISSING
 """Stands for the default of a setting that has none."""

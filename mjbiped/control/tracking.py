@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 
 from mjbiped.control.controller import Controller, Memory
+from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 
@@ -61,3 +62,17 @@ class AdaptiveTracking(Tracking):
         """Angles and rates of `reference`."""
         reference = self.reference(memory, t)
         return reference[:2], reference[2:4]
+
+
+def check_tracking(kind: type[Controller]) -> None:
+    """Refuse an optimised reference for a law that imitates passive walking itself.
+
+    Raises:
+        InputError: The class does not follow a gait's trajectory in time.
+    """
+    if not kind.follows:
+        raise InputError(
+            f"{kind.__name__} imitates how a passive walker's energy goes, and needs a passive gait (see "
+            "mjbiped.find_passive_gait); an optimised reference is tracked by controllers that follow it in time, as "
+            "AdaptiveController and LimitCycleController"
+        )

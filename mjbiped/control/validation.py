@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import FrozenInstanceError
 from functools import cached_property
@@ -40,16 +40,17 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     Raises:
         InputError: The controller breaks the contract.
     """
-    kind = type(controller)
+    kind, begun = type(controller), "law"
     _check_parameters(controller)
     try:
-        law: Law | None = _given(controller, "law", lambda: law_of(controller))
+        law = law_of(controller)
         if law is None:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
-        memory, before = [0.0] * controller.memory_size, _attributes(controller)
-        _given(controller, "start", lambda: controller.start(memory, q, dq))
+        memory, before, begun = [0.0] * controller.memory_size, _attributes(controller), "start"
+        controller.start(memory, q, dq)
         _check_memory(controller, "start", memory)
+        begun = ""
         first = _asked(controller, law, memory, 0.0, q, dq)
         if fault := fault_in(controller, first, 0.0, q, dq):
             raise InputError(f"{fault}: the walk cannot begin")
@@ -58,36 +59,23 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         if changed:
             raise InputError(f"{kind.__name__} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
         again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
+        if repr(again) != repr(first):  # a rate may be no number
+            raise InputError(
+                f"{kind.__name__}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; "
+                f"{_KEPT}, and neither chance nor the clock has a part in it"
+            )
+    except InputError:
+        raise
     except FrozenInstanceError as error:
         raise InputError(
             f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
         ) from error
-    except InputError:
-        raise
-    except (Exception, SystemExit):
-        return  # the walk tells of it
-    if repr(again) != repr(first):  # a rate may be no number
-        raise InputError(
-            f"{kind.__name__}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; {_KEPT}, "
-            "and neither chance nor the clock has a part in it"
-        )
-
-
-def _given(controller: Controller, method: str, call: Callable[[], Any]) -> Any:
-    """Call a method whose failure no walk could report, because none has begun.
-
-    Raises:
-        InputError: It fails.
-    """
-    try:
-        return call()
-    except (InputError, FrozenInstanceError):
-        raise
     except (Exception, SystemExit) as error:
-        kind, words = type(controller), explained(error)
+        if not begun:
+            return  # the walk tells of it
         size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
-        advice = f"; {size}" if method == "start" and isinstance(error, IndexError) else ""
-        raise InputError(f"{kind.__name__}.{method} fails: {words}{place_of(error, kind)}{advice}") from error
+        advice = f"; {size}" if begun == "start" and isinstance(error, IndexError) else ""
+        raise InputError(f"{kind.__name__}.{begun} fails: {explained(error)}{place_of(error, kind)}{advice}") from error
 
 
 def _names(controller: Controller) -> tuple[str, ...]:

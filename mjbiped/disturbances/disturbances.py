@@ -8,16 +8,15 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mjbiped.disturbances.chance import words_of
-from mjbiped.disturbances.pushes import Pushes, following
-from mjbiped.disturbances.sensors import Sensors
+from mjbiped.disturbances.chance import Pushes, Sensors, following, words_of
 from mjbiped.errors import InputError
 from mjbiped.utils import domains
-from mjbiped.utils.domains import check_fields, entries, known_name
+from mjbiped.utils.domains import Count, Domain, check_fields, entries, known_name
 
 DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
 
+PUSHES = Count(0, 10_000)  # a record has room for so many
 LONGEST_DELAY = 256
 """The longest delay, in ticks."""
 
@@ -67,18 +66,18 @@ class Disturbances:
     """
 
     angle_noise: Annotated[float, domains.ANGLE_NOISE] = 0.0
-    rate_noise: Annotated[float, domains.RATE_NOISE] = 0.0
-    angle_bias: Annotated[float, domains.ANGLE_BIAS] = 0.0
-    rate_bias: Annotated[float, domains.RATE_BIAS] = 0.0
+    rate_noise: Annotated[float, Domain(0.0, 1e3, "rad/s")] = 0.0
+    angle_bias: Annotated[float, Domain(-1.0, 1.0, "rad")] = 0.0
+    rate_bias: Annotated[float, Domain(-1e3, 1e3, "rad/s")] = 0.0
     angle_resolution: Annotated[float, domains.ANGLE_NOISE] = 0.0
     control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
-    delay: Annotated[float, domains.LOOP_DELAY] = 0.0
+    delay: Annotated[float, Domain(0.0, 1e3, "s")] = 0.0
     torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
-    motor_bandwidth: Annotated[float | None, domains.BANDWIDTH] = None
+    motor_bandwidth: Annotated[float | None, Domain(1e-3, 1e9, "Hz")] = None
     pushes: Sequence[tuple[float, float]] = ()
     push_impulse: Annotated[float, domains.IMPULSE] = 0.0
-    push_interval: Annotated[float | None, domains.PUSH_INTERVAL] = None
-    push_duration: Annotated[float, domains.PUSH_DURATION] = 0.05
+    push_interval: Annotated[float | None, Domain(1e-3, 1e9, "s")] = None
+    push_duration: Annotated[float, Domain(1e-3, 10.0, "s")] = 0.05
     friction: Annotated[float | None, domains.FRICTION] = None
     seed: Annotated[int, domains.SEED] = 0
 
@@ -103,16 +102,9 @@ class Disturbances:
     @property
     def schedule(self) -> Pushes:
         """Pushes in the form that engines take."""
-        times, impulses = zip(*self.pushes, strict=True) if self.pushes else ((), ())
-        return Pushes(
-            np.array(times, dtype=np.float64),
-            np.array(impulses, dtype=np.float64),
-            len(times),
-            self.push_duration,
-            self.push_impulse,
-            self.push_interval or 0.0,
-            *words_of(self.seed),
-        )
+        times, impulses = np.array(self.pushes, dtype=np.float64).reshape(-1, 2).T.copy()
+        random = self.push_impulse, self.push_interval or 0.0
+        return Pushes(times, impulses, len(times), self.push_duration, *random, *words_of(self.seed))
 
     @property
     def sensors(self) -> Sensors:
@@ -204,7 +196,7 @@ def _checked_pushes(pushes: object, duration: float) -> tuple[tuple[float, float
     if entries(pushes) == ():
         return ()
     pairs = domains.PUSH.array("pushes, pairs of time (s) and impulse (N s)", pushes, (None, 2))
-    domains.PUSHES.check("number of pushes", len(pairs))  # a record has room for so many
+    PUSHES.check("number of pushes", len(pairs))
     times = domains.TIME.array("times of pushes", pairs[:, 0], None)
     early = np.flatnonzero(times[1:] < times[:-1] + duration)
     if early.size:

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room, never
 from mjbiped.control.functions import in_python
+from mjbiped.disturbances.chance import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
-from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
 
 (

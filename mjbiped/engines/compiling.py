@@ -21,8 +21,7 @@ from mjbiped.control.compiled import compilable_law, rounds_alike
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, shown
 from mjbiped.numerics import cache as disk
-from mjbiped.numerics.announcement import announced
-from mjbiped.numerics.sources import described, with_callees
+from mjbiped.numerics.cache import announced, described, with_callees
 
 if TYPE_CHECKING:
     from mjbiped.engines.plan import Plan

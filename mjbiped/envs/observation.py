@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.disturbances.sensors import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
+from mjbiped.disturbances.chance import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.state import ANGLES, MARK, State
 from mjbiped.numerics.blocks import first, reader
 from mjbiped.rules.termination import Outcome

@@ -16,7 +16,7 @@ from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.utils.reading import require_file
+from mjbiped.utils.files import require_file
 
 _SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
 _OF_LINKS = ("mass", "length", "centre", "inertia")

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import SHARED
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import first_state, scene_spec

@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.checks import check_robot, check_rule
@@ -34,8 +34,8 @@ from mjbiped.engines.hybrid.setup import (
 )
 from mjbiped.engines.hybrid.state import Constants, constants_at, state_at
 from mjbiped.errors import InputError
-from mjbiped.numerics.announcement import announced
 from mjbiped.numerics.blocks import Block, Numbers, call, numbers, packed, reader, row, share_arrays
+from mjbiped.numerics.cache import announced
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.termination import Outcome

@@ -8,60 +8,63 @@ from __future__ import annotations
 import hashlib
 import pickle
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
+import numba
+from llvmlite import ir as ir
+from llvmlite.ir import IRBuilder, Value
+from numba import types as types
+from numba.core import ccallback, codegen, compiler, datamodel, imputils, serialize, sigutils, typing
+from numba.core import cgutils as cgutils
+from numba.core.base import BaseContext
+from numba.core.compiler import CompileResult
+from numba.core.registry import cpu_target
+from numba.core.typing.templates import AbstractTemplate, Signature
+from numba.np.arrayobj import populate_array
+
 from mjbiped.numerics import blocks
-from mjbiped.numerics.announcement import compilation_begins
-from mjbiped.numerics.cache import load, store
-from mjbiped.numerics.sources import described, with_callees
+from mjbiped.numerics.cache import Function, compilation_begins, described, load, store, with_callees
 
-# Numba has no types
-numba: Any = import_module("numba")
-ir: Any = import_module("llvmlite.ir")
-core: Any = numba.core
-types: Any = numba.types
-cgutils: Any = core.cgutils
-# which Numba loads late
-CFunc: Any = import_module("numba.core.ccallback").CFunc
-populate_array: Any = import_module("numba.np.arrayobj").populate_array
+Values = Sequence[Value]
+Generate = Callable[[BaseContext, IRBuilder, Signature, Values], Value]
+"""Generates the code of a call, as Numba's `lower_builtin` has it."""
 
-_words: set[Callable[..., Any]] = set()  # functions that are `defined`
-_jitted: set[Callable[..., Any]] = set()  # functions that Numba has been told of as they stand
+_words: set[Function] = set()  # functions that are `defined`
+_jitted: set[Function] = set()  # functions that Numba has been told of as they stand
 
 
-def defined(function: Callable[..., Any], kinds: Callable[..., Any], generate: Callable[..., Any]) -> None:
+def defined(function: Function, kinds: Callable[..., types.Type], generate: Generate) -> None:
     """Say what a plain function means in machine code.
 
     Args:
         function: The function.
         kinds: (types of the arguments) -> type of the result.
-        generate: (context, builder, signature, arguments) -> value, as Numba's `lower_builtin` has it.
+        generate: Generates the code of a call.
     """
 
-    class Template(core.typing.templates.AbstractTemplate):  # type: ignore[misc]
+    class Template(AbstractTemplate):  # type: ignore[misc]
         key = function
 
-        def generic(self, given: Any, _named: Any) -> Any:
+        def generic(self, given: Sequence[types.Type], _named: object) -> Signature:
             return kinds(*given)(*given)
 
-    core.typing.templates.infer_global(function, types.Function(core.typing.templates.infer(Template)))
-    core.imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
+    typing.templates.infer_global(function, types.Function(typing.templates.infer(Template)))
+    imputils.lower_builtin(function, types.VarArg(types.Any))(generate)
     _words.add(function)
 
 
-def _address(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+def _address(context: BaseContext, builder: IRBuilder, kind: types.Type, value: Value) -> Value:
     """Generate the address of an array's first entry; any other value is one."""
     if not isinstance(kind, types.Array):
         return value
     return builder.ptrtoint(context.make_array(kind)(context, builder, value).data, cgutils.intp_t)
 
 
-def owning_nothing(context: Any, builder: Any, kind: Any, address: Any, count: Any) -> Any:
+def owning_nothing(context: BaseContext, builder: IRBuilder, kind: types.Type, address: Value, count: Value) -> Value:
     """Generate the array of a kind that stands at an address."""
     made, size = context.make_array(kind)(context, builder), cgutils.intp_t(kind.dtype.bitwidth // 8)
     data = builder.inttoptr(address, made.data.type)
@@ -69,11 +72,11 @@ def owning_nothing(context: Any, builder: Any, kind: Any, address: Any, count: A
     return made._getvalue()
 
 
-def _view(function: Callable[..., Any], item: Any) -> None:
+def _view(function: Function, item: types.Type) -> None:
     """Say that a function makes an array (address, count), or that of a row of a table (address, index, count)."""
     kind = types.Array(item, 1, "C")
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context: BaseContext, builder: IRBuilder, signature: Signature, arguments: Values) -> Value:
         place, *index, count = arguments
         place, size = _address(context, builder, signature.args[0], place), cgutils.intp_t(item.bitwidth // 8)
         for rows in index:
@@ -83,7 +86,7 @@ def _view(function: Callable[..., Any], item: Any) -> None:
     defined(function, lambda *_: kind, generate)
 
 
-def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _call(context: BaseContext, builder: IRBuilder, signature: Signature, arguments: Values) -> Value:
     """Call the C function at an address; arrays are passed as addresses."""
     passed = [_address(context, builder, *each) for each in zip(signature.args[1:], arguments[1:], strict=True)]
     nothing = signature.return_type == types.void
@@ -109,7 +112,7 @@ class _Block(types.Record):  # type: ignore[misc]
         return str(self.name)
 
 
-core.datamodel.register_default(_Block)(core.datamodel.models.RecordModel)
+datamodel.register_default(_Block)(datamodel.models.RecordModel)
 
 
 @cache
@@ -119,7 +122,7 @@ def _read(entry: Any) -> str:
     made = numba.from_dtype(layout)
     record = _Block([(name, field._asdict()) for name, field in made.fields.items()], made.size, made.aligned)
 
-    def at(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    def at(context: BaseContext, builder: IRBuilder, _signature: Signature, arguments: Values) -> Value:
         offset = builder.mul(arguments[1], context.get_constant(types.int64, layout.itemsize))
         return builder.inttoptr(builder.add(arguments[0], offset), context.get_value_type(record))
 
@@ -127,7 +130,7 @@ def _read(entry: Any) -> str:
     return str(layout)
 
 
-class _Root(core.codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Root(codegen.JITCodeLibrary):  # type: ignore[misc]
     """The code of a function that Python or C calls, and of all that it calls."""
 
     def _optimize_final_module(self) -> None:
@@ -138,7 +141,7 @@ class _Root(core.codegen.JITCodeLibrary):  # type: ignore[misc]
         super()._optimize_final_module()
 
 
-class _Part(core.codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Part(codegen.JITCodeLibrary):  # type: ignore[misc]
     """The code of a function that is only called within machine code: its callers optimise and emit it with theirs.
 
     Numba itself optimises and emits each function, with all that it calls, and then again within each of its callers,
@@ -155,10 +158,10 @@ class _Part(core.codegen.JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
-class _Pipeline(core.compiler.Compiler):  # type: ignore[misc]
+class _Pipeline(compiler.Compiler):  # type: ignore[misc]
     """Numba's compiler of a function, by which one that neither Python nor C can call becomes a `_Part`."""
 
-    def compile_extra(self, func: Any) -> Any:
+    def compile_extra(self, func: FunctionType) -> CompileResult:
         """Compile a Python function."""
         flags = self.state.flags
         kind = _Part if flags.no_cpython_wrapper and flags.no_cfunc_wrapper else _Root
@@ -173,22 +176,22 @@ class _File:
     def __init__(self, name: str) -> None:
         self._name = name
 
-    def load_overload(self, _signature: Any, target: Any) -> Any:
+    def load_overload(self, _signature: object, target: BaseContext) -> CompileResult | None:
         """Load the machine code; None if there is none."""
         stored = load(self._name)
         if stored is None:
             compilation_begins()
             return None
         target.refresh()
-        return core.compiler.CompileResult._rebuild(target, *pickle.loads(stored))
+        return CompileResult._rebuild(target, *pickle.loads(stored))
 
-    def save_overload(self, _signature: Any, made: Any) -> None:
+    def save_overload(self, _signature: object, made: CompileResult) -> None:
         """Write the machine code to disk."""
-        store(self._name, core.serialize.dumps(made._reduce()))
+        store(self._name, serialize.dumps(made._reduce()))
 
 
 @cache
-def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = False, checked: bool = False) -> Any:
+def compiled(function: Function, signature: str, *, for_c: bool = False, checked: bool = False) -> Any:
     """Compile a function, or take it from the disk.
 
     Args:
@@ -208,7 +211,7 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     named = FunctionType(code, function.__globals__, name, None, function.__closure__)
     given = {**_OPTIONS, "boundscheck": checked, "nogil": not for_c}
     if for_c:
-        made = CFunc(named, core.sigutils.normalize_signature(signature), {}, given, pipeline_class=_Pipeline)
+        made: Any = ccallback.CFunc(named, sigutils.normalize_signature(signature), {}, given, pipeline_class=_Pipeline)
     else:
         made = numba.njit(no_cfunc_wrapper=True, pipeline_class=_Pipeline, **given)(named)
     made._cache = _File(name)
@@ -216,7 +219,7 @@ def compiled(function: Callable[..., Any], signature: str, *, for_c: bool = Fals
     return made
 
 
-def _known(part: Any, *, checked: bool) -> Any:
+def _known(part: FunctionType, *, checked: bool) -> object:
     """Let machine code call a function; what determines what it does."""
     if hasattr(part, "kind"):
         return _read(part)
@@ -230,10 +233,10 @@ def _known(part: Any, *, checked: bool) -> Any:
 
 # without Numba's runtime (nothing is allocated) passing an array costs no atomic reference count, which would be half
 # of the time; sums and products are rounded one by one, as in plain Python, so that both make the same bits
-_OPTIONS: dict[str, Any] = {"_nrt": False, "error_model": "numpy"}
+_OPTIONS: dict[str, bool | str] = {"_nrt": False, "error_model": "numpy"}
 _OWN = (
     Path(__file__).read_bytes(),
     numba.__version__,
     sys.version_info,
-    core.registry.cpu_target.target_context.codegen().magic_tuple(),
+    cpu_target.target_context.codegen().magic_tuple(),
 )

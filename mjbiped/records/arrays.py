@@ -18,8 +18,7 @@ from numpy.lib import format as npy
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.errors import InputError, RecordError, shown
-from mjbiped.utils.files import saved
-from mjbiped.utils.reading import require_file
+from mjbiped.utils.files import require_file, saved
 
 MOST_UNPACKED, ROOM = 100, 256 << 20
 """Greatest size of an unpacked archive: this multiple of its size, plus this many bytes. Records unpack to 1.0 to 37

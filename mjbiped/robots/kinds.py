@@ -12,7 +12,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.round_kneed import RoundKneed
 from mjbiped.robots.wheel import RimlessWheel
-from mjbiped.utils.domains import SOLE, known_name
+from mjbiped.utils.domains import known_name
 
 KINDS: Mapping[str, type[Robot]] = {
     kind.kind: kind for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed)
@@ -42,8 +42,6 @@ def robot_named(name: str, given: Mapping[str, object]) -> Robot:
     kind, parameters = named(name)
     for key in given:
         known_name(f"parameter of the robot {name}", key, kind.parameters())
-    if isinstance(given.get("sole"), str):  # as in study files, whose values are single
-        given = {**given, "sole": SOLE.read("sole", given["sole"])}
     return kind(**{**parameters, **given})
 
 

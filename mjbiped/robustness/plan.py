@@ -18,7 +18,7 @@ from mjbiped.sweeps.sections import SCUFFING, read_choice, read_section, read_ta
 from mjbiped.terrain.files import parse_toml
 from mjbiped.utils import domains
 from mjbiped.utils.draws import Draw
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.files import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
 BASIN_RATES = 20

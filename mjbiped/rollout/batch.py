@@ -5,8 +5,8 @@ from __future__ import annotations
 import pickle
 import threading
 import traceback
-from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -15,7 +15,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.records.recorder import Cancellation, never_cancelled
-from mjbiped.rollout.walk import is_interrupt
+from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walked_out
 from mjbiped.utils.parallel import processes
 
 if TYPE_CHECKING:
@@ -59,32 +59,13 @@ def _walked(plan: Plan, summarised: bool, cancellation: Cancellation = never_can
     """
     try:
         run = plan.terms.engine.start(plan, summarised=summarised, cancellation=cancellation)
+        keep: Callable[[], Result] = run.summary if summarised else run.record
+        return _Ended(walked_out(run, keep))
+    except WalkInterrupted as stop:
+        return _Ended(stop.walk, interrupted=True)
     except MjbipedError as error:
-        return _Ended(None, str(error), traceback.format_exc())
-    keep: Callable[[], Result] = run.summary if summarised else run.record
-    try:
-        run.go()
-    except InputError as error:  # laws that cannot be compiled
-        return _Ended(None, str(error), traceback.format_exc())
-    except BaseException as error:
-        if is_interrupt(error):
-            return _Ended(keep(), interrupted=True)
-        if not isinstance(error, Exception | SystemExit):
-            raise
-        return _Ended(keep(), run.message(error), traceback.format_exc())
-    return _Ended(keep())
-
-
-def _as_they_end(futures: Collection[Future[_Ended]]) -> Iterator[Future[_Ended]]:
-    """Yield futures as they end, unlike `concurrent.futures.as_completed` always interruptible by Ctrl-C."""
-    ended: SimpleQueue[Future[_Ended]] = SimpleQueue()
-    for future in futures:
-        future.add_done_callback(ended.put)
-    for _ in futures:
-        while True:
-            with suppress(Empty):
-                yield ended.get(timeout=0.2)
-                break
+        kept = error.walk if isinstance(error, WalkStopped) else None
+        return _Ended(kept, str(error), traceback.format_exc())
 
 
 class Batch:
@@ -110,8 +91,6 @@ class Batch:
         self._workers = workers
         self._bar = bar
         self._stop = threading.Event()
-        self._apart: list[int] = []
-        self._interpreted: list[int] = []
         self.results: list[Result | None] = [None] * len(plans)
         self.errors: dict[int, str] = {}
         self.traces: dict[int, str] = {}
@@ -125,78 +104,77 @@ class Batch:
             InputError: Laws cannot be compiled, or a controller cannot be pickled.
             KeyboardInterrupt: Ctrl-C was pressed.
         """
-        groups = self._groups()
+        compiled, here, apart = self._divided()
+        count = min(self._workers, len(apart))
+        if count > 1:
+            for controller in {id(each): each for index in apart if (each := self._plans[index].controller)}.values():
+                _check_pickles(controller)
+        else:
+            here, apart = [*here, *apart], []
         self._bar.set_description("walking")
-        for group in groups:
-            self._in_threads(group)
-        here = self._interpreted if self._in_processes else [*self._interpreted, *self._apart]
+        if compiled:
+            self._in_threads(compiled)
         for index in here:
             self._take(index, _walked(self._plans[index], self._summarised))
-        if not self._in_processes:
-            return
-        with processes(min(self._workers, len(self._apart))) as pool:
-            futures = {pool.submit(_walked, self._plans[index], self._summarised): index for index in self._apart}
-            for future in _as_they_end(futures):
-                try:
-                    ended = future.result()
-                except BrokenExecutor:
-                    ended = _Ended(None, _DIED)
-                self._take(futures[future], ended)
+        if apart:
+            with processes(count) as pool:
+                self._take_all(self._submitted(pool, apart))
 
-    def _groups(self) -> list[list[int]]:
-        """Group walks whose laws are the same compiled functions; walks in plain Python are set apart.
+    def _divided(self) -> tuple[list[int], list[int], list[int]]:
+        """Compile all laws, and return the walks with compiled laws, with interpreted ones, and without any.
 
         Raises:
-            InputError: Laws cannot be compiled, or a controller that runs in plain Python cannot be pickled.
+            InputError: Laws cannot be compiled.
         """
         kinds: dict[int, Hashable] = {}
-        groups: dict[Hashable, list[int]] = {}
+        machine: dict[Hashable, bool] = {}
+        compiled, interpreted, apart = list[int](), list[int](), list[int]()
         for index, plan in enumerate(self._plans):
             if id(plan.controller) not in kinds:
-                law = plan.law
-                kind = None if law is None else (type(plan.controller), law[1:], tuple(plan.driver.states))
-                kinds[id(plan.controller)] = kind
-            groups.setdefault(kinds[id(plan.controller)], []).append(index)
-        compiled = []
-        for group in groups.values():
-            first = self._plans[group[0]]
-            if first.terms.engine.start(first).compile():
-                compiled.append(group)
-            elif first.law is not None:  # they take a moment
-                self._interpreted += group
-            else:
-                self._apart += group
-        if self._in_processes:
-            apart = {id(plan.controller): plan.controller for plan in map(self._plans.__getitem__, self._apart)}
-            for controller in apart.values():
-                _check_pickles(controller)
-        return compiled
-
-    @property
-    def _in_processes(self) -> bool:
-        return min(self._workers, len(self._apart)) > 1
+                law, states = plan.law, tuple(plan.driver.states)
+                kinds[id(plan.controller)] = None if law is None else (type(plan.controller), law[1:], states)
+            kind = kinds[id(plan.controller)]
+            if kind not in machine:
+                machine[kind] = plan.terms.engine.start(plan).compile()
+            (compiled if machine[kind] else apart if kind is None else interpreted).append(index)
+        return compiled, interpreted, apart
 
     def _in_threads(self, indices: Sequence[int]) -> None:
         """Make walks in threads."""
         with ThreadPoolExecutor(self._workers, thread_name_prefix="walk") as pool:
-            futures = {
-                pool.submit(_walked, self._plans[index], self._summarised, self._check_cancelled): index
-                for index in indices
-            }
+            futures = self._submitted(pool, indices, self._check_cancelled)
             try:
-                for future in _as_they_end(futures):
-                    self._take(futures[future], future.result())
+                self._take_all(futures)
             except BaseException:
                 self._stop.set()  # stops the walks under way
                 pool.shutdown(cancel_futures=True)
                 for future, index in futures.items():
-                    if not future.cancelled() and future.exception() is None and self.results[index] is None:
+                    if not future.cancelled() and future.exception() is None:
                         self.results[index] = future.result().result
                 raise
 
     def _check_cancelled(self) -> None:
         if self._stop.is_set():
             raise KeyboardInterrupt
+
+    def _submitted(
+        self, pool: Executor, indices: Sequence[int], *cancellation: Cancellation
+    ) -> dict[Future[_Ended], int]:
+        """Let an executor make walks, and return their indices by their futures."""
+        return {pool.submit(_walked, self._plans[each], self._summarised, *cancellation): each for each in indices}
+
+    def _take_all(self, futures: Mapping[Future[_Ended], int]) -> None:
+        """Take the results as they come, unlike `concurrent.futures.as_completed` always interruptible by Ctrl-C."""
+        ended: SimpleQueue[Future[_Ended]] = SimpleQueue()
+        for future in futures:
+            future.add_done_callback(ended.put)
+        left = len(futures)
+        while left:
+            with suppress(Empty):
+                future = ended.get(timeout=0.2)
+                left -= 1
+                died = isinstance(future.exception(), BrokenExecutor)
+                self._take(futures[future], _Ended(None, _DIED) if died else future.result())
 
     def _take(self, index: int, ended: _Ended) -> None:
         self.results[index] = ended.result

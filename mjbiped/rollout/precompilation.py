@@ -8,7 +8,7 @@ from concurrent.futures import as_completed
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
-from mjbiped.engines.names import ENGINES, engine_of
+from mjbiped.engines.names import ENGINES
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -57,28 +57,25 @@ def precompile(
                 "one)"
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
+    units = [
+        (engine, name, robot)
+        for robot in _ROBOTS
+        for engine in chosen
+        for name in names
+        if controller_class(name, robot).drives(robot)
+    ]
+    for name in {*names} - {name for _, name, _ in units}:
+        joints = ", or ".join(" and ".join(robot.joints) for robot in _ROBOTS)
+        raise InputError(f"{name} drives {' and '.join(controller_class(name).joints)}: robots have {joints}")
     # an engine's machine code serves many controllers: one of them makes it, then the others come
-    groups: dict[str, list[Unit]] = {}
-    for robot in _ROBOTS:
-        for engine in map(engine_of, chosen):
-            for name in names:
-                made = controller_class(name, robot)
-                if made.drives(robot):
-                    groups.setdefault(engine.name, []).append((engine.name, name, robot))
-    driven = {name for group in groups.values() for _, name, _ in group}
-    for name in names:
-        if name not in driven:
-            joints = ", or ".join(" and ".join(robot.joints) for robot in _ROBOTS)
-            raise InputError(f"{name} drives {' and '.join(controller_class(name).joints)}: robots have {joints}")
+    first = [*{unit[0]: unit for unit in reversed(units)}.values()]
     failures: list[InputError] = []
-    total = sum(map(len, groups.values()))
     with (
-        processes(min(workers or cores(), total)) as pool,
-        progress_bar(total=total, desc="compiling", unit="law", progress=progress) as bar,
+        processes(min(workers or cores(), len(units))) as pool,
+        progress_bar(total=len(units), desc="compiling", unit="law", progress=progress) as bar,
     ):
-        first = [group[0] for group in groups.values()]
-        for units in (first, [unit for group in groups.values() for unit in group[1:]]):
-            for done in as_completed([pool.submit(_walk_a_step, unit) for unit in units]):
+        for group in (first, [unit for unit in units if unit not in first]):
+            for done in as_completed([pool.submit(_walk_a_step, unit) for unit in group]):
                 bar.update()
                 try:
                     done.result()

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.base import Engine
+from mjbiped.engines.base import Engine, Run
 from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Initial, Terms, make_plan
 from mjbiped.errors import MjbipedError
@@ -13,9 +16,11 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 
+Kept = TypeVar("Kept")
 
-class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
-    """A walk was broken off by an error in the controller; what was recorded is not lost.
+
+class _Broken(BaseException):
+    """A walk that was broken off; what was recorded is not lost.
 
     Attributes:
         walk: The walk so far, with the outcome "interrupted".
@@ -25,25 +30,23 @@ class WalkStopped(MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrup
     before: tuple[Walk, ...] = ()
 
     def __init__(self, message: str, walk: Walk) -> None:
-        """Make the error from its message and the walk so far."""
+        """Make the exception from its message and the walk so far."""
         super().__init__(message)
         self.walk = walk
 
 
-class WalkInterrupted(KeyboardInterrupt):
-    """A walk was broken off by Ctrl-C; what was recorded is not lost.
+class WalkStopped(_Broken, MjbipedError):  # noqa: N818 (its sister is a KeyboardInterrupt, no Error either)
+    """A walk was broken off by an error in the controller.
 
-    Attributes:
-        walk: The walk so far, with the outcome "interrupted".
-        before: Walks of the same call that had ended before it.
+    `walk` is the record so far, with the outcome "interrupted"; `before` has the walks of the same call that had ended.
     """
 
-    before: tuple[Walk, ...] = ()
 
-    def __init__(self, walk: Walk) -> None:
-        """Make the interrupt from the walk so far."""
-        super().__init__("walk interrupted")
-        self.walk = walk
+class WalkInterrupted(_Broken, KeyboardInterrupt):
+    """A walk was broken off by Ctrl-C.
+
+    `walk` is the record so far, with the outcome "interrupted"; `before` has the walks of the same call that had ended.
+    """
 
 
 def walk(
@@ -98,15 +101,31 @@ def walk(
     plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
     run = terms.engine.start(plan)
     run.compile()
+    return walked_out(run, run.record, progress=progress)
+
+
+def walked_out(run: Run, keep: Callable[[], Kept], *, progress: bool = False) -> Kept:
+    """Walk to the end, and return what is kept of the walk.
+
+    Args:
+        run: The walk, started.
+        keep: Function that returns the walk's record or summary so far.
+        progress: Show a progress bar.
+
+    Raises:
+        WalkStopped: The controller raised an exception; the error carries what is kept.
+        WalkInterrupted: Ctrl-C; likewise.
+    """
     try:
         run.go(progress=progress)
     except BaseException as error:
+        kept: Any = keep()
         if is_interrupt(error):
-            raise WalkInterrupted(run.record()) from error
+            raise WalkInterrupted("walk interrupted", kept) from error
         if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends no more than its walk
             raise
-        raise WalkStopped(run.message(error), run.record()) from error
-    return run.record()
+        raise WalkStopped(run.message(error), kept) from error
+    return keep()
 
 
 def is_interrupt(error: BaseException | None) -> bool:

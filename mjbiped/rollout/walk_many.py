@@ -25,8 +25,8 @@ from mjbiped.utils.progress import progress_bar
 Initial: TypeAlias = str | Sequence[float]
 
 
-class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
-    """Some of many walks were broken off by an error; the others have been walked to their ends.
+class _Broken(BaseException):
+    """Many walks of which some were broken off.
 
     Attributes:
         walks: Record or summary of each walk, in order; of a broken walk the part so far, with the outcome
@@ -35,26 +35,27 @@ class WalksStopped(MjbipedError):  # noqa: N818 (as its sisters of one walk)
     """
 
     def __init__(self, message: str, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Make the error from its message, the walks so far and their errors."""
+        """Make the exception from its message, the walks so far and their errors."""
         super().__init__(message)
         self.walks = walks
         self.errors = errors
 
 
-class WalksInterrupted(KeyboardInterrupt):
-    """Many walks were broken off by Ctrl-C; what was recorded is not lost.
+class WalksStopped(_Broken, MjbipedError):  # noqa: N818 (as its sisters of one walk)
+    """Some of many walks were broken off by an error; the others have been walked to their ends.
 
-    Attributes:
-        walks: Record or summary of each walk, in order; None for walks that had not begun, or were under way in another
-            process. A walk under way in a thread has the outcome "interrupted".
-        errors: Error messages of single walks before the interrupt, as in `WalksStopped`.
+    `walks` has the record or summary of each walk in order, of a broken walk the part so far, or None if it could not
+    begin; `errors` has the messages by the walk's index in that list.
     """
 
-    def __init__(self, walks: Sequence[Result | None], errors: Mapping[int, str]) -> None:
-        """Make the interrupt from the walks so far and their errors."""
-        super().__init__("walks interrupted")
-        self.walks = walks
-        self.errors = errors
+
+class WalksInterrupted(_Broken, KeyboardInterrupt):
+    """Many walks were broken off by Ctrl-C; what was recorded is not lost.
+
+    `walks` has the record or summary of each walk in order: one that was under way in a thread has the outcome
+    "interrupted", one that was under way in another process or had not begun is None. `errors` has the messages of
+    walks that had failed before.
+    """
 
 
 class _Options(TypedDict, total=False):
@@ -153,7 +154,7 @@ def walk_many(
         try:
             batch.run()
         except KeyboardInterrupt as stop:
-            raise WalksInterrupted(batch.results, batch.errors) from stop
+            raise WalksInterrupted("walks interrupted", batch.results, batch.errors) from stop
     if batch.errors:
         raise _stopped(batch)
     return batch.results
@@ -172,34 +173,26 @@ def _plans(
         InputError: The numbers differ, or one is not what is expected; the message says which walk's.
         GaitError: A walk has no passive gait to start on.
     """
-    given: dict[str, Any] = {
-        "controllers": controllers,
-        "terrains": terrains,
-        "initial": initial,
-        "disturbances": disturbances,
-    }
-    each = {name: values for name, value in given.items() if (values := entries(value)) is not None}
-    if all(isinstance(start, Real) for start in each.get("initial", ())):
-        each.pop("initial", None)  # one state for all
-    counts = {name: len(values) for name, values in each.items()}
+    given = {"controllers": controllers, "terrains": terrains, "initial": initial, "disturbances": disturbances}
+    each = {name: entries(value) for name, value in given.items()}
+    if all(isinstance(start, Real) for start in each["initial"] or ()):
+        each["initial"] = None  # one state for all
+    counts = {name: len(values) for name, values in each.items() if values is not None}
     if len(set(counts.values())) > 1:
         got = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"expected one for all walks, or as many of each as there are walks; got {got}")
     count = next(iter(counts.values()), 1)
+    terms = dataclasses.replace(terms, walks=count)
+    columns: list[Any] = [(value,) * count if each[name] is None else each[name] for name, value in given.items()]
     described: dict[int, Mapping[str, Any]] = {}
     plans = []
-    for index in range(count):
-        controller, terrain, start, disturbed = (
-            each[name][index] if name in each else value for name, value in given.items()
-        )
+    for index, (controller, terrain, start, disturbed) in enumerate(zip(*columns, strict=True)):
         try:
-            known = described.get(id(controller))
-            plans.append(
-                make_plan(dataclasses.replace(terms, walks=count), controller, terrain, start, known, disturbed)
-            )
-            described[id(controller)] = plans[-1].description
+            plan = make_plan(terms, controller, terrain, start, described.get(id(controller)), disturbed)
         except (InputError, GaitError) as error:
             raise type(error)(f"walk {index} of {count} (counted from 0): {error}") from error
+        described[id(controller)] = plan.description
+        plans.append(plan)
     return plans
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from mjbiped.errors import InputError
 from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain
 
 if TYPE_CHECKING:
     from mjbiped.gaits.gait import Gait
@@ -33,7 +34,7 @@ class ScuffingRule:
     """
 
     reach: Annotated[float, domains.REACH] = 0.20
-    delay: Annotated[float, domains.DELAY] = 0.1
+    delay: Annotated[float, Domain(0.0, 1e4, "s")] = 0.1
     name: str = "drawn in until ahead"
 
     def __post_init__(self) -> None:

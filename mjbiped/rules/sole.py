@@ -1,13 +1,21 @@
-"""The torque that an ankle can transmit through a flat, massless sole.
+"""The ankle: the torque that a flat, massless sole transmits, and the servo that holds a swing foot with mass.
 
 The ground's force acts at x = -τ / F_n ahead of the ankle (`mjbiped.records.loads`). The sole stands flat while that
 point, the centre of pressure, lies on it: -behind ≤ x ≤ ahead, or -ahead F_n ≤ τ ≤ behind F_n. Nothing is transmitted
-where the ground does not press.
+where the ground does not press. The servo holds the sole of a swing foot parallel to that of the foot that stands.
 """
 
 from __future__ import annotations
 
 import math
+
+RESPONSE = 60.0
+"""Natural frequency of the servo, in sqrt(gravity / leg length): a foot that lands with an error of 5 degrees presses
+with a fifth of the weight before it lies flat."""
+
+GREATEST_ERROR = 0.08
+"""Greatest angle between both soles, rad, that the torque grows with: a foot that lands across an edge must be able to
+turn to lie on it."""
 
 
 def moment_about_ankle(torque: float, height: float, along: float) -> float:
@@ -59,3 +67,27 @@ def bounded_by_own_force(
     greatest = end * force_without / share
     given = min(torque, greatest) if torque > 0.0 else max(torque, greatest)
     return given, force_without + given * gain
+
+
+def servo_gains(inertia: float, leg_length: float, gravity: float) -> tuple[float, float]:
+    """Stiffness (N m/rad) and damping (N m s/rad) of the servo, critically damped.
+
+    Args:
+        inertia: Of the foot about its ankle, kg m^2.
+        leg_length: m.
+        gravity: m/s^2.
+    """
+    frequency = RESPONSE * math.sqrt(gravity / leg_length)
+    return inertia * frequency**2, 2.0 * inertia * frequency
+
+
+def servo_torque(stiffness: float, damping: float, error: float, rate: float) -> float:
+    """Torque of the motor, N m, on the leg; the opposite acts on the foot.
+
+    Args:
+        stiffness: N m/rad.
+        damping: N m s/rad.
+        error: Angle of the swing foot's sole less that of the stance foot's, rad.
+        rate: Its rate, rad/s.
+    """
+    return stiffness * min(max(error, -GREATEST_ERROR), GREATEST_ERROR) + damping * rate

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from mjbiped.control.controller import Unpowered
 from mjbiped.control.loading import is_reference, located
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.control.validation import try_out
 from mjbiped.engines.checks import check_controller
 from mjbiped.engines.plan import Terms, make_plan
@@ -30,7 +30,7 @@ from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.draws import Draw
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.files import read_text
 
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, TypeAlias
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.terrain.profile import check_slope
 from mjbiped.utils import domains
-from mjbiped.utils.domains import known_name
-from mjbiped.utils.reading import read_text
+from mjbiped.utils.domains import known_name, parse_number
+from mjbiped.utils.files import read_text
 
 Floats: TypeAlias = tuple[float, ...]
 
@@ -143,18 +143,6 @@ def parse_parameters(text: str) -> dict[str, object]:
             raise InputError(f"{shown(key)}: {shown(value)} is no number; expected a number or a range low..high")
         parameters[key] = ends[0] if len(ends) == 1 else tuple(ends)
     return parameters
-
-
-def parse_number(text: object) -> int | float | None:
-    """Parse a number; None if it is not a text of one."""
-    if not isinstance(text, str) or "_" in text:
-        return None
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None
 
 
 def parse_toml(text: str) -> dict[str, Any]:

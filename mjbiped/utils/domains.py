@@ -65,10 +65,9 @@ class Domain:
             InputError: The value is not a finite number in the domain.
         """
         number = as_float(value)
-        if not math.isfinite(number):
-            raise InputError(f"{name} = {shown(value)}: must be a finite number {self}")
         if not self.low <= number <= self.high:
-            raise InputError(f"{name} = {shown(value)}: must be {self}")
+            words = "" if math.isfinite(number) else "a finite number "
+            raise InputError(f"{name} = {shown(value)}: must be {words}{self}")
         return number
 
     def array(self, name: str, value: object, shape: tuple[int | None, ...] | None) -> NDArray[np.float64]:
@@ -91,7 +90,9 @@ class Domain:
             given = np.array([as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
         if given.dtype.kind not in "iuf":
             raise InputError(f"{name} = {shown(value)}: must be numbers {self}")
-        if shape is not None and not _fits(given.shape, shape):
+        if shape is not None and (
+            len(given.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, given.shape, strict=True))
+        ):
             expected = f"({', '.join('n' if n is None else str(n) for n in shape)}{',' * (len(shape) == 1)})"
             raise InputError(f"{name}: expected shape {expected}, got {given.shape}")
         numbers = np.array(given, dtype=np.float64)
@@ -137,10 +138,6 @@ class Count:
         return int(value)
 
 
-def _fits(shape: tuple[int, ...], expected: tuple[int | None, ...]) -> bool:
-    return len(shape) == len(expected) and all(n in (None, m) for n, m in zip(expected, shape, strict=True))
-
-
 def _is_real(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
@@ -153,6 +150,18 @@ def as_float(value: object) -> float:
         return float(value) + 0.0  # type: ignore[arg-type]  # a real number
     except OverflowError:
         return math.inf
+
+
+def parse_number(text: object) -> int | float | None:
+    """Parse a number; None if it is not a text of one."""
+    if not isinstance(text, str) or "_" in text:
+        return None
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
 
 
 def check_states(name: str, value: object, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
@@ -221,7 +230,7 @@ def checked(function: Function) -> Function:
     return cast(Function, checking)
 
 
-def _checked(owner: object, values: Mapping[str, object]) -> dict[str, Any]:
+def _checked(owner: type | Callable[..., object], values: Mapping[str, object]) -> dict[str, object]:
     """Check the values of the fields or parameters that a class or a function annotates with domains."""
     return {
         name: domain.check(name, values[name])
@@ -231,7 +240,7 @@ def _checked(owner: object, values: Mapping[str, object]) -> dict[str, Any]:
 
 
 @cache
-def annotated(owner: Any) -> dict[str, tuple[Any, bool]]:
+def annotated(owner: type | Callable[..., object]) -> dict[str, tuple[Any, bool]]:
     """Domains of the fields of a class, or parameters of a function, by name, and whether None is allowed."""
     found = {}
     for part in reversed(getattr(owner, "__mro__", (owner,))):
@@ -253,7 +262,7 @@ class Interval:
         ends: Domain of the ends.
     """
 
-    ends: Any
+    ends: Domain | Count
 
     def check(self, name: str, value: object) -> tuple[float, float]:
         """Check a range.
@@ -285,25 +294,16 @@ class Ends:
         return f"one distance {self.distance}, or two, behind and ahead, as 0.05,0.15"
 
     def check(self, name: str, value: object) -> tuple[float, float]:
-        """Check distances, given as a number or a pair.
+        """Check distances, given as a number, a pair, or a text such as "0.05,0.15".
 
         Raises:
             InputError: There are neither one nor two, or one is outside the domain.
         """
-        each = entries(value) or (value,)
-        if len(each) not in (1, 2) or not all(self.distance.low <= as_float(end) <= self.distance.high for end in each):
+        given = map(parse_number, value.split(",")) if isinstance(value, str) else entries(value) or (value,)
+        each = [as_float(end) for end in given]
+        if len(each) not in (1, 2) or not all(self.distance.low <= end <= self.distance.high for end in each):
             raise InputError(f"{name} = {shown(value)}: must be {self.words}")
-        return as_float(each[0]), as_float(each[-1])
-
-    def read(self, name: str, value: object) -> tuple[float, float]:
-        """Check distances that may also be given as a text, such as "0.05,0.15".
-
-        Raises:
-            InputError: They are not valid.
-        """
-        with suppress(ValueError):
-            return self.check(name, [float(part) for part in value.split(",")] if isinstance(value, str) else value)
-        return self.check(name, value)
+        return each[0], each[-1]
 
 
 @dataclass(frozen=True)
@@ -392,7 +392,6 @@ CONTROL_PERIOD = Domain(1e-6, 1e3, "s")
 SAMPLE_PERIOD = Domain(1e-5, 1e4, "s")
 TOLERANCE = Domain(1e-14, 1e-3)
 REACH = Domain(0.0, 2.0, "leg lengths")
-DELAY = Domain(0.0, 1e4, "s")
 WORKERS = Count(1, 1024)
 
 # ---- references ------------------------------------------------------------------------------------------------------
@@ -405,19 +404,11 @@ NEEDED_FRICTION = Domain(1e-3, 100.0)
 # ---- its disturbances ------------------------------------------------------------------------------------------------
 
 ANGLE_NOISE = Domain(0.0, 1.0, "rad")
-RATE_NOISE = Domain(0.0, 1e3, "rad/s")
-ANGLE_BIAS = Domain(-1.0, 1.0, "rad")
-RATE_BIAS = Domain(-1e3, 1e3, "rad/s")
-LOOP_DELAY = Domain(0.0, 1e3, "s")
 TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
 FRICTION = Domain(0.0, 1e3)
 MODEL_ERROR = Domain(1e-3, 1e3)
-BANDWIDTH = Domain(1e-3, 1e9, "Hz")
 IMPULSE = Domain(0.0, 1e9, "N s")
 PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
-PUSHES = Count(0, 10_000)
-PUSH_INTERVAL = Domain(1e-3, 1e9, "s")
-PUSH_DURATION = Domain(1e-3, 10.0, "s")
 
 # ---- gains -----------------------------------------------------------------------------------------------------------
 

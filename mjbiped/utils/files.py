@@ -1,4 +1,7 @@
-"""Files that appear whole or not at all: written under a temporary name in their folder, and renamed at the end."""
+"""Files: written whole or not at all, and read if they are regular files of bounded size.
+
+A file is written under a temporary name in its folder, and renamed at the end.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mjbiped.errors import MjbipedError, RecordError
+from mjbiped.errors import InputError, MjbipedError, RecordError
+
+LONGEST = 16 << 20
+"""Greatest size of a text file, bytes; the longest terrain of `mjbiped.utils.domains.SEGMENTS` has a third."""
 
 
 @contextmanager
@@ -28,7 +34,6 @@ def written_whole(path: Path) -> Iterator[Path]:
             is entered.
     """
     path = path.absolute()  # whatever folder the process works in by then
-    _check_name(path)
     with _unfinished_file(path) as unfinished:
         yield unfinished
         unfinished.replace(path)
@@ -61,9 +66,7 @@ def check_writable(path: Path) -> None:
     Raises:
         OSError: It cannot; see `written_whole`.
     """
-    path = path.absolute()
-    _check_name(path)
-    with _unfinished_file(path):
+    with _unfinished_file(path.absolute()):
         pass
 
 
@@ -72,8 +75,9 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     """Make an empty file of the same suffix in the same folder, and remove it when the block ends unless it was moved.
 
     Raises:
-        OSError: The folder is missing or cannot be written to.
+        OSError: The folder is missing or cannot be written to, or no file can have this name.
     """
+    _check_name(path)
     name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
     try:
         name.touch(exist_ok=False)  # with the permissions of any new file
@@ -96,3 +100,57 @@ def _check_name(path: Path) -> None:
         raise OSError(errno.EINVAL, f"no file can have this name ({error})") from error
     if stat.S_ISDIR(there.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+
+
+def require_file(path: Path) -> None:
+    """Refuse anything but a regular file before it is opened: a pipe waits for a writer, a device has no end.
+
+    Raises:
+        InputError: The path is not a regular file; the message continues the file's name.
+    """
+    try:
+        kind = path.stat().st_mode
+    except FileNotFoundError as error:
+        raise InputError("there is no such file; check the path and the working folder") from error
+    except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    if stat.S_ISDIR(kind):
+        raise InputError("is a folder; expected a file")
+    if not stat.S_ISREG(kind):
+        raise InputError("is a device or a pipe; expected a file")
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file of up to `LONGEST` bytes.
+
+    Raises:
+        InputError: The file cannot be read, is not regular, or is longer; the message continues the file's name.
+    """
+    require_file(path)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LONGEST + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}") from error
+    if len(data) > LONGEST:
+        raise InputError(f"is longer than {LONGEST >> 20} MiB; expected a shorter file")
+    return data
+
+
+def read_text(path: Path) -> str:
+    """Read a text file.
+
+    Raises:
+        InputError: The file is empty or not UTF-8 text, or `read_bytes` refuses it.
+    """
+    data = read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(f"line {line}: not UTF-8 text; expected a text file, save it as UTF-8") from error
+    if "\0" in text:
+        raise InputError(f"line {text.count(chr(10), 0, text.index(chr(0))) + 1}: binary data; expected a text file")
+    if not text.strip():
+        raise InputError("the file is empty")
+    return text

@@ -10,7 +10,7 @@ import pytest
 from command_line import run
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.exchange.urdf import urdf_of
 
 

@@ -12,7 +12,7 @@ import pytest
 from command_line import run
 from time_limits import within
 
-from mjbiped.utils.reading import LONGEST
+from mjbiped.utils.files import LONGEST
 
 LONGEST_WAIT = 20.0  # s; a moment's work, on a machine with other things to do
 GREAT = "9" * 400

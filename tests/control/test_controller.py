@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-import controllers
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.control.compiled import compilable_law
-from mjbiped.control.controller import ROOM
+from mjbiped.control.controller import ROOM, Unpowered
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.robots.compass import Array, Compass
@@ -162,12 +161,6 @@ def test_passive_controller_walks_the_passive_gait(gait: Gait) -> None:
     np.testing.assert_allclose([*q, *dq], gait.start, rtol=0, atol=1e-8)
 
 
-def test_public_names() -> None:
-    assert set(controllers.__all__) >= {"AdaptiveController", "Controller", "Memory", "PassiveController"}
-    assert issubclass(AdaptiveController, Controller)
-    assert issubclass(PassiveController, Controller)
-
-
 class Leaning(AdaptiveController):
     """Begins its memory in a way of its own: no law for compilation says what `start` does."""
 
@@ -213,3 +206,28 @@ def test_a_walk_asks_once_who_drives_the_robot(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(PassiveController, "driving", counted)
     mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
     assert asked == [TABLE_ONE]
+
+
+@pytest.mark.parametrize("robot", [mjbiped.Compass(), mjbiped.KneedBiped()])
+def test_it_has_a_torque_for_each_joint_of_the_robot_that_it_drives(robot: Robot) -> None:
+    driver = Unpowered().driving(robot)
+    zeros = (0.0,) * len(robot.joints)
+    assert driver.joints == robot.joints
+    assert tuple(driver.torque([], 0.0, zeros, zeros)) == zeros
+    law = driver.law()
+    assert law is not None
+    out = [1.0] * (len(zeros) + ROOM)
+    law.torque(law.parameters, [], 0.0, zeros, zeros, out)
+    assert tuple(out[: len(zeros)]) == zeros
+    assert Unpowered().joints == mjbiped.Compass.joints
+
+
+def test_a_law_of_ones_own_that_is_derived_from_it_drives_knees_too() -> None:
+    class HipSpring(PassiveController):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, -1.0 * (q[1] - q[0]), 0.0
+
+    ground = mjbiped.Terrain.incline(2.5)
+    robot = mjbiped.KneedBiped()
+    walk = mjbiped.walk(HipSpring(), ground, robot=robot, engine="hybrid", steps=1, initial="gait")
+    assert walk.peak_torque[1] > 0.1

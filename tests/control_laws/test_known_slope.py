@@ -143,7 +143,7 @@ def test_laws_compile_to_what_they_say(kind: Callable[..., KnownSlopeController]
     import numba
     from numba.extending import register_jitable
 
-    from mjbiped.numerics.sources import with_callees
+    from mjbiped.numerics.cache import with_callees
 
     controller = kind(ROBOT, GAIT, initial_slope_estimate=-0.1)
     law = controller.law()

@@ -16,7 +16,7 @@ from lagrange import lagrange
 from simulations import hybrid_run
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.linkage import BASE
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.impacts import lay_flat, stop_swing_foot

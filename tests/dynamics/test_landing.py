@@ -16,7 +16,7 @@ from lagrange import lagrange
 from simulations import hybrid_run
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.impacts import lay_down, set_down
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
@@ -24,6 +24,8 @@ from mjbiped.engines.hybrid.state import Constants, State, swing_foot
 from mjbiped.robots.chain import Array
 from mjbiped.rules.foot_servo import GREATEST_ERROR
 from mjbiped.terrain.profile import GROUND_FRICTION
+from mjbiped.rules.sole import GREATEST_ERROR
+from mjbiped.terrain.segments import GROUND_FRICTION
 
 ROUNDING = 1e-10
 """Of some hundred operations, and of a system of eight equations with a foot of a thousandth of the legs' inertia."""

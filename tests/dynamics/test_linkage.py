@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lagrange import lagrange
 from simulations import hybrid_run
 
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
 from mjbiped.robots.chain import Array, Chain, chain_by
 from mjbiped.robots.compass import Compass

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lagrange import lagrange
 from simulations import hybrid_run
 
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
 from mjbiped.engines.hybrid.impacts import stop_swing_foot, strike_knee
 from mjbiped.engines.hybrid.motion import enter_mode, rates

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.errors import InputError
 from mjbiped.exchange.mcap import joint_rates
 from mjbiped.exchange.records import export_walk

@@ -15,7 +15,7 @@ from simulations import build_scene
 from time_limits import within
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.errors import GaitError, InputError

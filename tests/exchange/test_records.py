@@ -11,7 +11,7 @@ import pyarrow.parquet
 import pytest
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.errors import InputError, RecordError
 from mjbiped.exchange.records import export_walk
 

@@ -13,7 +13,7 @@ from command_line import run as command
 from mjbiped.numerics import cache
 
 PROGRAM = """
-from mjbiped.numerics.announcement import announced
+from mjbiped.numerics.cache import announced
 from mjbiped.numerics.machine import compiled
 
 def double(x):

@@ -18,7 +18,7 @@ import math
 import numba
 import numpy as np
 
-from mjbiped.numerics.announcement import announced
+from mjbiped.numerics.cache import announced
 from mjbiped.numerics.machine import compiled
 
 PAIR = (1.0, NUMBER_0)
@@ -74,7 +74,7 @@ def test_whatever_a_function_depends_on_makes_it_another(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_nothing_is_announced_where_nobody_wants_it(tmp_path: Path) -> None:
-    quiet = "from mjbiped.numerics.announcement import announce\nannounce(wanted=False)\n"
+    quiet = "from mjbiped.numerics.cache import announce\nannounce(wanted=False)\n"
     (tmp_path / "program.py").write_text(quiet + re.sub(r"NUMBER_\d", "1.0", SETTINGS), encoding="utf-8")
     assert finished(tmp_path, tmp_path / "cache", "program.py").stderr == ""
 

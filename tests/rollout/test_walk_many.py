@@ -236,13 +236,20 @@ class Counting(Controller):
 
 
 @pytest.mark.parametrize(
-    ("engine", "workers"), [("hybrid", 1), pytest.param("hybrid", 2, marks=pytest.mark.slow), ("mujoco", 1)]
+    ("engine", "workers", "failure"),
+    [
+        ("hybrid", 1, mjbiped.InputError("gain")),
+        pytest.param("hybrid", 2, ZeroDivisionError("gain"), marks=pytest.mark.slow),
+        ("mujoco", 1, ZeroDivisionError("gain")),
+    ],
 )
-def test_a_controller_that_fails_costs_no_other_walk(engine: str, workers: int, controller: AdaptiveController) -> None:
+def test_a_controller_that_fails_costs_no_other_walk(
+    engine: str, workers: int, failure: Exception, controller: AdaptiveController
+) -> None:
     """In plain Python: with two workers in processes; beside a compiled one."""
     given: dict[str, Any] = {"engine": engine, "steps": 3, "sample_period": 0.05}
     ground = Terrain.incline(2.0)
-    controllers = [Counting(), controller, Counting(ZeroDivisionError("gain"))]
+    controllers = [Counting(), controller, Counting(failure)]
     with pytest.raises(
         mjbiped.WalksStopped, match=r"1 of 3 .*walk 2 .*Counting failed at .*after 1 steps: .*gain"
     ) as caught:

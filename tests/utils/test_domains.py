@@ -29,12 +29,14 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
+from mjbiped.disturbances.disturbances import PUSHES
+from mjbiped.engines.plan import Terms
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
+from mjbiped.utils.domains import Count, Domain, Interval, annotated, check_kind, check_states, known_name
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
@@ -101,10 +103,10 @@ def test_arrays_have_a_shape_and_numbers_of_the_domain() -> None:
 def test_the_other_checks() -> None:
     assert Interval(domains.STEP).check("rise", [0, 0.5]) == (0.0, 0.5)
     for value, ends in ((0.1, (0.1, 0.1)), ((0, 0.2), (0.0, 0.2)), ("0.1", (0.1, 0.1)), ("0.1, 0.2", (0.1, 0.2))):
-        assert domains.SOLE.read("sole", value) == ends
+        assert domains.SOLE.check("sole", value) == ends
     for wrong in (-0.1, (0.1, 0.2, 0.3), "0.1,", "heel", (0.1, math.nan), (), True, None, {"behind": 0.1}):
         with pytest.raises(InputError, match=r"sole = .*one distance from 0 to 1000 m, or two"):
-            domains.SOLE.read("sole", wrong)
+            domains.SOLE.check("sole", wrong)
     assert check_states("state", (1, 2, 3e5, 4), (4,)).tolist() == [1.0, 2.0, 3e5, 4.0]
     with pytest.raises(InputError, match="its angles: 300000"):
         check_states("state", (3e5, 0, 0, 0), (4,))
@@ -116,6 +118,11 @@ def test_the_other_checks() -> None:
         assert len(str(refused.value)) < 200
 
 
+def of_field(kind: type, name: str) -> Any:
+    """The domain in a field's annotation."""
+    return annotated(kind)[name][0]
+
+
 DOCUMENTED = {
     "`leg_mass`": domains.LEG_MASS,
     "`hip_mass`": domains.HIP_MASS,
@@ -123,8 +130,8 @@ DOCUMENTED = {
     "`lower_length + upper_length`": domains.LEG,
     "`leg_inertia`": domains.INERTIA,
     "`foot_radius`": domains.FOOT_RADIUS,
-    "`shank_offset`": domains.OFFSET,
-    "`stop_angle`": domains.STOP_ANGLE,
+    "`shank_offset`": of_field(mjbiped.RoundKneed, "shank_offset"),
+    "`stop_angle`": of_field(mjbiped.RoundKneed, "stop_angle"),
     "`gravity`": domains.GRAVITY,
     "length of a leg in MuJoCo": domains.MUJOCO_LEG,
     "angle of a leg": domains.ANGLE,
@@ -133,35 +140,35 @@ DOCUMENTED = {
     "`steps` of a walk": domains.STEPS,
     "`distance`": domains.DISTANCE,
     "`timestep`": domains.TIMESTEP,
-    "`contact_timestep`": domains.CONTACT_TIMESTEP,
+    "`contact_timestep`": of_field(mjbiped.Mujoco, "contact_timestep"),
     "`control_period`": domains.CONTROL_PERIOD,
-    "`sample_period`": domains.SAMPLE_PERIOD,
+    "`sample_period`": of_field(Terms, "sample_period"),
     "scuffing rule: `reach`": domains.REACH,
-    "scuffing rule: `delay`": domains.DELAY,
+    "scuffing rule: `delay`": of_field(mjbiped.ScuffingRule, "delay"),
     "`angle_noise`, `angle_resolution`": domains.ANGLE_NOISE,
-    "`angle_bias`": domains.ANGLE_BIAS,
-    "`rate_noise`": domains.RATE_NOISE,
-    "`rate_bias`": domains.RATE_BIAS,
-    "`delay` of a control loop": domains.LOOP_DELAY,
+    "`angle_bias`": of_field(mjbiped.Disturbances, "angle_bias"),
+    "`rate_noise`": of_field(mjbiped.Disturbances, "rate_noise"),
+    "`rate_bias`": of_field(mjbiped.Disturbances, "rate_bias"),
+    "`delay` of a control loop": of_field(mjbiped.Disturbances, "delay"),
     "`torque_limit`": domains.TORQUE_LIMIT,
-    "`motor_bandwidth`": domains.BANDWIDTH,
+    "`motor_bandwidth`": of_field(mjbiped.Disturbances, "motor_bandwidth"),
     "`push_impulse`": domains.IMPULSE,
     "impulse of a push at a given time": domains.PUSH,
-    "pushes at given times": domains.PUSHES,
-    "`push_interval`": domains.PUSH_INTERVAL,
-    "`push_duration`": domains.PUSH_DURATION,
+    "pushes at given times": PUSHES,
+    "`push_interval`": of_field(mjbiped.Disturbances, "push_interval"),
+    "`push_duration`": of_field(mjbiped.Disturbances, "push_duration"),
     "`friction`": domains.FRICTION,
     "factor of `--model-error`": domains.MODEL_ERROR,
     "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
-    "`position_gain` of limit cycle tracking": domains.POSITION_GAIN,
-    "`adaptation_gain`": domains.ADAPTATION_GAIN,
-    "`gain` of PBC": domains.DAMPING_GAIN,
-    "`ratio` of ECC, not 0": domains.TORQUE_RATIO,
+    "`position_gain` of limit cycle tracking": of_field(LimitCycleController, "position_gain"),
+    "`adaptation_gain`": of_field(AdaptiveController, "adaptation_gain"),
+    "`gain` of PBC": of_field(PassivityController, "gain"),
+    "`ratio` of ECC, not 0": of_field(EnergyConstraintController, "ratio"),
     "`singular_band`, `slowest`": domains.SLOWEST_RATE,
-    "`hip_weight` of KETC": domains.HIP_WEIGHT,
-    "`replanning_delay`": domains.REPLANNING_DELAY,
-    "`update_threshold`": domains.SLOPE_THRESHOLD,
-    "`replanning_threshold`": domains.STATE_THRESHOLD,
+    "`hip_weight` of KETC": of_field(KineticEnergyController, "hip_weight"),
+    "`replanning_delay`": of_field(AdaptiveController, "replanning_delay"),
+    "`update_threshold`": of_field(AdaptiveController, "update_threshold"),
+    "`replanning_threshold`": of_field(AdaptiveController, "replanning_threshold"),
     "terrain: places and heights": domains.PLACE,
     "terrain: length of a segment": domains.STRETCH,
     "terrain: height of a step": domains.STEP,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.disturbances.pushes import following
+from mjbiped.disturbances.chance import following
 from mjbiped.dynamics.integrate import STAGES
 from mjbiped.dynamics.modes import FREE, RESTING
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample

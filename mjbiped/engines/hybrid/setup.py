@@ -11,8 +11,8 @@ import numpy as np
 from mjbiped.control.controller import ROOM as SPARE
 from mjbiped.control.controller import Controller, Law
 from mjbiped.control.functions import in_python
+from mjbiped.disturbances.chance import following
 from mjbiped.disturbances.loop import SampledController
-from mjbiped.disturbances.pushes import following
 from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
@@ -23,8 +23,8 @@ from mjbiped.engines.hybrid.state import Constants, State, pushes_of
 from mjbiped.engines.plan import Plan
 from mjbiped.records.loads import BINS
 from mjbiped.robots.robot import Robot
-from mjbiped.rules import foot_servo
 from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.rules.sole import servo_gains
 from mjbiped.rules.termination import STALL_TIME
 from mjbiped.terrain.profile import Profile
 from mjbiped.terrain.terrain import Terrain
@@ -44,7 +44,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
     foot, angles, joints = bodies.foot, linkages[0].angles, len(robot.joints)
     pace = math.sqrt(robot.leg_length / robot.gravity)
     behind, ahead = (robot.sole if foot is None else None) or (math.inf, math.inf)
-    stiffness, damping = foot_servo.gains(foot.inertia if foot else 0.0, robot.leg_length, robot.gravity)
+    stiffness, damping = servo_gains(foot.inertia if foot else 0.0, robot.leg_length, robot.gravity)
     return {
         "linkages": linkages,
         "angles": angles,

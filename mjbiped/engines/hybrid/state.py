@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mjbiped.disturbances.pushes import Pushes
+from mjbiped.disturbances.chance import Pushes
 from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
 from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.numerics.blocks import Block, Floats, Numbers, numbers, reader

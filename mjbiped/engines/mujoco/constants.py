@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mjbiped.disturbances.pushes import Pushes
+from mjbiped.disturbances.chance import Pushes
 from mjbiped.numerics.blocks import Block, reader
 
 
@@ -103,7 +103,7 @@ class Constants(Block):
         states: Number of its integrated states.
         sampled: Whether its law has a tick.
         support: See `Controller.support`.
-        pushes: Pushes at the hip, alone in a list; see `disturbances.pushes.Pushes`.
+        pushes: Pushes at the hip, alone in a list; see `disturbances.chance.Pushes`.
 
         sample_period: Time between two samples, s; each is taken at the first physics step from then on.
         samples: Rows of samples, one behind the other, which whoever takes them counts in `State.samples`.

@@ -17,7 +17,7 @@ from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Floats, numbers
 from mjbiped.robots.bodies import Foot
-from mjbiped.rules.foot_servo import GREATEST_ERROR, servo_torque
+from mjbiped.rules.sole import GREATEST_ERROR, servo_torque
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 LONGEST = 1e-4  # physics step, s

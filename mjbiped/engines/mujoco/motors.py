@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence
 
-from mjbiped.disturbances.pushes import following
+from mjbiped.disturbances.chance import following
 from mjbiped.engines.mujoco import leapfrog, servo
 from mjbiped.engines.mujoco.constants import Constants, pushes_at
 from mjbiped.engines.mujoco.feet import swing_foot_torque

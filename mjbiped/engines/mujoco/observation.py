@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.disturbances.pushes import following
+from mjbiped.disturbances.chance import following
 from mjbiped.engines.mujoco.bearing import weigh
 from mjbiped.engines.mujoco.constants import Constants, pushes_at
 from mjbiped.engines.mujoco.feet import (

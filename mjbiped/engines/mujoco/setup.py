@@ -25,7 +25,7 @@ from mjbiped.engines.mujoco.servo import servo_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.records.columns import index_of, tables_of
 from mjbiped.robots.robot import Robot
-from mjbiped.rules import foot_servo
+from mjbiped.rules.sole import servo_gains
 from mjbiped.rules.termination import AVERAGED, FALLEN_HIP, STALL_TIME, SUSTAINED
 from mjbiped.utils import domains
 from mjbiped.utils.mujoco import mujoco
@@ -116,7 +116,7 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
     # a foot with mass bounds no torque: it tips
     behind, ahead = (math.inf, math.inf) if robot.sole is None or foot is not None else robot.sole
     knee = servo_of(robot) if options.stance_knee == MOTOR else (0.0, 0.0)
-    swing = (0.0, 0.0) if foot is None else foot_servo.gains(foot.inertia, robot.leg_length, robot.gravity)
+    swing = (0.0, 0.0) if foot is None else servo_gains(foot.inertia, robot.leg_length, robot.gravity)
     return {
         "leg_length": length,
         "lowest_hip": FALLEN_HIP * length - robot.radius,  # the ground of round feet lies higher by their radius

@@ -11,7 +11,7 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import BoundedAnkleController
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.equations import load
 from mjbiped.dynamics.linkage import BASE, MASS
 from mjbiped.dynamics.modes import HEEL, TOE

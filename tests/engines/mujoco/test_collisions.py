@@ -8,7 +8,7 @@ import pytest
 from simulations import started
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.collisions import SUNK, write_contact_bits
 from mjbiped.engines.mujoco.lifting import NOBODY
 from mjbiped.robots.robot import Robot

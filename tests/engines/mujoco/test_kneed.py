@@ -10,8 +10,8 @@ from simulations import started
 
 import mjbiped
 from controllers import KneedController, PassiveController
+from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import make_controller
-from mjbiped.control.unpowered import Unpowered
 from mjbiped.engines.mujoco.state import State
 from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
 from mjbiped.rules.termination import Outcome

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import strategies as st
 from standing import GROUND, LENGTH, SLOPE, Posture, begun, constants, standing_at
 
-from mjbiped.disturbances.pushes import Pushes
+from mjbiped.disturbances.chance import Pushes
 from mjbiped.engines.mujoco import motors, observation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.rules.termination import Outcome

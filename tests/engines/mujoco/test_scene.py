@@ -8,7 +8,7 @@ import pytest
 from simulations import build_scene
 
 import mjbiped
-from mjbiped.control.unpowered import Unpowered
+from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.ground_window import Scene
 from mjbiped.engines.mujoco.options import GROUND_KINDS

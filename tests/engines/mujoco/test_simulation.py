@@ -12,7 +12,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
 from mjbiped.control.controller import Law
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.numerics.sources import raises
+from mjbiped.numerics.cache import raises
 
 Terrain = mjbiped.Terrain
 
