@@ -22,10 +22,8 @@ from mjbiped.engines.hybrid.impacts import lay_down, set_down
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
 from mjbiped.engines.hybrid.state import Constants, State, swing_foot
 from mjbiped.robots.chain import Array
-from mjbiped.rules.foot_servo import GREATEST_ERROR
-from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.rules.sole import GREATEST_ERROR
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION
 
 ROUNDING = 1e-10
 """Of some hundred operations, and of a system of eight equations with a foot of a thousandth of the legs' inertia."""

@@ -11,11 +11,8 @@ from mjbiped.dynamics.linkage import END, speed
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE, hold_angle, hold_contact, push_contact
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, pushed, swing_foot
 from mjbiped.numerics.blocks import Floats, Numbers, numbers
-from mjbiped.rules.foot_servo import servo_torque
-from mjbiped.terrain.profile import GROUND_FRICTION, height_of
 from mjbiped.rules.sole import servo_torque
-from mjbiped.terrain.profile import height_of
-from mjbiped.terrain.segments import GROUND_FRICTION
+from mjbiped.terrain.profile import GROUND_FRICTION, height_of
 
 MISSED = 1e-6
 """Of the leg's length: a foot that lands so far off the ground has not been followed."""
