@@ -18,7 +18,7 @@ from mjbiped.records.tables import bare_table, table_of
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
-    from mjbiped.reproduction.report.claims import Answer
+    from mjbiped.reproduction.claims import Answer
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:

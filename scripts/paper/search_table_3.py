@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
 from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import TABLE_3, Segments
+from mjbiped.reproduction.section_5 import TABLE_3, Segments
 from mjbiped.sweeps.cell import Row, attempt
 from mjbiped.utils.progress import progress_bar
 from scripts.paper.placebo import bounds, cells, segments_of

@@ -10,12 +10,11 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import walked
-from mjbiped.reproduction.methods import BLIND, FITTED
-from mjbiped.reproduction.report import fit, table_2
-from mjbiped.reproduction.reproduce import filled, stored_fits
-from mjbiped.reproduction.table_2 import choices
+from mjbiped.reproduction.reproduce import misjudged, on_table_2, table_2
+from mjbiped.reproduction.rows import walked
+from mjbiped.reproduction.section_5 import BLIND, FITTED
+from mjbiped.reproduction.table_2 import Results
+from mjbiped.reproduction.tables import filled, of_table_2, stored_fits
 
 
 @click.command(help=__doc__)
@@ -24,12 +23,12 @@ def main(out: Path | None) -> None:
     """Walk and print."""
     with TemporaryDirectory() as nowhere:
         folder = out or Path(nowhere)
-        rows = walked(plan.table_2(), folder, progress=True)
-        found = choices(rows)
+        cells = table_2()
+        best = Results(walked(cells, folder, progress=True)).best
         for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
-            rows += walked(plan.on_table_2(part, "hybrid", found[0].places, chosen.values()), folder, progress=True)
-        rows += walked(plan.misjudged(found[0]), folder, progress=True)
-    sections = {**table_2.sections(rows, found), **fit.sections(rows, found[0]), **stored_fits()}
+            cells += on_table_2(part, "hybrid", best.places, chosen.values())
+        rows = walked([*cells, *misjudged(best)], folder, progress=True)
+    sections = {**of_table_2(Results(rows)), **stored_fits()}
     console = Console(width=140)
     console.print(f"{sections['best']}; distance {sections['best_distance']} %")
     for heading in ("Every setting", "Agreement and nearest settings", "Nearest readings"):

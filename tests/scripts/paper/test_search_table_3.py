@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjbiped import Terrain
-from mjbiped.reproduction.grounds import TABLE_3, end_of, found_segments, found_terrain
+from mjbiped.reproduction.section_5 import TABLE_3, end_of, found_segments, found_terrain
 from mjbiped.sweeps.cell import Row
 from scripts.paper import placebo as family
 from scripts.paper import search_table_3 as search

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any
@@ -14,15 +15,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn
-from mjbiped.plotting.walk import draw_over_time
+from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn, make_small
+from mjbiped.plotting.walk import draw_over_time, plot_walk
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of
-from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.report.markdown import ENGINES
-from mjbiped.reproduction.report.table_3 import walks_of
-from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.claims import walks_of
+from mjbiped.reproduction.rows import ENGINES, Row, engine_shown
+from mjbiped.reproduction.section_5 import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES, TABLE_3
 
 _SHOWN = 16.0  # s of Fig. 5
 _STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
@@ -38,6 +38,42 @@ _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0
 
 Curve = Mapping[float | None, tuple[float, float]]
 """Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
+
+
+def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path, prints: Path) -> list[Path]:
+    """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
+
+    Args:
+        recorded: Walks whose records are kept, with their rows.
+        rows: Rows of all walks.
+        pages: Folder for the figures that the page shows, small PNG files.
+        prints: Folder for all figures as PDF files.
+
+    Returns:
+        The files.
+    """
+    drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
+    for engine in dict.fromkeys(row.engine for row, _ in recorded):
+        mine = [(row, walk) for row, walk in recorded if row.engine == engine]
+        by_delay = {row.delay: walk for row, walk in mine if (row.part, row.ground) == ("table 3", "mixed")}
+        curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in ADAPTATION_GAINS}
+        for row, walk in mine:
+            if row.part == "figure 5":
+                curves[row.adaptation_gain][row.start_estimate, row.update == "yes"] = walk
+        drawings |= {
+            f"fig_6_mixed_{engine}": partial(plot_figure_6, {delay: by_delay[delay] for delay in DRAWN_DELAYS}),
+            f"fig_5_{engine}": partial(plot_figure_5, curves),
+            f"fig_4_mixed_{engine}": partial(plot_walk, curves[PAPER_GAIN][START_ESTIMATES[0], True]),
+        }
+    written = []
+    for name, make in drawings.items():
+        written.append(prints / f"reproduction_{name}.pdf")
+        make(written[-1])
+        if name.endswith((engine_shown(rows), "table_3")):
+            written.append(pages / f"reproduction_{name}.png")
+            make(written[-1])
+            make_small(written[-1])
+    return written
 
 
 def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
