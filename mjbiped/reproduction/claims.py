@@ -10,13 +10,12 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias
-
-import numpy as np
+from operator import lt
+from typing import Any, NamedTuple
 
 from mjbiped.control.registry import settings_of
 from mjbiped.reproduction.cell import RESOLVED_SLOPE
-from mjbiped.reproduction.rows import ENGINES, NO_WALK, NONE, Row, find, in_words, number, select
+from mjbiped.reproduction.rows import ENGINES, NO_WALK, NONE, Row, find, in_words, select
 from mjbiped.reproduction.section_5 import (
     ADAPTATION_GAINS,
     DIGITS,
@@ -31,10 +30,10 @@ from mjbiped.reproduction.section_5 import (
     TABLE_3,
     meets,
 )
-from mjbiped.reproduction.table_2 import Results
+from mjbiped.reproduction.table_2 import Choice, Results
 
-CLAIMS: dict[str, tuple[str, str]] = tomllib.loads((FILES / "claims.toml").read_text(encoding="utf-8"))
-"""Place in the paper and sentence, by name."""
+CLAIMS: dict[str, dict[str, str]] = tomllib.loads((FILES / "claims.toml").read_text(encoding="utf-8"))
+"""The claims by name, as `claims.toml` describes them."""
 
 GROUPS = UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
 """What is fitted to the paper's numbers in the walks that are tested: nothing; the reading of the grounds; the other
@@ -48,8 +47,8 @@ COUNTING = (UNFITTED, BLIND)
 
 _HALF = 0.5 * 10.0**-DIGITS
 _PASSIVE = round(math.sin(IMITATED_SLOPE), DIGITS)
-_LEAST = 0.8  # zeta of Table III's lowest c_mt
-_REMARKABLE = (0.6, 0.7, 0.8, 0.9)  # V-D
+_LEAST = "0.8"  # zeta of Table III's lowest c_mt
+_REMARKABLE = ("0.6", "0.7", "0.8", "0.9")  # V-D
 _EPSILON = math.degrees(RESOLVED_SLOPE)
 _ON_CYCLE = math.degrees(settings_of("adaptive")["replanning_threshold"])
 
@@ -105,13 +104,11 @@ def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None
     return {row.delay: row for row in select(rows, part="table 3", ground=ground, engine=engine)}
 
 
-def _answer(
-    name: str, holds: bool | None, found: str = "", numbers: Iterable[float] = (), of: str = "", **words: str | float
-) -> Answer:
+def _answer(name: str, holds: bool | None, of: str = "", **words: Any) -> Answer:
     """Answer a claim, unless one of its numbers does not exist; words are filled into the claim's braces."""
-    source, claim = CLAIMS[name]
-    asked = holds is not None and not any(map(math.isnan, numbers))
-    return Answer(claim.format(**words), source, *((holds, found, of) if asked else (None,)))
+    claim, found = (CLAIMS[name][text].format(**words) for text in ("claim", "found"))
+    asked = holds is not None and "nan" not in found
+    return Answer(claim, CLAIMS[name]["source"], *((holds, found, of) if asked else (None,)))
 
 
 def _of_adaptive(results: Results, engine: str) -> Iterator[Answer]:
@@ -119,8 +116,7 @@ def _of_adaptive(results: Results, engine: str) -> Iterator[Answer]:
     value = results.best.cost(results.walks("adaptive", engine=engine)[0])
     yield _level_number(value, "adaptive")
     off = abs(TABLE_2["adaptive"]["level"] - _PASSIVE)
-    near = abs(round(value, DIGITS) - _PASSIVE) < off + _HALF
-    yield _answer("level_passive", near, number(value, ".5f"), [value], off=off)
+    yield _answer("level_passive", abs(round(value, DIGITS) - _PASSIVE) < off + _HALF, value=value, off=off)
 
 
 def _of_all_methods(results: Results, engine: str, settings: str) -> Iterator[Answer]:
@@ -131,47 +127,32 @@ def _of_all_methods(results: Results, engine: str, settings: str) -> Iterator[An
         engine: "hybrid" or "mujoco".
         settings: The other methods' settings, "blind" or "fitted".
     """
-    by_method = {method: results.walks(method, settings, engine) for method in TABLE_2}
-    walks = {ground: {method: by_method[method][k] for method in TABLE_2} for k, ground in enumerate(GROUNDS)}
-    costs = {ground: {method: results.best.cost(walk) for method, walk in walks[ground].items()} for ground in walks}
-    shown = {ground: {method: round(cost, DIGITS) for method, cost in costs[ground].items()} for ground in costs}
-
-    def asked(name: str, on: str, methods: Iterable[str], holds: bool, more: str = "", **words: Any) -> Answer:
-        mine = {method: costs[on][method] for method in methods}
-        found = ", ".join(f"{method} {number(cost)}" for method, cost in mine.items())
-        return _answer(name, holds, more + found, mine.values(), **words)
-
-    def against_level(name: str, ground: str, sign: float) -> Answer:
-        here, level = costs[ground], costs["level"]
-        holds = all(sign * (shown[ground][method] - shown["level"][method]) > _HALF for method in here)
-        found = ", ".join(f"{method} {number(here[method])} against {number(level[method])}" for method in here)
-        return _answer(name, holds, found, [*here.values(), *level.values()])
+    best, walks = results.best, {method: results.walks(method, settings, engine) for method in TABLE_2}
+    cost = {ground: {method: best.cost(walks[method][k]) for method in TABLE_2} for k, ground in enumerate(GROUNDS)}
+    shown = {ground: {method: round(value, DIGITS) for method, value in cost[ground].items()} for ground in cost}
+    say, level, stair = partial(_answer, cost=cost), shown["level"], shown["stair 1"]
 
     def similar(ground: str) -> Answer:
         """Test V-A's "similar energy efficiency on uneven terrains": as similar as the table's own numbers."""
         papers, ours = [TABLE_2[method][ground] for method in TABLE_2], shown[ground].values()
         allowed, spread = round(max(papers) - min(papers), DIGITS), max(ours) - min(ours)
-        holds, more = spread < allowed + _HALF, f"{number(spread)}; "
-        return asked("similar", ground, TABLE_2, holds, more, ground=ground, allowed=allowed)
+        words = {"ground": ground, "allowed": allowed, "spread": spread, "here": cost[ground]}
+        return say("similar", spread < allowed + _HALF, **words)
 
     for method in ENERGY_BASED:
-        yield _level_number(costs["level"][method], method)
-    level = shown["level"]
+        yield _level_number(cost["level"][method], method)
     for method in ("PBC", "ECC"):
         nearer = abs(level["adaptive"] - _PASSIVE) < abs(level[method] - _PASSIVE) - _HALF
-        yield asked("closer_to_passive", "level", ("adaptive", method), nearer, method=method)
-    yield asked("same_as_ketc", "level", ("adaptive", "KETC"), level["adaptive"] == level["KETC"])
-    yield against_level("higher_than_level", "stair 1", 1.0)
-    lowest = shown["stair 1"]["adaptive"] < min(shown["stair 1"][method] for method in ENERGY_BASED)
-    yield asked("lowest", "stair 1", TABLE_2, lowest)
+        yield say("closer_to_passive", nearer, method=method, other=cost["level"][method])
+    yield say("same_as_ketc", level["adaptive"] == level["KETC"])
+    yield say("higher_than_level", all(stair[method] - level[method] > _HALF for method in TABLE_2))
+    yield say("lowest", stair["adaptive"] < min(stair[method] for method in ENERGY_BASED))
     yield similar("stair 1")
-    yield against_level("lower_than_level", "slope 1", -1.0)
+    yield say("lower_than_level", all(level[method] - shown["slope 1"][method] > _HALF for method in TABLE_2))
     yield similar("slope 1")
-    for ground in ("stair 2", "slope 2"):
-        for method, walk in walks[ground].items():
-            yield _comes_through(walk, results, method, ground)
-    higher = shown["slope 2"]["ECC"] > shown["slope 2"]["adaptive"]
-    yield asked("higher_than_adaptive", "slope 2", ("adaptive", "ECC"), higher)
+    for ground, method in itertools.product(("stair 2", "slope 2"), TABLE_2):
+        yield _comes_through(walks[method][GROUNDS.index(ground)], best, method, ground)
+    yield say("higher_than_adaptive", shown["slope 2"]["ECC"] > shown["slope 2"]["adaptive"])
 
 
 def _name(method: str) -> str:
@@ -180,23 +161,16 @@ def _name(method: str) -> str:
 
 def _level_number(value: float, method: str) -> Answer:
     """Compare a number of level ground, to half a unit of its last digit."""
-    paper, found = TABLE_2[method]["level"], number(value, ".5f")
-    return _answer("level_number", meets(value, paper), found, [value], method=_name(method), paper=paper)
+    paper = TABLE_2[method]["level"]
+    return _answer("level_number", meets(value, paper), method=_name(method), paper=paper, value=value)
 
 
-def _comes_through(walk: Row, results: Results, method: str, ground: str) -> Answer:
+def _comes_through(walk: Row, best: Choice, method: str, ground: str) -> Answer:
     """Test whether a method makes the steps over which the reading takes c_mt, or fails to, as in the table."""
-    crossed, walked = math.isnan(TABLE_2[method][ground]), math.isfinite(results.best.cost(walk))
-    found = f"c_mt {results.best.written(walk)}" if walked else f"{walk.outcome} after {walk.steps} steps"
+    crossed, walked = math.isnan(TABLE_2[method][ground]), math.isfinite(best.cost(walk))
+    ended = f"c_mt {best.written(walk)}" if walked else f"{walk.outcome} after {walk.steps} steps"
     name, holds = "not_walked" if crossed else "walked", walked != crossed if walk.outcome else None
-    return _answer(name, holds, found, ground=ground.capitalize(), method=_name(method))
-
-
-Walks: TypeAlias = Mapping[float | None, Row]
-"""Walks of Table III on a ground by zeta; None: no re-planning."""
-
-Say: TypeAlias = Callable[..., Answer]
-"""`_answer` with the words of the ground and of its bounds."""
+    return _answer(name, holds, ground=ground.capitalize(), method=_name(method), ended=ended)
 
 
 def _of_figures(rows: Sequence[Row], ground: str, title: str, engine: str) -> Iterator[Answer]:
@@ -218,40 +192,34 @@ def _of_figures(rows: Sequence[Row], ground: str, title: str, engine: str) -> It
         yield from _figure_5(rows, engine, say)
     else:
         yield from _figure_4([walks.get(DRAWN_DELAYS[1], NO_WALK)], say)
-    yield from _figure_6(walks, say)
+    for name, most in (("travel", 1.0), ("error", 1.0), ("z2", ZERO)):  # V-D, Fig. 6
+        a, b, without = (_values([walks.get(zeta, NO_WALK)], f"trace_{name}")[0] for zeta in DRAWN_DELAYS)
+        yield say(name, max(a, b) < most * without, a=a, b=b, without=without)
 
 
-def _table_3(walks: Walks, say: Say) -> Iterator[Answer]:
-    """Test the claims of Table III and section V-D."""
+def _table_3(walks: Mapping[float | None, Row], say: Callable[..., Answer]) -> Iterator[Answer]:
+    """Test the claims of Table III and section V-D on the walks of a ground by zeta; None: no re-planning."""
     lost = [f"ζ = {in_words(zeta)}: {walk.outcome}" for zeta, walk in walks.items() if not walk.finished]
-    yield say("ends", not lost if walks else None, "; ".join(lost) or f"{len(walks)} walks")
-    ended = {zeta: walk if (walk := walks.get(zeta, NO_WALK)).finished else NO_WALK for zeta in TABLE_3}
+    yield say("ends", not lost if walks else None, ended="; ".join(lost) or f"{len(walks)} walks")
+    ended = {in_words(z): walk if (walk := walks.get(z, NO_WALK)).finished else NO_WALK for z in TABLE_3}
     torque = {zeta: walk.torque for zeta, walk in ended.items()}
     cost = {zeta: float(walk.absolute_end) for zeta, walk in ended.items()}
-    every = [zeta for zeta in TABLE_3 if zeta is not None]
-    zetas = [zeta for zeta in every if ended[zeta].finished]
-    of = "" if zetas == every else f"the {len(zetas)} of {len(every)} ζ that came to their end"
-
-    def claim(name: str, asked: bool, holds: bool, found: str) -> Answer:
-        return say(name, holds if asked else None, found, of=of)
-
-    first, last = min(zetas, default=_LEAST), max(zetas, default=_LEAST)
-    falls = all(torque[a] > torque[b] for a, b in itertools.pairwise(zetas))
-    found = f"{torque[first]:.5g} N m at ζ = {first:g} to {torque[last]:.5g} at {last:g}"
-    yield claim("falling_torque", len(zetas) > 1, falls, found)
-    between = {"without": torque[None], "ζ = 0.4:": torque[0.4], "ζ = 0.5:": torque[0.5]}
-    found = ", ".join(f"{name} {number(value, '.4g')}" for name, value in between.items()) + " N m"
-    yield say("torque_between", torque[0.5] < torque[None] < torque[0.4], found, between.values())
     shown = {zeta: round(value, DIGITS) for zeta, value in cost.items()}
+    zetas = [zeta for zeta, walk in ended.items() if walk.finished and zeta != "none"]
+    several, all_of_them = len(zetas) > 1, len(TABLE_3) - 1
+    of = "" if len(zetas) == all_of_them else f"the {len(zetas)} of {all_of_them} ζ that came to their end"
+    ends = zetas[:1] + zetas[-1:] or [_LEAST] * 2
+    falls = all(torque[a] > torque[b] for a, b in itertools.pairwise(zetas))
+    yield say("falling_torque", falls if several else None, of, zetas=ends, torques=[torque[zeta] for zeta in ends])
+    yield say("torque_between", torque["0.5"] < torque["none"] < torque["0.4"], torque=torque)
     least = min(zetas, key=cost.__getitem__, default=_LEAST)
-    found = f"{cost[_LEAST]:.4f}, lowest {cost[least]:.4f} at ζ = {least:g}"
-    yield claim("least_cost", _LEAST in zetas and len(zetas) > 1, shown[_LEAST] <= shown[least], found)
     others = [zeta for zeta in zetas if zeta not in _REMARKABLE]
     high, low = max(_REMARKABLE, key=cost.__getitem__), min(others, key=cost.__getitem__, default=_LEAST)
-    found = f"at most {cost[high]:.4f} (ζ = {high:g}); the others at least {cost[low]:.4f} (ζ = {low:g})"
-    yield claim("remarkable", bool(others) and {*_REMARKABLE} <= {*zetas}, shown[high] < shown[low], found)
-    found = f"{cost[None]:.4f}, lowest with it {cost[least]:.4f} at ζ = {least:g}"
-    yield claim("cheaper_without", ended[None].finished and bool(zetas), shown[None] < shown[least], found)
+    remarkable = shown[high] < shown[low] if {*_REMARKABLE} < {*zetas} else None
+    words = {"cost": cost, "least": least, "lowest": cost[least], "high": high, "low": low}
+    yield say("least_cost", shown[_LEAST] <= shown[least] if several else None, of, **words)
+    yield say("remarkable", remarkable, of, most=cost[high], others=cost[low], **words)
+    yield say("cheaper_without", shown["none"] < shown[least], of, **words)
 
 
 def _walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: str) -> list[Row]:
@@ -260,57 +228,45 @@ def _walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: st
     return [find(rows, start_estimate=start, **mine) for start in START_ESTIMATES]
 
 
-def _figure_4(walks: Sequence[Row], say: Say) -> Iterator[Answer]:
+def _figure_4(walks: Sequence[Row], say: Callable[..., Answer]) -> Iterator[Answer]:
     """Test the claims of section V-B, Fig. 4(b) to (d)."""
-    yield _below(say, "settled", _greatest(walks, "trace_settled"), _EPSILON)
-    yield _below(say, "later", _greatest(walks, "trace_later"), _EPSILON)
-    straight = _greatest(walks, "trace_straight")
-    bent = float(np.min([walk.trace_bent if walk.finished else math.nan for walk in walks]))
-    found = f"at most {straight:.2f} N m from it, re-planned at least {bent:.2f} N m"
-    yield say("straight", straight < bent, found, [straight, bent])
-    yield _below(say, "z1", _greatest(walks, "trace_z1"), _ON_CYCLE)
+    yield _below(say, "settled", walks, "trace_settled", _EPSILON)
+    yield _below(say, "later", walks, "trace_later", _EPSILON)
+    straight, bent = max(_values(walks, "trace_straight")), min(_values(walks, "trace_bent"))
+    yield say("straight", straight < bent, straight=straight, bent=bent)
+    yield _below(say, "z1", walks, "trace_z1", _ON_CYCLE)
 
 
-def _figure_5(rows: Sequence[Row], engine: str, say: Say) -> Iterator[Answer]:
+def _figure_5(rows: Sequence[Row], engine: str, say: Callable[..., Answer]) -> Iterator[Answer]:
     """Test the claims of section V-C about the estimate update."""
     with_it, without = (_walks_of_figure_5(rows, engine, PAPER_GAIN, update) for update in ("yes", "no"))
     if not all(walk.finished for walk in with_it + without):
-        with_it = without = [NO_WALK]
+        with_it = without = [NO_WALK] * len(START_ESTIMATES)
 
-    def less(name: str, column: str, form: str, unit: str) -> Answer:
+    def less(name: str, column: str) -> Answer:
         """Test whether a number is smaller with the update than without, from every start."""
-        both = [(getattr(a, column), getattr(b, column)) for a, b in zip(with_it, without, strict=True)]
-        found = "; ".join(f"{number(a, form)}{unit} against {number(b, form)}{unit}" for a, b in both)
-        return say(name, all(a < b for a, b in both), found, itertools.chain(*both))
+        a, b = ([getattr(walk, column) for walk in walks] for walks in (with_it, without))
+        return say(name, all(map(lt, a, b)), a=a, b=b)
 
-    yield less("off_time", "trace_off_time", ".2f", " s")
-    yield _below(say, "ended", _greatest(without, "ended"), _EPSILON, " at most")
-    yield less("begun", "begun", ".4f", "°")
+    yield less("off_time", "trace_off_time")
+    yield _below(say, "ended", without, "ended", _EPSILON)
+    yield less("begun", "begun")
     slow = _walks_of_figure_5(rows, engine, min(ADAPTATION_GAINS), "yes")
-    yield _below(say, "jump", _greatest(slow, "jump"), _EPSILON, f" of errors up to {_greatest(slow, 'begun'):.2f}°")
+    yield _below(say, "jump", slow, "jump", _EPSILON, most=max(_values(slow, "begun")))
 
 
-def _figure_6(walks: Walks, say: Say) -> Iterator[Answer]:
-    """Test the claims of section V-D, Fig. 6, about re-planning."""
-    for name, form, unit, most in (
-        ("travel", ".2f", "°", 1.0),
-        ("error", ".4f", "°", 1.0),
-        ("z2", ".4f", " rad/s", ZERO),
-    ):
-        *values, without = (_greatest([walks.get(zeta, NO_WALK)], f"trace_{name}") for zeta in DRAWN_DELAYS)
-        first = " and ".join(f"{number(value, form)}{unit}" for value in values)
-        found = f"{first} against {number(without, form)}{unit}"
-        yield say(name, max(values) < most * without, found, [*values, without])
+def _below(
+    say: Callable[..., Answer], name: str, walks: Sequence[Row], column: str, bound: float, **words: float
+) -> Answer:
+    """Answer the claim that an angle is below a bound in some walks, degrees."""
+    value = max(_values(walks, column))
+    return say(name, value < bound, value=value, **words)
 
 
-def _greatest(walks: Sequence[Row], name: str) -> float:
-    """Greatest number of some walks; NaN unless all walks have it and came to their end."""
-    return float(np.max([getattr(walk, name) if walk.finished else math.nan for walk in walks]))
-
-
-def _below(say: Say, name: str, value: float, bound: float, more: str = "") -> Answer:
-    """Answer the claim that an angle is below a bound, degrees."""
-    return say(name, value < bound, f"{number(value, '.4f')}°{more}", [value])
+def _values(walks: Sequence[Row], column: str) -> list[float]:
+    """A number of some walks, or NaN unless all walks have it and came to their end."""
+    values = [float(getattr(walk, column)) if walk.finished else math.nan for walk in walks]
+    return [math.nan] if any(map(math.isnan, values)) else values
 
 
 def by_claim(answers: Iterable[Answer], groups: Sequence[str] = GROUPS) -> dict[tuple[str, str, str], list[Answer]]:
