@@ -14,25 +14,12 @@ from operator import lt
 from typing import Any, NamedTuple
 
 from mjbiped.control.registry import settings_of
+from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import RESOLVED_SLOPE
 from mjbiped.reproduction.rows import ENGINES, NO_WALK, NONE, Row, find, in_words, select
-from mjbiped.reproduction.section_5 import (
-    ADAPTATION_GAINS,
-    DIGITS,
-    DRAWN_DELAYS,
-    ENERGY_BASED,
-    FILES,
-    GROUNDS,
-    IMITATED_SLOPE,
-    PAPER_GAIN,
-    START_ESTIMATES,
-    TABLE_2,
-    TABLE_3,
-    meets,
-)
 from mjbiped.reproduction.table_2 import Choice, Results
 
-CLAIMS: dict[str, dict[str, str]] = tomllib.loads((FILES / "claims.toml").read_text(encoding="utf-8"))
+CLAIMS: dict[str, dict[str, str]] = tomllib.loads((paper.FILES / "claims.toml").read_text(encoding="utf-8"))
 """The claims by name, as `claims.toml` describes them."""
 
 GROUPS = UNFITTED, BLIND, FITTED, FOUND = "unfitted", "blind", "fitted", "found"
@@ -45,8 +32,8 @@ ZERO = 0.01
 COUNTING = (UNFITTED, BLIND)
 """The groups that count as evidence: nothing but the reading of the grounds was fitted to their numbers."""
 
-_HALF = 0.5 * 10.0**-DIGITS
-_PASSIVE = round(math.sin(IMITATED_SLOPE), DIGITS)
+_HALF = 0.5 * 10.0**-paper.DIGITS
+_PASSIVE = round(math.sin(paper.IMITATED_SLOPE), paper.DIGITS)
 _LEAST = "0.8"  # zeta of Table III's lowest c_mt
 _REMARKABLE = ("0.6", "0.7", "0.8", "0.9")  # V-D
 _EPSILON = math.degrees(RESOLVED_SLOPE)
@@ -115,8 +102,8 @@ def _of_adaptive(results: Results, engine: str) -> Iterator[Answer]:
     """Test claims about the adaptive controller on level ground, where reading and zeta make no difference."""
     value = results.best.cost(results.walks("adaptive", engine=engine)[0])
     yield _level_number(value, "adaptive")
-    off = abs(TABLE_2["adaptive"]["level"] - _PASSIVE)
-    yield _answer("level_passive", abs(round(value, DIGITS) - _PASSIVE) < off + _HALF, value=value, off=off)
+    off = abs(paper.TABLE_2["adaptive"]["level"] - _PASSIVE)
+    yield _answer("level_passive", abs(round(value, paper.DIGITS) - _PASSIVE) < off + _HALF, value=value, off=off)
 
 
 def _of_all_methods(results: Results, engine: str, settings: str) -> Iterator[Answer]:
@@ -127,31 +114,34 @@ def _of_all_methods(results: Results, engine: str, settings: str) -> Iterator[An
         engine: "hybrid" or "mujoco".
         settings: The other methods' settings, "blind" or "fitted".
     """
-    best, walks = results.best, {method: results.walks(method, settings, engine) for method in TABLE_2}
-    cost = {ground: {method: best.cost(walks[method][k]) for method in TABLE_2} for k, ground in enumerate(GROUNDS)}
-    shown = {ground: {method: round(value, DIGITS) for method, value in cost[ground].items()} for ground in cost}
+    best, of_method = results.best, {method: results.walks(method, settings, engine) for method in paper.TABLE_2}
+    walks = {ground: {name: of_method[name][k] for name in of_method} for k, ground in enumerate(paper.GROUNDS)}
+    cost = {ground: {method: best.cost(walk) for method, walk in walks[ground].items()} for ground in walks}
+    shown = {ground: {method: round(value, paper.DIGITS) for method, value in cost[ground].items()} for ground in cost}
     say, level, stair = partial(_answer, cost=cost), shown["level"], shown["stair 1"]
 
     def similar(ground: str) -> Answer:
         """Test V-A's "similar energy efficiency on uneven terrains": as similar as the table's own numbers."""
-        papers, ours = [TABLE_2[method][ground] for method in TABLE_2], shown[ground].values()
-        allowed, spread = round(max(papers) - min(papers), DIGITS), max(ours) - min(ours)
-        words = {"ground": ground, "allowed": allowed, "spread": spread, "here": cost[ground]}
-        return say("similar", spread < allowed + _HALF, **words)
+        papers, ours = [paper.TABLE_2[method][ground] for method in paper.TABLE_2], shown[ground].values()
+        allowed, spread = round(max(papers) - min(papers), paper.DIGITS), max(ours) - min(ours)
+        return say(
+            "similar", spread < allowed + _HALF, ground=ground, allowed=allowed, spread=spread, here=cost[ground]
+        )
 
-    for method in ENERGY_BASED:
+    for method in paper.ENERGY_BASED:
         yield _level_number(cost["level"][method], method)
     for method in ("PBC", "ECC"):
         nearer = abs(level["adaptive"] - _PASSIVE) < abs(level[method] - _PASSIVE) - _HALF
         yield say("closer_to_passive", nearer, method=method, other=cost["level"][method])
     yield say("same_as_ketc", level["adaptive"] == level["KETC"])
-    yield say("higher_than_level", all(stair[method] - level[method] > _HALF for method in TABLE_2))
-    yield say("lowest", stair["adaptive"] < min(stair[method] for method in ENERGY_BASED))
+    yield say("higher_than_level", all(stair[method] - level[method] > _HALF for method in paper.TABLE_2))
+    yield say("lowest", stair["adaptive"] < min(stair[method] for method in paper.ENERGY_BASED))
     yield similar("stair 1")
-    yield say("lower_than_level", all(level[method] - shown["slope 1"][method] > _HALF for method in TABLE_2))
+    yield say("lower_than_level", all(level[method] - shown["slope 1"][method] > _HALF for method in paper.TABLE_2))
     yield similar("slope 1")
-    for ground, method in itertools.product(("stair 2", "slope 2"), TABLE_2):
-        yield _comes_through(walks[method][GROUNDS.index(ground)], best, method, ground)
+    for ground in ("stair 2", "slope 2"):
+        for method, walk in walks[ground].items():
+            yield _comes_through(walk, best, method, ground)
     yield say("higher_than_adaptive", shown["slope 2"]["ECC"] > shown["slope 2"]["adaptive"])
 
 
@@ -161,13 +151,13 @@ def _name(method: str) -> str:
 
 def _level_number(value: float, method: str) -> Answer:
     """Compare a number of level ground, to half a unit of its last digit."""
-    paper = TABLE_2[method]["level"]
-    return _answer("level_number", meets(value, paper), method=_name(method), paper=paper, value=value)
+    printed = paper.TABLE_2[method]["level"]
+    return _answer("level_number", paper.meets(value, printed), method=_name(method), paper=printed, value=value)
 
 
 def _comes_through(walk: Row, best: Choice, method: str, ground: str) -> Answer:
     """Test whether a method makes the steps over which the reading takes c_mt, or fails to, as in the table."""
-    crossed, walked = math.isnan(TABLE_2[method][ground]), math.isfinite(best.cost(walk))
+    crossed, walked = math.isnan(paper.TABLE_2[method][ground]), math.isfinite(best.cost(walk))
     ended = f"c_mt {best.written(walk)}" if walked else f"{walk.outcome} after {walk.steps} steps"
     name, holds = "not_walked" if crossed else "walked", walked != crossed if walk.outcome else None
     return _answer(name, holds, ground=ground.capitalize(), method=_name(method), ended=ended)
@@ -183,17 +173,17 @@ def _of_figures(rows: Sequence[Row], ground: str, title: str, engine: str) -> It
         engine: "hybrid" or "mujoco".
     """
     walks = walks_of(rows, ground, engine)
-    starts = " and ".join(f"{start:+g}°" for start in START_ESTIMATES).replace("-", "−")
+    starts = " and ".join(f"{start:+g}°" for start in paper.START_ESTIMATES).replace("-", "−")
     start = starts if ground == "mixed" else "0°"
     say = partial(_answer, on=title, start=start, epsilon=_EPSILON, on_cycle=_ON_CYCLE, zero=100 * ZERO)
     yield from _table_3(walks, say)
     if ground == "mixed":
-        yield from _figure_4(_walks_of_figure_5(rows, engine, PAPER_GAIN, "yes"), say)
+        yield from _figure_4(_walks_of_figure_5(rows, engine, paper.PAPER_GAIN, "yes"), say)
         yield from _figure_5(rows, engine, say)
     else:
-        yield from _figure_4([walks.get(DRAWN_DELAYS[1], NO_WALK)], say)
+        yield from _figure_4([walks.get(paper.DRAWN_DELAYS[1], NO_WALK)], say)
     for name, most in (("travel", 1.0), ("error", 1.0), ("z2", ZERO)):  # V-D, Fig. 6
-        a, b, without = (_values([walks.get(zeta, NO_WALK)], f"trace_{name}")[0] for zeta in DRAWN_DELAYS)
+        a, b, without = (_values([walks.get(zeta, NO_WALK)], f"trace_{name}")[0] for zeta in paper.DRAWN_DELAYS)
         yield say(name, max(a, b) < most * without, a=a, b=b, without=without)
 
 
@@ -201,12 +191,12 @@ def _table_3(walks: Mapping[float | None, Row], say: Callable[..., Answer]) -> I
     """Test the claims of Table III and section V-D on the walks of a ground by zeta; None: no re-planning."""
     lost = [f"ζ = {in_words(zeta)}: {walk.outcome}" for zeta, walk in walks.items() if not walk.finished]
     yield say("ends", not lost if walks else None, ended="; ".join(lost) or f"{len(walks)} walks")
-    ended = {in_words(z): walk if (walk := walks.get(z, NO_WALK)).finished else NO_WALK for z in TABLE_3}
+    ended = {in_words(z): walk if (walk := walks.get(z, NO_WALK)).finished else NO_WALK for z in paper.TABLE_3}
     torque = {zeta: walk.torque for zeta, walk in ended.items()}
     cost = {zeta: float(walk.absolute_end) for zeta, walk in ended.items()}
-    shown = {zeta: round(value, DIGITS) for zeta, value in cost.items()}
+    shown = {zeta: round(value, paper.DIGITS) for zeta, value in cost.items()}
     zetas = [zeta for zeta, walk in ended.items() if walk.finished and zeta != "none"]
-    several, all_of_them = len(zetas) > 1, len(TABLE_3) - 1
+    several, all_of_them = len(zetas) > 1, len(paper.TABLE_3) - 1
     of = "" if len(zetas) == all_of_them else f"the {len(zetas)} of {all_of_them} ζ that came to their end"
     ends = zetas[:1] + zetas[-1:] or [_LEAST] * 2
     falls = all(torque[a] > torque[b] for a, b in itertools.pairwise(zetas))
@@ -225,7 +215,7 @@ def _table_3(walks: Mapping[float | None, Row], say: Callable[..., Answer]) -> I
 def _walks_of_figure_5(rows: Sequence[Row], engine: str, gain: float, update: str) -> list[Row]:
     """Walks with one gamma, with or without the update (27), by `START_ESTIMATES`."""
     mine = {"part": "figure 5", "engine": engine, "adaptation_gain": gain, "update": update}
-    return [find(rows, start_estimate=start, **mine) for start in START_ESTIMATES]
+    return [find(rows, start_estimate=start, **mine) for start in paper.START_ESTIMATES]
 
 
 def _figure_4(walks: Sequence[Row], say: Callable[..., Answer]) -> Iterator[Answer]:
@@ -239,9 +229,9 @@ def _figure_4(walks: Sequence[Row], say: Callable[..., Answer]) -> Iterator[Answ
 
 def _figure_5(rows: Sequence[Row], engine: str, say: Callable[..., Answer]) -> Iterator[Answer]:
     """Test the claims of section V-C about the estimate update."""
-    with_it, without = (_walks_of_figure_5(rows, engine, PAPER_GAIN, update) for update in ("yes", "no"))
+    with_it, without = (_walks_of_figure_5(rows, engine, paper.PAPER_GAIN, update) for update in ("yes", "no"))
     if not all(walk.finished for walk in with_it + without):
-        with_it = without = [NO_WALK] * len(START_ESTIMATES)
+        with_it = without = [NO_WALK] * len(paper.START_ESTIMATES)
 
     def less(name: str, column: str) -> Answer:
         """Test whether a number is smaller with the update than without, from every start."""
@@ -251,7 +241,7 @@ def _figure_5(rows: Sequence[Row], engine: str, say: Callable[..., Answer]) -> I
     yield less("off_time", "trace_off_time")
     yield _below(say, "ended", without, "ended", _EPSILON)
     yield less("begun", "begun")
-    slow = _walks_of_figure_5(rows, engine, min(ADAPTATION_GAINS), "yes")
+    slow = _walks_of_figure_5(rows, engine, min(paper.ADAPTATION_GAINS), "yes")
     yield _below(say, "jump", slow, "jump", _EPSILON, most=max(_values(slow, "begun")))
 
 

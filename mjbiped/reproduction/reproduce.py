@@ -2,44 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+import json
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from mjbiped.records.record import Walk
+from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import LENGTHS, cell, record_path
-from mjbiped.reproduction.figures import draw
-from mjbiped.reproduction.rows import walked, write_rows
-from mjbiped.reproduction.section_5 import (
-    ADAPTATION_GAINS,
-    BLIND,
-    DRAWN_DELAYS,
-    FITTED,
-    PRINTED,
-    READINGS,
-    SETTLED,
-    START_ERROR,
-    START_ESTIMATES,
-    TABLE_3,
-    Place,
-    Variant,
-    adaptive,
-    end_of,
-    found_segments,
-    found_terrain,
-    settled,
-    terrain_of,
-    variants,
-)
+from mjbiped.reproduction.claims import checks
+from mjbiped.reproduction.rows import engine_shown, select, walked, write_rows
 from mjbiped.reproduction.table_2 import Choice, Results
-from mjbiped.reproduction.tables import TABLES, render, stored
-from mjbiped.sweeps.cell import Cell
+from mjbiped.reproduction.table_3 import draw, of_table_3
+from mjbiped.reproduction.tables import of_claims, of_table_2
+from mjbiped.sweeps.cell import FAILED, Cell
 from mjbiped.sweeps.store import make_folder
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
+from mjbiped.utils.markdown import markdown_table
+
+PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
+TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
+FITS = "fits.json"
+"""Texts of the page about the searches that `scripts/paper/fits.py` makes."""
 
 TABLE = "reproduction.csv"
 GAINS_TABLE, GROUNDS_TABLE = SEARCHED = ("reproduction_gains.csv", "reproduction_grounds.csv")
@@ -90,8 +80,8 @@ def reproduce(
     best = first.best
     cells += [
         *gravity(best),
-        *on_table_2("blind", "hybrid", best.places, BLIND.values()),
-        *on_table_2("fitted", "hybrid", best.places, FITTED.values()),
+        *on_table_2("blind", "hybrid", best.places, paper.BLIND.values()),
+        *on_table_2("fitted", "hybrid", best.places, paper.FITTED.values()),
         *misjudged(best),
         *in_mujoco(best, first.sources[0], quick),
     ]
@@ -112,35 +102,36 @@ def reproduce(
 def on_table_2(
     part: str,
     engine: str,
-    places: Iterable[Place],
-    chosen: Collection[Variant],
+    places: Iterable[paper.Place],
+    chosen: Collection[paper.Variant],
     steps: int = max(LENGTHS),
     **robot: Any,
 ) -> list[Cell]:
-    """List the walks of some variants of the methods on some of Table II's grounds as they are read."""
+    """List the walks of some paper.variants of the methods on some of Table II's grounds as they are read."""
     role = {"part": part, "engine": engine, "steps": steps, **robot}
     return [
         cell(ground, each.law(ground), method=each.method, **place._asdict(), **role)
-        for place, ground in ((place, terrain_of(place)) for place in places)
+        for place, ground in ((place, paper.terrain_of(place)) for place in places)
         for each in chosen
     ]
 
 
 def table_2() -> list[Cell]:
     """List the walks of every variant of every method on every reading of every ground, in the hybrid engine."""
-    return on_table_2("table 2", "hybrid", READINGS, [*variants()])
+    return on_table_2("table 2", "hybrid", paper.READINGS, [*paper.variants()])
 
 
 def misjudged(best: Choice) -> list[Cell]:
     """List the fitted settings' walks with a start slope wrong by `START_ERROR` either way, in the hybrid engine."""
-    wrong = [replace(each, start_error=sign * START_ERROR) for each in FITTED.values() for sign in (1.0, -1.0)]
+    errors = (paper.START_ERROR, -paper.START_ERROR)
+    wrong = [replace(each, start_error=error) for each in paper.FITTED.values() for error in errors]
     return on_table_2("misjudged", "hybrid", best.places, wrong)
 
 
 def gravity(best: Choice) -> list[Cell]:
-    """List the adaptive controller's walks on the best reading with g = 9.8 m/s²."""
+    """List the paper.adaptive controller's walks on the best reading with g = 9.8 m/s²."""
     robot: dict[str, Any] = {"robot.gravity": OTHER_GRAVITY}
-    return on_table_2("gravity", "hybrid", best.places, [Variant("adaptive", best.delay)], **robot)
+    return on_table_2("gravity", "hybrid", best.places, [paper.Variant("adaptive", best.delay)], **robot)
 
 
 def in_mujoco(best: Choice, source: str, quick: bool) -> list[Cell]:
@@ -151,16 +142,16 @@ def in_mujoco(best: Choice, source: str, quick: bool) -> list[Cell]:
         source: Slope source for the energy-based methods with gains that settle.
         quick: Whether only a few short ones.
     """
-    chosen = [Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *DRAWN_DELAYS[1:]))]
+    chosen = [paper.Variant("adaptive", delay) for delay in dict.fromkeys((best.delay, *paper.DRAWN_DELAYS[1:]))]
     if quick:
         return on_table_2("table 2", "mujoco", best.places, chosen[:1], QUICK_STEPS)
-    for method, variant in SETTLED.items():
-        chosen += [settled(method, named) for named in dict.fromkeys((source, variant.slope_source))]
-    steps, both = max(MUJOCO_STEPS, best.length), {*best.places, *PRINTED}
+    for method, variant in paper.SETTLED.items():
+        chosen += [paper.settled(method, named) for named in dict.fromkeys((source, variant.slope_source))]
+    steps, both = max(MUJOCO_STEPS, best.length), {*best.places, *paper.PRINTED}
     return [
-        *on_table_2("table 2", "mujoco", [place for place in READINGS if place in both], chosen, steps),
-        *on_table_2("blind", "mujoco", best.places, BLIND.values(), steps),
-        *on_table_2("fitted", "mujoco", best.places, FITTED.values(), steps),
+        *on_table_2("table 2", "mujoco", [place for place in paper.READINGS if place in both], chosen, steps),
+        *on_table_2("blind", "mujoco", best.places, paper.BLIND.values(), steps),
+        *on_table_2("fitted", "mujoco", best.places, paper.FITTED.values(), steps),
         *table_3("mujoco"),
         *figure_5("mujoco"),
     ]
@@ -170,31 +161,66 @@ def table_3(engine: str) -> list[Cell]:
     """List the walks of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
     grounds = {
         Terrain.mixed(): {"ground": "mixed", "steps": MIXED_STEPS},
-        found_terrain(): {"ground": "found", "distance": end_of(found_segments())},
+        paper.found_terrain(): {"ground": "found", "distance": paper.end_of(paper.found_segments())},
     }
     role = {"engine": engine, "initial": "rest", "part": "table 3"}
     return [
-        cell(terrain, adaptive(delay), record=delay in DRAWN_DELAYS, **role, **mine)
+        cell(terrain, paper.adaptive(delay), record=delay in paper.DRAWN_DELAYS, **role, **mine)
         for terrain, mine in grounds.items()
-        for delay in TABLE_3
+        for delay in paper.TABLE_3
     ]
 
 
 def start() -> list[Cell]:
     """List the first step alone of Table III's walks: from rest on level ground, in the hybrid engine."""
     role = {"engine": "hybrid", "initial": "rest", "part": "start", "ground": "level"}
-    return [cell(Terrain.level(), adaptive(delay), steps=1, **role) for delay in TABLE_3]
+    return [cell(Terrain.level(), paper.adaptive(delay), steps=1, **role) for delay in paper.TABLE_3]
 
 
 def figure_5(engine: str) -> list[Cell]:
     """List the walks of Fig. 5: with and without the estimate update, from estimates that are wrong either way.
 
-    From a right one the adaptive law (17) would have nothing to do, for the update (27) keeps it right.
+    From a right one the paper.adaptive law (17) would have nothing to do, for the update (27) keeps it right.
     """
     role = {"engine": engine, "initial": "rest", "part": "figure 5", "ground": "mixed", "record": True}
-    settings = product(ADAPTATION_GAINS, START_ESTIMATES, (True, False))
-    laws = (
-        adaptive(DRAWN_DELAYS[1], adaptation_gain=gain, initial_slope_estimate_deg=estimate, estimate_update=update)
-        for gain, estimate, update in settings
-    )
+    names = ("replanning_delay", "adaptation_gain", "initial_slope_estimate_deg", "estimate_update")
+    settings = product(paper.DRAWN_DELAYS[1:2], paper.ADAPTATION_GAINS, paper.START_ESTIMATES, (True, False))
+    laws = [paper.adaptive(**dict(zip(names, each, strict=True))) for each in settings]
     return [cell(Terrain.mixed(), law, steps=MIXED_STEPS, **role) for law in laws]
+
+
+def stored(file: str) -> str:
+    """Read a text that is part of this package."""
+    return paper.FILES.joinpath(file).read_text(encoding="utf-8")
+
+
+def render(results: Results) -> dict[str, str]:
+    """Write the page and its tables, by file name, from a reproduction and the stored results of the fits."""
+    rows, engine = results.rows, engine_shown(results.rows)
+    in_mujoco = select(rows, engine="mujoco")
+    failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
+    parts = {
+        **of_table_2(results),
+        **of_table_3(rows),
+        **stored_fits(),
+        **of_claims(checks(results)),
+        "engine": engine,
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
+        "walks": str(len(rows)),
+        "in_mujoco": str(len(in_mujoco)),
+        "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
+        "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
+    }
+    return {name: Template(stored(file)).substitute(parts) for name, file in TEMPLATES.items()}
+
+
+def stored_fits() -> dict[str, str]:
+    """Read the texts about the fits to the paper's tables, by their places in the templates."""
+    found: dict[str, str] = json.loads(stored(f"fits/{FITS}"))
+    return found
+
+
+def filled(heading: str, parts: Mapping[str, str]) -> str:
+    """Write the section of the page of tables that has a heading."""
+    whole = stored(TEMPLATES[TABLES]).partition(f"\n### {heading}\n")[2].partition("\n#")[0]
+    return Template(whole).safe_substitute(parts)

@@ -201,9 +201,9 @@ def gains_told(law: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {law[name]:g}" for name in _GAINS if name in law)
 
 
-def adaptive(delay: float | None, **settings: object) -> dict[str, Any]:
+def adaptive(replanning_delay: float | None, **settings: object) -> dict[str, Any]:
     """Values of the paper's controller in a cell, with its gains apart from some settings."""
-    return _law("adaptive", {"replanning_delay": delay, **settings})
+    return _law("adaptive", {"replanning_delay": replanning_delay, **settings})
 
 
 def _law(name: str, settings: Mapping[str, object]) -> dict[str, object]:

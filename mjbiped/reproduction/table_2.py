@@ -8,19 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import COSTS, LENGTHS
 from mjbiped.reproduction.rows import NO_WALK, Row, select
-from mjbiped.reproduction.section_5 import (
-    ENERGY_BASED,
-    LEVEL,
-    SLOPE_SOURCES,
-    SLOPES,
-    STAIRS,
-    TABLE_2,
-    UNEVEN,
-    Place,
-    meets,
-)
 
 
 @dataclass(frozen=True)
@@ -47,10 +37,10 @@ class Choice:
     distance: float
 
     @property
-    def places(self) -> list[Place]:
+    def places(self) -> list[paper.Place]:
         """Table II's grounds as they are read, in its order."""
-        stairs, slopes = (self.stairs, STAIRS), (self.slopes, SLOPES)
-        return [LEVEL, *(Place(ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
+        stairs, slopes = (self.stairs, paper.STAIRS), (self.slopes, paper.SLOPES)
+        return [paper.LEVEL, *(paper.Place(ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
 
     def cost(self, walk: Row) -> float:
         """c_mt of this kind of work after so many steps; NaN where the robot did not come so far."""
@@ -96,12 +86,12 @@ def agreement(costs: Iterable[tuple[str, str, float]]) -> Agreement:
     Args:
         costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
     """
-    both = [(ours, TABLE_2[method][ground]) for method, ground, ours in costs]
-    agreeing = sum(math.isnan(paper) == math.isnan(ours) for ours, paper in both)
-    numbers = [(ours, paper) for ours, paper in both if not math.isnan(paper)]
+    both = [(ours, paper.TABLE_2[method][ground]) for method, ground, ours in costs]
+    agreeing = sum(math.isnan(ours) == math.isnan(printed) for ours, printed in both)
+    numbers = [(ours, printed) for ours, printed in both if not math.isnan(printed)]
     off = [_log(*each) for each in numbers if each[0] > 0.0]
     distance = root_mean_square(off) if off else math.nan
-    return Agreement(agreeing, len(both), sum(meets(*each) for each in numbers), len(numbers), distance)
+    return Agreement(agreeing, len(both), sum(paper.meets(*each) for each in numbers), len(numbers), distance)
 
 
 @dataclass(frozen=True)
@@ -118,7 +108,8 @@ class Results:
     def readings(self) -> list[Choice]:
         """All readings by the adaptive controller's walks in the hybrid engine, the nearest to the paper first."""
         found = []
-        for stairs, slopes in itertools.product(*(side_distances(self.rows, pair) for pair in (STAIRS, SLOPES))):
+        sides = (side_distances(self.rows, pair) for pair in (paper.STAIRS, paper.SLOPES))
+        for stairs, slopes in itertools.product(*sides):
             if (stairs.delay, stairs.kind, stairs.length) == (slopes.delay, slopes.kind, slopes.length):
                 distance = root_mean_square((stairs.distance, slopes.distance))
                 found.append(replace(stairs, slopes=slopes.slopes, distance=distance))
@@ -132,10 +123,10 @@ class Results:
     @cached_property
     def sources(self) -> list[str]:
         """Slope sources of gains that settle, the one that agrees best in the hybrid engine first."""
-        return sorted(SLOPE_SOURCES, key=lambda source: self.agreement("hybrid", source).rank)
+        return sorted(paper.SLOPE_SOURCES, key=lambda source: self.agreement("hybrid", source).rank)
 
     @cached_property
-    def _walks(self) -> dict[tuple[str, str, str | float | None, Place], Row]:
+    def _walks(self) -> dict[tuple[str, str, str | float | None, paper.Place], Row]:
         """Walks of Table II by engine, method, settings (zeta of the adaptive controller) and ground."""
         found = {}
         for row in self.rows:
@@ -150,7 +141,7 @@ class Results:
         method: str,
         settings: str | float | None = "fitted",
         engine: str = "hybrid",
-        places: Iterable[Place] | None = None,
+        places: Iterable[paper.Place] | None = None,
     ) -> list[Row]:
         """Find a method's walks on grounds of Table II; `NO_WALK` where there is none.
 
@@ -168,7 +159,7 @@ class Results:
 
     def agreement(self, engine: str, settings: str) -> Agreement:
         """Compare the energy-based methods' walks with the paper; arguments as in `walks`."""
-        walks = [walk for method in ENERGY_BASED for walk in self.walks(method, settings, engine)]
+        walks = [walk for method in paper.ENERGY_BASED for walk in self.walks(method, settings, engine)]
         return agreement((walk.method, walk.ground, self.best.cost(walk)) for walk in walks if walk.outcome)
 
 
@@ -181,15 +172,15 @@ def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[Choice]
             yield Choice(delay, kind, length, place[1:], place[1:], distance)
 
 
-def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, Place], float]:
+def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, paper.Place], float]:
     """ln(ours / paper's) of the hybrid engine's walks of the adaptive controller on uneven ground.
 
     By zeta, kind of work, number of steps, and ground as it is read.
     """
     return {
-        (row.delay, kind, steps, row.place_read): _log(getattr(row, name), TABLE_2["adaptive"][row.ground])
+        (row.delay, kind, steps, row.place_read): _log(getattr(row, name), paper.TABLE_2["adaptive"][row.ground])
         for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
-        if row.ground in UNEVEN
+        if row.ground in paper.UNEVEN
         for name, (kind, steps) in COSTS.items()
         if steps in LENGTHS
     }
@@ -200,6 +191,6 @@ def root_mean_square(values: Sequence[float]) -> float:
     return math.sqrt(sum(value**2 for value in values) / len(values))
 
 
-def _log(ours: float, paper: float) -> float:
+def _log(ours: float, printed: float) -> float:
     """ln(ours / paper's); infinite where ours does not exist or is not positive."""
-    return math.log(ours / paper) if ours > 0.0 else math.inf
+    return math.log(ours / printed) if ours > 0.0 else math.inf

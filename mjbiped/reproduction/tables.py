@@ -1,59 +1,31 @@
-"""The report's texts and tables, which the templates of its pages name."""
+"""The report's tables about Table II and the claims, which the templates of its pages name."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
-from string import Template
 
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
+from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.claims import COUNTING, GROUPS, Answer, by_claim, checks, missed, walks_of
+from mjbiped.reproduction.claims import COUNTING, GROUPS, Answer, by_claim, missed
 from mjbiped.reproduction.rows import (
     ENGINES,
     NO_WALK,
     NONE,
     Row,
-    engine_shown,
+    body,
     excess,
     find,
     in_words,
     number,
     select,
-    share,
-)
-from mjbiped.reproduction.section_5 import (
-    BLIND_SOURCE,
-    DELAYS,
-    ENERGY_BASED,
-    FILES,
-    GROUNDS,
-    METHODS,
-    PRINTED,
-    SETTLED,
-    SLOPE_SOURCES,
-    SLOPES,
-    STAIRS,
-    START_ERROR,
-    TABLE_2,
-    TABLE_3,
-    Place,
-    found_segments,
 )
 from mjbiped.reproduction.table_2 import Choice, Results, side_distances
-from mjbiped.sweeps.cell import FAILED
-from mjbiped.utils.markdown import markdown_table
-
-PAGE = "reproduction.md"
-TABLES = "tables/reproduction.md"
-TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
-FITS = "fits.json"
-"""Texts of the page about the searches that `scripts/paper/fits.py` makes."""
 
 _NEAREST = 10  # readings that are listed
 
@@ -62,51 +34,9 @@ Pairs = Sequence[tuple[Row, Row]]
 """Walks of Table II that were made in both engines, the hybrid one first."""
 
 
-def stored(file: str) -> str:
-    """Read a text that is part of this package."""
-    return FILES.joinpath(file).read_text(encoding="utf-8")
-
-
-def render(results: Results) -> dict[str, str]:
-    """Write the page and its tables, by file name, from a reproduction and the stored results of the fits."""
-    rows, engine = results.rows, engine_shown(results.rows)
-    in_mujoco = select(rows, engine="mujoco")
-    failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
-    parts = {
-        **of_table_2(results),
-        **of_table_3(rows),
-        **stored_fits(),
-        **of_claims(checks(results)),
-        "engine": engine,
-        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
-        "walks": str(len(rows)),
-        "in_mujoco": str(len(in_mujoco)),
-        "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
-        "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
-    }
-    return {name: Template(stored(file)).substitute(parts) for name, file in TEMPLATES.items()}
-
-
-def stored_fits() -> dict[str, str]:
-    """Read the texts about the fits to the paper's tables, by their places in the templates."""
-    found: dict[str, str] = json.loads(stored(f"fits/{FITS}"))
-    return found
-
-
-def filled(heading: str, parts: Mapping[str, str]) -> str:
-    """Write the section of the page of tables that has a heading."""
-    whole = stored(TEMPLATES[TABLES]).partition(f"\n### {heading}\n")[2].partition("\n#")[0]
-    return Template(whole).safe_substitute(parts)
-
-
-def body(lines: Iterable[Sequence[str]]) -> str:
-    """Write the lines of a table in Markdown, whose headings stand in the page's template."""
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-
-
-def paper(method: str, ground: str) -> str:
+def printed(method: str, ground: str) -> str:
     """Write c_mt of Table II: X for a walk that did not come to its end, a dash for a method that it lacks."""
-    value = TABLE_2.get(method, {}).get(ground)
+    value = paper.TABLE_2.get(method, {}).get(ground)
     return NONE if value is None else "X" if math.isnan(value) else number(value)
 
 
@@ -134,14 +64,14 @@ def of_table_2(results: Results) -> dict[str, str]:
     best, pairs = results.best, _pairs(results.rows)
     whole = [*_numbers(results)]
     tables: dict[str, Iterable[Sequence[str]]] = {
-        "table_2": ([*line[:4], line[9]] for line in whole if line[1] in TABLE_2),  # blind and fitted, hybrid
+        "table_2": ([*line[:4], line[9]] for line in whole if line[1] in paper.TABLE_2),  # blind and fitted, hybrid
         "table_2_whole": whole,
         "ends": _ends(results),
         "agreement": _agreement(results),
         "misjudged": _misjudged(results),
         "nearest": _nearest(results.readings),
-        "stairs": _sides(results, STAIRS),
-        "slopes": _sides(results, SLOPES),
+        "stairs": _sides(results, paper.STAIRS),
+        "slopes": _sides(results, paper.SLOPES),
         "delays": _delays(results),
         "sources": _sources(results),
         "printed": _printed(results),
@@ -170,7 +100,7 @@ def _shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
 
     The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
     """
-    for (k, ground), method in product(enumerate(GROUNDS), METHODS):
+    for (k, ground), method in product(enumerate(paper.GROUNDS), paper.METHODS):
         settings = ("blind", results.sources[0], "fitted")
         walks = [results.walks(method, given, engine)[k] for given in settings for engine in ENGINES]
         yield ground, method, [NO_WALK] * 4 + walks[4:] if method == "adaptive" else walks
@@ -180,7 +110,7 @@ def _numbers(results: Results) -> Lines:
     """Tabulate every number of Table II beside ours."""
     best = results.best
     for ground, method, walks in _shown(results):
-        cells, known = [ground, method, paper(method, ground)], TABLE_2.get(method, {}).get(ground, math.nan)
+        cells, known = [ground, method, printed(method, ground)], paper.TABLE_2.get(method, {}).get(ground, math.nan)
         for here, there in zip(walks[::2], walks[1::2], strict=True):
             cells += [best.written(here), best.written(there), excess(best.cost(here), known)]
         yield cells
@@ -190,12 +120,12 @@ def _ends(results: Results) -> Lines:
     """Tabulate the walks that did not come to their end."""
     for ground, method, walks in _shown(results):
         if any(walk.outcome and not walk.finished for walk in walks):
-            yield [ground, method, paper(method, ground), *(walk.ending(f"{walk.steps} steps") for walk in walks)]
+            yield [ground, method, printed(method, ground), *(walk.ending(f"{walk.steps} steps") for walk in walks)]
 
 
 def _agreement(results: Results) -> Lines:
     """Tabulate the agreement with the paper by gains, slope source and engine."""
-    names = {f"blind, {BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
+    names = {f"blind, {paper.BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
     names |= {f"settled, {source}": source for source in results.sources}
     for (name, settings), engine in product(names.items(), ENGINES):
         found = results.agreement(engine, settings)
@@ -206,11 +136,11 @@ def _agreement(results: Results) -> Lines:
 
 def _started(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
     """Of each method: its name, the error of the slope told at the start, in words, and its fitted walks."""
-    for method in ENERGY_BASED:
+    for method in paper.ENERGY_BASED:
         wrong = select(results.rows, part="misjudged", method=method)
         yield method, "right", results.walks(method)
-        yield method, f"{number(START_ERROR, '+g')}°", wrong[::2]
-        yield method, f"{number(-START_ERROR, '+g')}°", wrong[1::2]
+        yield method, f"{number(paper.START_ERROR, '+g')}°", wrong[::2]
+        yield method, f"{number(-paper.START_ERROR, '+g')}°", wrong[1::2]
 
 
 def _misjudged(results: Results) -> Lines:
@@ -247,37 +177,37 @@ def _sides(results: Results, pair: Sequence[str]) -> Lines:
     for (pattern, first), side in ((side.stairs, side) for side in nearest.values()):
         if not math.isfinite(side.distance):  # a fall, however it is read: in which step is shown for one setting
             side = replace(side, delay=0.8, kind="absolute", length=max(LENGTHS))
-        walks = results.walks("adaptive", side.delay, places=[Place(ground, pattern, first) for ground in pair])
+        walks = results.walks("adaptive", side.delay, places=[paper.Place(ground, pattern, first) for ground in pair])
         cells = [pattern, f"{first:g} m", in_words(side.delay), side.kind, str(side.length)]
         yield [*cells, *map(side.written, walks), number(100 * side.distance, ".1f")]
 
 
 def _delays(results: Results) -> Lines:
     """Tabulate all zeta on the grounds of the best reading."""
-    for zeta in DELAYS:
+    for zeta in paper.DELAYS:
         walks = results.walks("adaptive", zeta)
         torques = "; ".join(number(walk.torque, ".1f") for walk in walks)
         forces = "; ".join(number(walk.least_force, ".2f") for walk in walks)
         yield [in_words(zeta), *map(results.best.written, walks), torques, forces]
-    yield ["paper", *(paper("adaptive", ground) for ground in GROUNDS), NONE, NONE]
+    yield ["paper", *(printed("adaptive", ground) for ground in paper.GROUNDS), NONE, NONE]
 
 
 def _sources(results: Results) -> Lines:
     """Tabulate all slope sources of the comparison controllers with gains that settle, on the reading's grounds."""
-    for method, variant in SETTLED.items():
-        for source in SLOPE_SOURCES:
+    for method, variant in paper.SETTLED.items():
+        for source in paper.SLOPE_SOURCES:
             name = source + " *" * (source == variant.slope_source)
             yield [method, name, *map(results.best.written, results.walks(method, source))]
-        if method in TABLE_2:
-            yield [method, "paper", *(paper(method, ground) for ground in GROUNDS)]
+        if method in paper.TABLE_2:
+            yield [method, "paper", *(printed(method, ground) for ground in paper.GROUNDS)]
 
 
 def _printed(results: Results) -> Lines:
     """Tabulate the grounds with the signs that the paper prints, each change added to the last."""
-    for place in PRINTED:
+    for place in paper.PRINTED:
         walks = [results.walks("adaptive", engine=engine, places=[place])[0] for engine in ENGINES]
         cells = (walk.ending(results.best.written(walk)) for walk in walks)
-        yield [place.ground, place.pattern, paper("adaptive", place.ground), *cells]
+        yield [place.ground, place.pattern, printed("adaptive", place.ground), *cells]
 
 
 def _gravity(results: Results) -> Lines:
@@ -286,13 +216,13 @@ def _gravity(results: Results) -> Lines:
         here = results.best.cost(walk)
         there = results.best.cost(find(results.rows, part="gravity", place_read=walk.place_read))
         cells = number(here, ".6f"), number(there, ".6f"), excess(there, here, "+.4f")
-        yield [walk.ground, paper("adaptive", walk.ground), *cells]
+        yield [walk.ground, printed("adaptive", walk.ground), *cells]
 
 
 def _every(results: Results) -> Lines:
     """Tabulate all readings: the adaptive controller's in full, the others' at the best reading's kind and length."""
     for place in dict.fromkeys(row.place_read for row in select(results.rows, part="table 2")):
-        ours, *walks = (results.walks(method, results.sources[0], places=[place])[0] for method in METHODS)
+        ours, *walks = (results.walks(method, results.sources[0], places=[place])[0] for method in paper.METHODS)
         kinds = (" ".join(ours.cost(kind, length) for length in LENGTHS) for kind in WORK_KINDS)
         first = f"{place.first:g}" if place.pattern else NONE
         yield [f"{place.ground} {place.pattern}".strip(), first, *kinds, *map(results.best.written, walks)]
@@ -359,87 +289,3 @@ def _law(row: Row) -> str:
     if row.method == "adaptive":
         return f"adaptive, ζ = {in_words(row.delay)}"
     return f"{row.method}, {row.gains.replace('-', '−')}, {row.slope_source}"
-
-
-def of_table_3(rows: Sequence[Row]) -> dict[str, str]:
-    """Fill the templates' places about Table III and Fig. 5, by name."""
-    segments = (
-        [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
-        for k, (length, slope, step) in enumerate(found_segments(), start=1)
-    )
-    return {
-        "table_3_mixed": body(_table_3(rows, "mixed")),
-        "table_3_found": body(_table_3(rows, "found")),
-        "distance_mixed": _distances(rows, "mixed"),
-        "distance_found": _distances(rows, "found"),
-        "found_segments": body(segments),
-        "figure_5": body(_figure_5(rows)),
-        "pulls": _pulls(rows),
-    }
-
-
-def distance(walks: Mapping[float | None, Row]) -> float:
-    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
-    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
-    if not ended:
-        return math.nan
-    ours = [(walk.torque, walk.absolute_end) for walk in ended.values()]
-    return math.sqrt(float(np.mean(np.log(np.divide(ours, [TABLE_3[zeta] for zeta in ended])) ** 2)))
-
-
-def _distances(rows: Sequence[Row], ground: str) -> str:
-    """Write the distance of each engine's walks on a ground from Table III."""
-    values = []
-    for engine, name in ENGINES.items():
-        walks = walks_of(rows, ground, engine)
-        ended = sum(walk.finished for walk in walks.values())
-        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
-        values.append(f"{share(distance(walks), '.1f')} ({name}{part})")
-    return ", ".join(values)
-
-
-def _table_3(rows: Sequence[Row], ground: str) -> Lines:
-    """Tabulate Table III beside ours."""
-    begun = {row.delay: number(row.torque, ".5g") for row in select(rows, part="start")}
-    by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
-    for zeta, (torque, known) in TABLE_3.items():
-        here, there = walks = [found.get(zeta, NO_WALK) for found in by_engine]
-        yield [
-            in_words(zeta),
-            number(torque, ".5g"),
-            *([begun.get(zeta, NONE)] if ground == "mixed" else []),  # both are on level ground at first
-            *(walk.ending(number(walk.torque, ".5g")) for walk in walks),
-            excess(here.torque, torque),
-            number(known),
-            *(walk.cost() for walk in walks),
-            excess(here.absolute_end, known),
-            number(here.least_force, ".2f"),
-            number(there.least_force, ".2f"),
-            "pulls" if here.least_force < 0.0 else number(here.friction, ".3g"),
-        ]
-
-
-def _pulls(rows: Sequence[Row]) -> str:
-    """List the walks of the hybrid engine that need a ground that pulls, in words."""
-    parts = []
-    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
-        pulled = [zeta for zeta, walk in walks_of(rows, ground, "hybrid").items() if walk.least_force < 0.0]
-        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta in pulled]
-        parts.append(f"with {' and '.join(named) or 'no ζ'} on {title}")
-    return ", and ".join(parts)
-
-
-def _figure_5(rows: Sequence[Row]) -> Lines:
-    """Tabulate errors of the estimate with and without the update, by gamma and start estimate."""
-    for row in select(rows, part="figure 5"):
-        yield [
-            f"{row.adaptation_gain:g}",
-            f"{number(row.start_estimate, '+g')}°",
-            row.update,
-            ENGINES[row.engine],
-            row.ending(f"{row.steps} steps"),
-            number(row.trace_off_time, ".2f"),
-            *map(number, (row.trace_settled, row.begun, row.ended, row.trace_error)),
-            number(row.torque, ".1f"),
-            number(row.absolute_end),
-        ]

@@ -10,11 +10,11 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction.reproduce import misjudged, on_table_2, table_2
+from mjbiped.reproduction.reproduce import filled, misjudged, on_table_2, stored_fits, table_2
 from mjbiped.reproduction.rows import walked
 from mjbiped.reproduction.section_5 import BLIND, FITTED
 from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import filled, of_table_2, stored_fits
+from mjbiped.reproduction.tables import of_table_2
 
 
 @click.command(help=__doc__)

@@ -10,9 +10,9 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction.reproduce import start, table_3
+from mjbiped.reproduction.reproduce import filled, start, table_3
 from mjbiped.reproduction.rows import walked
-from mjbiped.reproduction.tables import filled, of_table_3
+from mjbiped.reproduction.table_3 import of_table_3
 
 
 @click.command(help=__doc__)

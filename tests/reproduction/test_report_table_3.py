@@ -6,7 +6,7 @@ from reproduction_rows import made_row
 
 from mjbiped.reproduction.rows import Row
 from mjbiped.reproduction.section_5 import TABLE_3
-from mjbiped.reproduction.tables import of_table_3
+from mjbiped.reproduction.table_3 import of_table_3
 
 
 def walks(forces: dict[tuple[str, float | None], float]) -> list[Row]:

@@ -15,7 +15,8 @@ from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.section_5 import GROUNDS, TABLE_2, TABLE_3
 from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import distance, of_table_2
+from mjbiped.reproduction.table_3 import distance
+from mjbiped.reproduction.tables import of_table_2
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE
 from scripts.paper.gain_scan import Tried, fitted, read_tried

@@ -1,16 +1,15 @@
-"""Figures 5 and 6 of the paper, and Tables II and III as pictures; Fig. 4 is `mjbiped.plotting.walk.plot_walk`."""
+"""Table III and Figs. 4 to 6: the walks beside the paper's numbers, as tables and as pictures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
@@ -20,9 +19,21 @@ from mjbiped.plotting.walk import draw_over_time, plot_walk
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of
+from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.claims import walks_of
-from mjbiped.reproduction.rows import ENGINES, Row, engine_shown
-from mjbiped.reproduction.section_5 import ADAPTATION_GAINS, DRAWN_DELAYS, PAPER_GAIN, START_ESTIMATES, TABLE_3
+from mjbiped.reproduction.rows import (
+    ENGINES,
+    NO_WALK,
+    NONE,
+    Row,
+    body,
+    engine_shown,
+    excess,
+    in_words,
+    number,
+    select,
+    share,
+)
 
 _SHOWN = 16.0  # s of Fig. 5
 _STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
@@ -38,6 +49,90 @@ _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0
 
 Curve = Mapping[float | None, tuple[float, float]]
 """Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
+
+
+def of_table_3(rows: Sequence[Row]) -> dict[str, str]:
+    """Fill the templates' places about Table III and Fig. 5, by name."""
+    segments = (
+        [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
+        for k, (length, slope, step) in enumerate(paper.found_segments(), start=1)
+    )
+    return {
+        "table_3_mixed": body(_table_3(rows, "mixed")),
+        "table_3_found": body(_table_3(rows, "found")),
+        "distance_mixed": _distances(rows, "mixed"),
+        "distance_found": _distances(rows, "found"),
+        "found_segments": body(segments),
+        "figure_5": body(_figure_5(rows)),
+        "pulls": _pulls(rows),
+    }
+
+
+def distance(walks: Mapping[float | None, Row]) -> float:
+    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
+    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
+    if not ended:
+        return math.nan
+    ours = [(walk.torque, walk.absolute_end) for walk in ended.values()]
+    return math.sqrt(float(np.mean(np.log(np.divide(ours, [paper.TABLE_3[zeta] for zeta in ended])) ** 2)))
+
+
+def _distances(rows: Sequence[Row], ground: str) -> str:
+    """Write the distance of each engine's walks on a ground from Table III."""
+    values = []
+    for engine, name in ENGINES.items():
+        walks = walks_of(rows, ground, engine)
+        ended = sum(walk.finished for walk in walks.values())
+        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
+        values.append(f"{share(distance(walks), '.1f')} ({name}{part})")
+    return ", ".join(values)
+
+
+def _table_3(rows: Sequence[Row], ground: str) -> Iterator[list[str]]:
+    """Tabulate Table III beside ours."""
+    begun = {row.delay: number(row.torque, ".5g") for row in select(rows, part="start")}
+    by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
+    for zeta, (torque, known) in paper.TABLE_3.items():
+        here, there = walks = [found.get(zeta, NO_WALK) for found in by_engine]
+        yield [
+            in_words(zeta),
+            number(torque, ".5g"),
+            *([begun.get(zeta, NONE)] if ground == "mixed" else []),  # both are on level ground at first
+            *(walk.ending(number(walk.torque, ".5g")) for walk in walks),
+            excess(here.torque, torque),
+            number(known),
+            *(walk.cost() for walk in walks),
+            excess(here.absolute_end, known),
+            number(here.least_force, ".2f"),
+            number(there.least_force, ".2f"),
+            "pulls" if here.least_force < 0.0 else number(here.friction, ".3g"),
+        ]
+
+
+def _pulls(rows: Sequence[Row]) -> str:
+    """List the walks of the hybrid engine that need a ground that pulls, in words."""
+    parts = []
+    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
+        pulled = [zeta for zeta, walk in walks_of(rows, ground, "hybrid").items() if walk.least_force < 0.0]
+        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta in pulled]
+        parts.append(f"with {' and '.join(named) or 'no ζ'} on {title}")
+    return ", and ".join(parts)
+
+
+def _figure_5(rows: Sequence[Row]) -> Iterator[list[str]]:
+    """Tabulate errors of the estimate with and without the update, by gamma and start estimate."""
+    for row in select(rows, part="figure 5"):
+        yield [
+            f"{row.adaptation_gain:g}",
+            f"{number(row.start_estimate, '+g')}°",
+            row.update,
+            ENGINES[row.engine],
+            row.ending(f"{row.steps} steps"),
+            number(row.trace_off_time, ".2f"),
+            *map(number, (row.trace_settled, row.begun, row.ended, row.trace_error)),
+            number(row.torque, ".1f"),
+            number(row.absolute_end),
+        ]
 
 
 def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path, prints: Path) -> list[Path]:
@@ -56,14 +151,14 @@ def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path,
     for engine in dict.fromkeys(row.engine for row, _ in recorded):
         mine = [(row, walk) for row, walk in recorded if row.engine == engine]
         by_delay = {row.delay: walk for row, walk in mine if (row.part, row.ground) == ("table 3", "mixed")}
-        curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in ADAPTATION_GAINS}
+        curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in paper.ADAPTATION_GAINS}
         for row, walk in mine:
             if row.part == "figure 5":
                 curves[row.adaptation_gain][row.start_estimate, row.update == "yes"] = walk
         drawings |= {
-            f"fig_6_mixed_{engine}": partial(plot_figure_6, {delay: by_delay[delay] for delay in DRAWN_DELAYS}),
+            f"fig_6_mixed_{engine}": partial(plot_figure_6, {delay: by_delay[delay] for delay in paper.DRAWN_DELAYS}),
             f"fig_5_{engine}": partial(plot_figure_5, curves),
-            f"fig_4_mixed_{engine}": partial(plot_walk, curves[PAPER_GAIN][START_ESTIMATES[0], True]),
+            f"fig_4_mixed_{engine}": partial(plot_walk, curves[paper.PAPER_GAIN][paper.START_ESTIMATES[0], True]),
         }
     written = []
     for name, make in drawings.items():
@@ -105,8 +200,11 @@ def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path
                 axes.plot(walk.samples["time"][shown], estimate, label=name, color=color, **styles[start])
             # a walk that lands on the other side of an edge has another truth there
             truths = {tuple(walk.touchdowns["slope"].round(6).tolist()): walk for walk in curves.values()}
-            for number, walk in enumerate(truths.values()):
-                _draw_truth(axes, walk, named=number == 0)
+            for place, walk in enumerate(truths.values()):
+                slope = np.degrees(walk.samples["slope"])
+                axes.plot(walk.samples["time"], slope, label=None if place else "true", **TRUTH)
+            for moment in next(iter(truths.values())).touchdowns["time"]:
+                axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
             axes.set(ylabel="slope (°)", xlim=(0.0, _SHOWN))
             titled(axes, letter, f"γ = {gain:g}")
         legend_below(figure, *grid[0, 0].get_legend_handles_labels())
@@ -160,7 +258,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix.
         RenderError: The file cannot be written.
     """
-    zetas = [zeta for zeta in TABLE_3 if zeta is not None]
+    zetas = [zeta for zeta in paper.TABLE_3 if zeta is not None]
     with drawn(path) as figure:
         across = width().beside(2)
         figure.set_figheight(0.4 + 2.8 * (4 // across))
@@ -168,10 +266,10 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         grid = figure.subplots(4 // across, across, sharex=True, squeeze=False).reshape(2, 2, order=order)
         letters = np.array(list("abcd")).reshape(2, 2, order=order)
         for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
-            curves: dict[str, tuple[Curve, Mapping[str, Any]]] = {"paper": (TABLE_3, _PAPER_LOOK)}
+            curves: dict[str, tuple[Curve, Mapping[str, Any]]] = {"paper": (paper.TABLE_3, _PAPER_LOOK)}
             for engine, label in ENGINES.items():
                 walks = walks_of(rows, ground, engine)
-                if walks.keys() >= TABLE_3.keys():
+                if walks.keys() >= paper.TABLE_3.keys():
                     ours = {z: (w.torque, w.absolute_end) if w.finished else _UNKNOWN for z, w in walks.items()}
                     curves[label] = ours, _ENGINE_LOOKS[engine]
             for place, (axes, name, what) in enumerate(zip(grid[:, column], _NAMES, _AXES, strict=True)):
@@ -188,16 +286,6 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")
         legend_below(figure, *grid[0, 0].get_legend_handles_labels())
     return figure
-
-
-def _draw_truth(axes: Axes, walk: Walk, named: bool) -> None:
-    """Draw the slope under the stance foot; with a legend entry and the touchdowns where it is named."""
-    label = "true" if named else None
-    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
-    if not named:
-        return
-    for moment in walk.touchdowns["time"]:
-        axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
 
 
 def _caption(figure: str, walk: Walk) -> str:
