@@ -161,7 +161,7 @@ def table_3(engine: str) -> list[Cell]:
     """List the walks of Table III on our mixed ground and on the one found; those of Fig. 6 keep records."""
     grounds = {
         Terrain.mixed(): {"ground": "mixed", "steps": MIXED_STEPS},
-        paper.found_terrain(): {"ground": "found", "distance": paper.end_of(paper.found_segments())},
+        Terrain.from_segments(paper.FOUND): {"ground": "found", "distance": paper.end_of(paper.FOUND)},
     }
     role = {"engine": engine, "initial": "rest", "part": "table 3"}
     return [

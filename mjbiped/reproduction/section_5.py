@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
-from itertools import cycle, islice
+from itertools import cycle, islice, product
 from typing import Any, NamedTuple, TypeAlias
 
 from mjbiped.terrain.terrain import Terrain
@@ -62,6 +62,10 @@ Segments: TypeAlias = Sequence[tuple[float, float, float]]
 """(length in m, slope in degrees, step up in m) each, as `Terrain.from_segments` takes them."""
 
 
+FOUND: Segments = [(length, slope, step) for length, slope, step in SECTION_5["table_3"]["found"]]
+"""The mixed ground that comes nearest to Table III, which `scripts/paper/search_table_3.py` found."""
+
+
 class Place(NamedTuple):
     """A ground of Table II as it is read.
 
@@ -84,21 +88,18 @@ COUNT = 30
 FIRST_RISERS, FIRST_CHANGES = (SECTION_5[kind]["first"] for kind in ("stairs", "slopes"))
 """Positions of the first riser, and lengths of the first slope segment, m."""
 
-STAIR_PATTERNS, SLOPE_PATTERNS = (
-    {name: [*islice(cycle(turns), COUNT)] for name, turns in SECTION_5[kind]["patterns"].items()}
-    for kind in ("stairs", "slopes")
-)
+STAIR_PATTERNS, SLOPE_PATTERNS = (SECTION_5[kind]["patterns"] for kind in ("stairs", "slopes"))
 """Heights of the risers in units of the step's height, and slopes of the segments in units of the change Δ, downhill
-positive."""
+positive; both are repeated."""
 
 READINGS: Sequence[Place] = [
     LEVEL,
-    *(Place(ground, pattern, x) for ground in STAIRS for x in FIRST_RISERS for pattern in STAIR_PATTERNS),
-    *(Place(ground, pattern, x) for ground in SLOPES for x in FIRST_CHANGES for pattern in SLOPE_PATTERNS),
+    *(Place(ground, pattern, x) for ground, x, pattern in product(STAIRS, FIRST_RISERS, STAIR_PATTERNS)),
+    *(Place(ground, pattern, x) for ground, x, pattern in product(SLOPES, FIRST_CHANGES, SLOPE_PATTERNS)),
 ]
 """All readings of Table II's grounds."""
 
-PRINTED: Sequence[Place] = [Place(*place) for place in SECTION_5["grounds"]["printed"]]
+PRINTED: Sequence[Place] = [Place(*place) for place in SECTION_5["printed"]]
 """Readings by the signs of the paper's Fig. 4: steps up positive, slopes downhill positive, each change added."""
 
 
@@ -111,25 +112,14 @@ def terrain_of(place: Place) -> Terrain:
     """Make a ground of Table II as it is read."""
     if place == LEVEL:
         return Terrain.level()
-    change = SECTION_5["grounds"]["changes"][place.ground]
+    kind, change = SECTION_5["stairs" if place.ground in STAIRS else "slopes"], SECTION_5["changes"][place.ground]
+    changes = [factor * change for factor in islice(cycle(kind["patterns"][place.pattern]), COUNT)]
     if place.ground in STAIRS:
-        risers = ((SECTION_5["stairs"]["length"], 0.0, factor * change) for factor in STAIR_PATTERNS[place.pattern])
-        return Terrain.from_segments([(place.first, 0.0, 0.0), *risers], name=place.ground)
-    lengths = [place.first, *[SECTION_5["slopes"]["length"]] * (COUNT - 1)]
-    slopes = zip(lengths, SLOPE_PATTERNS[place.pattern], strict=True)
-    return Terrain.from_segments([(length, factor * change, 0.0) for length, factor in slopes], name=place.ground)
-
-
-def found_terrain() -> Terrain:
-    """Read the mixed ground that comes nearest to Table III, which `scripts/paper/search_table_3.py` found."""
-    with resources.as_file(FILES / "table_3_terrain.toml") as path:
-        return Terrain.from_file(path)
-
-
-def found_segments() -> Segments:
-    """Return the segments of the ground that `found_terrain` reads."""
-    segments: Segments = dict(found_terrain().parameters)["segments"]
-    return segments
+        segments = [(place.first, 0.0, 0.0), *((kind["length"], 0.0, rise) for rise in changes)]
+    else:
+        lengths = [place.first, *[kind["length"]] * (COUNT - 1)]
+        segments = [(length, slope, 0.0) for length, slope in zip(lengths, changes, strict=True)]
+    return Terrain.from_segments(segments, name=place.ground)
 
 
 def end_of(segments: Segments) -> float:

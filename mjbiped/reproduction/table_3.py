@@ -55,7 +55,7 @@ def of_table_3(rows: Sequence[Row]) -> dict[str, str]:
     """Fill the templates' places about Table III and Fig. 5, by name."""
     segments = (
         [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
-        for k, (length, slope, step) in enumerate(paper.found_segments(), start=1)
+        for k, (length, slope, step) in enumerate(paper.FOUND, start=1)
     )
     return {
         "table_3_mixed": body(_table_3(rows, "mixed")),

@@ -30,8 +30,8 @@ from mjbiped.reproduction.table_2 import Choice, Results, side_distances
 _NEAREST = 10  # readings that are listed
 
 Lines = Iterator[Sequence[str]]
-Pairs = Sequence[tuple[Row, Row]]
-"""Walks of Table II that were made in both engines, the hybrid one first."""
+Pairs = Sequence[tuple[Row, Row, list[float]]]
+"""Walks of Table II that were made in both engines, the hybrid one first, and their c_mt if both came so far."""
 
 
 def printed(method: str, ground: str) -> str:
@@ -234,18 +234,22 @@ def _pairs(rows: Sequence[Row]) -> Pairs:
         {(row.part, row.place_read, row.method, row.delay, row.slope_source): row for row in mine if row.engine == name}
         for name in ENGINES
     )
-    return [(here[key], row) for key, row in there.items()]
+    return [(here[key], row, _both_costs(here[key], row)) for key, row in there.items()]
+
+
+def _both_costs(here: Row, there: Row) -> list[float]:
+    """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
+    if there.finished and here.steps >= there.steps:
+        return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)]
+    return []
 
 
 def _parted(pairs: Pairs) -> str:
-    """Count the walks that ended differently in the two engines, in words.
-
-    They end alike where both come as far as the shorter walk was to go, or end in the same step.
-    """
+    """Count the walks that ended differently: not in the same step, nor both as far as the shorter was to go."""
     apart = [
         there
-        for here, there in pairs
-        if not (here.steps >= there.steps if there.finished else not here.finished and here.steps == there.steps)
+        for here, there, costs in pairs
+        if not costs and (here.finished or there.finished or here.steps != there.steps)
     ]
     if not apart:
         return f"All {len(pairs)} end alike."
@@ -253,21 +257,14 @@ def _parted(pairs: Pairs) -> str:
     return f"{len(apart)} of {len(pairs)} end in another step than in the other engine: {named}."
 
 
-def _both_costs(here: Row, there: Row) -> list[float]:
-    """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
-    if there.finished and here.steps >= there.steps and there.steps in LENGTHS:
-        return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)]
-    return []
-
-
 def _apart(pairs: Pairs) -> str:
     """Describe the difference of the engines' c_mt: median, ninth decile, and the walk that differs most."""
-    compared = [(costs, there) for here, there in pairs if (costs := _both_costs(here, there))]
+    compared = [(abs(costs[1] / costs[0] - 1.0), there) for _, there, costs in pairs if costs]
     if not compared:
         return "no walk was compared"
-    off = np.abs([there / here - 1.0 for (here, there), _ in compared])
+    off = [difference for difference, _ in compared]
     middle, nine_tenths, most = (number(100 * float(np.quantile(off, part)), ".2g") for part in (0.5, 0.9, 1.0))
-    last = compared[int(off.argmax())][1]
+    last = compared[int(np.argmax(off))][1]
     return (
         f"c_mt of the {len(off)} walks of Table II that come to their end in both differs by {middle} % in the median, "
         f"by up to {nine_tenths} % in nine of ten, and by {most} % at most ({_law(last)}, on {last.ground} "
@@ -277,9 +274,9 @@ def _apart(pairs: Pairs) -> str:
 
 def _engines(pairs: Pairs) -> Lines:
     """Tabulate every walk of Table II that was made in both engines."""
-    for here, there in pairs:
+    for here, there, costs in pairs:
         cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
-        if costs := _both_costs(here, there):
+        if costs:
             cells = [*map(number, costs), excess(costs[1], costs[0], "+.2f")]
         yield [f"{there.ground} {there.pattern}".strip(), _law(there), *cells]
 
