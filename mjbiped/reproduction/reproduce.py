@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
-from string import Template
 from typing import Any
 
 from mjbiped.records.record import Walk
 from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import LENGTHS, cell, record_path
-from mjbiped.reproduction.claims import checks
-from mjbiped.reproduction.rows import engine_shown, select, walked, write_rows
+from mjbiped.reproduction.figures import draw
+from mjbiped.reproduction.rows import walked, write_rows
 from mjbiped.reproduction.table_2 import Choice, Results
-from mjbiped.reproduction.table_3 import draw, of_table_3
-from mjbiped.reproduction.tables import of_claims, of_table_2
-from mjbiped.sweeps.cell import FAILED, Cell
+from mjbiped.reproduction.tables import TABLES, render, stored
+from mjbiped.sweeps.cell import Cell
 from mjbiped.sweeps.store import make_folder
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
-from mjbiped.utils.markdown import markdown_table
-
-PAGE = "reproduction.md"
-TABLES = "tables/reproduction.md"
-TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
-FITS = "fits.json"
-"""Texts of the page about the searches that `scripts/paper/fits.py` makes."""
 
 TABLE = "reproduction.csv"
 GAINS_TABLE, GROUNDS_TABLE = SEARCHED = ("reproduction_gains.csv", "reproduction_grounds.csv")
@@ -187,40 +177,3 @@ def figure_5(engine: str) -> list[Cell]:
     settings = product(paper.DRAWN_DELAYS[1:2], paper.ADAPTATION_GAINS, paper.START_ESTIMATES, (True, False))
     laws = [paper.adaptive(**dict(zip(names, each, strict=True))) for each in settings]
     return [cell(Terrain.mixed(), law, steps=MIXED_STEPS, **role) for law in laws]
-
-
-def stored(file: str) -> str:
-    """Read a text that is part of this package."""
-    return paper.FILES.joinpath(file).read_text(encoding="utf-8")
-
-
-def render(results: Results) -> dict[str, str]:
-    """Write the page and its tables, by file name, from a reproduction and the stored results of the fits."""
-    rows, engine = results.rows, engine_shown(results.rows)
-    in_mujoco = select(rows, engine="mujoco")
-    failed = [[row.ground, row.method, row.engine, row.error] for row in select(rows, outcome=FAILED)]
-    parts = {
-        **of_table_2(results),
-        **of_table_3(rows),
-        **stored_fits(),
-        **of_claims(checks(results)),
-        "engine": engine,
-        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
-        "walks": str(len(rows)),
-        "in_mujoco": str(len(in_mujoco)),
-        "mujoco_steps": str(max((row.steps for row in select(in_mujoco, part="table 2")), default=0)),
-        "failed": markdown_table(("ground", "method", "engine", "error"), failed, 1) if failed else "None.",
-    }
-    return {name: Template(stored(file)).substitute(parts) for name, file in TEMPLATES.items()}
-
-
-def stored_fits() -> dict[str, str]:
-    """Read the texts about the fits to the paper's tables, by their places in the templates."""
-    found: dict[str, str] = json.loads(stored(f"fits/{FITS}"))
-    return found
-
-
-def filled(heading: str, parts: Mapping[str, str]) -> str:
-    """Write the section of the page of tables that has a heading."""
-    whole = stored(TEMPLATES[TABLES]).partition(f"\n### {heading}\n")[2].partition("\n#")[0]
-    return Template(whole).safe_substitute(parts)

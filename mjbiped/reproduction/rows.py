@@ -208,8 +208,3 @@ def excess(ours: float, other: float, form: str = "+.1f") -> str:
 def in_words(zeta: float | None) -> str:
     """Write zeta, or "none" without re-planning."""
     return "none" if zeta is None else f"{zeta:g}"
-
-
-def body(lines: Iterable[Sequence[str]]) -> str:
-    """Write the lines of a table in Markdown, whose headings stand in the page's template."""
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)

@@ -42,6 +42,15 @@ class Choice:
         stairs, slopes = (self.stairs, paper.STAIRS), (self.slopes, paper.SLOPES)
         return [paper.LEVEL, *(paper.Place(ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
 
+    @property
+    def words(self) -> str:
+        """Describe the reading in words."""
+        replanned = "no re-planning" if self.delay is None else f"ζ = {self.delay:g}"
+        return (
+            f"{self.kind} work over the first {self.length} steps, {replanned}; stairs {self.stairs[0]}, first riser "
+            f"at {self.stairs[1]:g} m; slopes {self.slopes[0]}, first change after {self.slopes[1]:g} m"
+        )
+
     def cost(self, walk: Row) -> float:
         """c_mt of this kind of work after so many steps; NaN where the robot did not come so far."""
         return float(getattr(walk, f"{self.kind}_{self.length}"))

@@ -1,24 +1,28 @@
-"""The report's tables about Table II and the claims, which the templates of its pages name."""
+"""The pages of the report: what their templates ask of the results, and the numbers in their sentences."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from itertools import product
+from typing import Any
 
 import numpy as np
+from jinja2 import Environment, StrictUndefined
 
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.claims import COUNTING, GROUPS, Answer, by_claim, missed
+from mjbiped.reproduction.claims import Answer, by_claim, checks, missed, walks_of
 from mjbiped.reproduction.rows import (
     ENGINES,
     NO_WALK,
     NONE,
     Row,
-    body,
+    engine_shown,
     excess,
     find,
     in_words,
@@ -26,12 +30,87 @@ from mjbiped.reproduction.rows import (
     select,
 )
 from mjbiped.reproduction.table_2 import Choice, Results, side_distances
+from mjbiped.sweeps.cell import FAILED
 
-_NEAREST = 10  # readings that are listed
+PAGE = "reproduction.md"
+TABLES = "tables/reproduction.md"
+TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
+FITS = "fits.json"
+"""Texts of the page about the searches that `scripts/paper/fits.py` makes."""
 
-Lines = Iterator[Sequence[str]]
 Pairs = Sequence[tuple[Row, Row, list[float]]]
 """Walks of Table II that were made in both engines, the hybrid one first, and their c_mt if both came so far."""
+
+
+def stored(file: str) -> str:
+    """Read a text that is part of this package."""
+    return paper.FILES.joinpath(file).read_text(encoding="utf-8")
+
+
+def stored_fits() -> dict[str, str]:
+    """Read the texts about the fits to the paper's tables, by their names in the templates."""
+    found: dict[str, str] = json.loads(stored(f"fits/{FITS}"))
+    return found
+
+
+def render(results: Results) -> dict[str, str]:
+    """Write the page and its tables, by file name, from a reproduction and the stored results of the fits."""
+    return {name: _filled(stored(file), results) for name, file in TEMPLATES.items()}
+
+
+def section(results: Results, heading: str) -> str:
+    """Write the section of the page of tables that has a heading."""
+    return _filled(stored(TEMPLATES[TABLES]).partition(f"\n### {heading}\n")[2].partition("\n#")[0], results)
+
+
+def _filled(template: str, results: Results) -> str:
+    environment = Environment(
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+    )
+    environment.filters |= {
+        "number": number,
+        "excess": excess,
+        "zeta": in_words,
+        "law": _law,
+        "engine": ENGINES.get,
+        "ending": lambda walk: walk.ending(f"{walk.steps} steps"),
+        "cost": lambda walk, choice=None: (choice or results.best).written(walk),
+    }
+    return environment.from_string(template).render(_asked(results))
+
+
+def _asked(results: Results) -> dict[str, Any]:
+    """Values and functions by their names in the templates."""
+    rows, pairs, answers = results.rows, _pairs(results.rows), cache(partial(checks, results))
+    in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
+    return {
+        **{"paper": paper, "ENGINES": ENGINES, "WORK_KINDS": WORK_KINDS, "LENGTHS": LENGTHS},
+        **{"results": results, "rows": rows, "fits": stored_fits(), "pairs": pairs},
+        "engine": engine,
+        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
+        "in_mujoco": len(in_mujoco),
+        "mujoco_steps": max((row.steps for row in select(in_mujoco, part="table 2")), default=0),
+        "failed": select(rows, outcome=FAILED),
+        "missed": lambda *groups: missed(answers(), *groups),
+        "claims": lambda *groups: [(*key[1:], said) for key, said in by_claim(answers(), groups).items()],
+        "claims_alike": lambda: alike(answers()),
+        "printed": printed,
+        "row_of": lambda method: [printed(method, ground) for ground in paper.GROUNDS],
+        "shown": partial(_shown, results),
+        "beside": partial(_beside, results),
+        "sets": partial(_sets, results),
+        "started": partial(_started, results),
+        "misjudged_turned": partial(turned, results),
+        "sides": partial(_sides, results),
+        "others": partial(_others, results),
+        "lighter": lambda walk: find(rows, part="gravity", place_read=walk.place_read),
+        "parted": _parted(pairs),
+        "engines_apart": _apart(pairs),
+        "on": lambda ground, engine, zeta: walks_of(rows, ground, engine).get(zeta, NO_WALK),
+        "begun": lambda zeta: find(rows, part="start", delay=zeta),
+        "distances": partial(distances, rows),
+        "pulls": pulls(rows),
+    }
 
 
 def printed(method: str, ground: str) -> str:
@@ -40,59 +119,12 @@ def printed(method: str, ground: str) -> str:
     return NONE if value is None else "X" if math.isnan(value) else number(value)
 
 
-def of_claims(answers: Sequence[Answer]) -> dict[str, str]:
-    """Fill the templates' places about the claims, by name."""
-    parts = {"missed_without_the_table": missed(answers, *COUNTING)}
-    for group in GROUPS:
-        mine = by_claim(answers, [group])
-        parts[f"missed_{group}"] = missed(answers, group)
-        parts[f"checks_{group}"] = body([*key[1:], *(each.verdict for each in said)] for key, said in mine.items())
-    denied = {
-        key[1:]: " and ".join(ENGINES[each.engine] for each in said if each.holds is False)
-        for key, said in by_claim(answers, COUNTING).items()
-    }
-    parts["denied"] = body([*key, engines] for key, engines in denied.items() if engines)
+def alike(answers: Sequence[Answer]) -> str:
+    """Count the claims that both engines answer in the same way, and list the others."""
     both = {key: {each.holds for each in said} for key, said in by_claim(answers).items()}
     both = {key: holds for key, holds in both.items() if None not in holds}
     apart = [f"\n* {claim}" for (_, claim, _), holds in both.items() if len(holds) == 2]
-    alike = f"{len(both) - len(apart)} of {len(both)}"
-    return {**parts, "claims_alike": alike + (f"; they differ on\n{''.join(apart)}" if apart else ".")}
-
-
-def of_table_2(results: Results) -> dict[str, str]:
-    """Fill the templates' places about Table II, by name."""
-    best, pairs = results.best, _pairs(results.rows)
-    whole = [*_numbers(results)]
-    tables: dict[str, Iterable[Sequence[str]]] = {
-        "table_2": ([*line[:4], line[9]] for line in whole if line[1] in paper.TABLE_2),  # blind and fitted, hybrid
-        "table_2_whole": whole,
-        "ends": _ends(results),
-        "agreement": _agreement(results),
-        "misjudged": _misjudged(results),
-        "nearest": _nearest(results.readings),
-        "stairs": _sides(results, paper.STAIRS),
-        "slopes": _sides(results, paper.SLOPES),
-        "delays": _delays(results),
-        "sources": _sources(results),
-        "printed": _printed(results),
-        "engines": _engines(pairs),
-        "gravity": _gravity(results),
-        "every_reading": _every(results),
-    }
-    replanned = "no re-planning" if best.delay is None else f"ζ = {best.delay:g}"
-    return {
-        **{name: body(lines) for name, lines in tables.items()},
-        "best": f"{best.kind} work over the first {best.length} steps, {replanned}; stairs {best.stairs[0]}, first "
-        f"riser at {best.stairs[1]:g} m; slopes {best.slopes[0]}, first change after {best.slopes[1]:g} m",
-        "best_distance": number(100 * best.distance, ".1f"),
-        "best_kind": best.kind,
-        "best_length": str(best.length),
-        "best_delay": in_words(best.delay),
-        "source": results.sources[0],
-        "misjudged_turned": _turned(results),
-        "parted": _parted(pairs),
-        "engines_apart": _apart(pairs),
-    }
+    return f"{len(both) - len(apart)} of {len(both)}" + (f"; they differ on\n{''.join(apart)}" if apart else ".")
 
 
 def _shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
@@ -106,32 +138,22 @@ def _shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
         yield ground, method, [NO_WALK] * 4 + walks[4:] if method == "adaptive" else walks
 
 
-def _numbers(results: Results) -> Lines:
-    """Tabulate every number of Table II beside ours."""
-    best = results.best
-    for ground, method, walks in _shown(results):
-        cells, known = [ground, method, printed(method, ground)], paper.TABLE_2.get(method, {}).get(ground, math.nan)
-        for here, there in zip(walks[::2], walks[1::2], strict=True):
-            cells += [best.written(here), best.written(there), excess(best.cost(here), known)]
-        yield cells
+def _beside(results: Results, method: str, ground: str, walks: Sequence[Row]) -> Iterator[str]:
+    """Write c_mt of the walks of both engines, and by how much the hybrid one's exceeds the paper's, set by set."""
+    best, known = results.best, paper.TABLE_2.get(method, {}).get(ground, math.nan)
+    for here, there in zip(walks[::2], walks[1::2], strict=True):
+        yield from (best.written(here), best.written(there), excess(best.cost(here), known))
 
 
-def _ends(results: Results) -> Lines:
-    """Tabulate the walks that did not come to their end."""
-    for ground, method, walks in _shown(results):
-        if any(walk.outcome and not walk.finished for walk in walks):
-            yield [ground, method, printed(method, ground), *(walk.ending(f"{walk.steps} steps") for walk in walks)]
+def _sets(results: Results) -> dict[str, str]:
+    """Name the settings of the comparison methods, the slope sources of gains that settle by their agreement."""
+    sets = {f"blind, {paper.BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
+    return sets | {f"settled, {source}": source for source in results.sources}
 
 
-def _agreement(results: Results) -> Lines:
-    """Tabulate the agreement with the paper by gains, slope source and engine."""
-    names = {f"blind, {paper.BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
-    names |= {f"settled, {source}": source for source in results.sources}
-    for (name, settings), engine in product(names.items(), ENGINES):
-        found = results.agreement(engine, settings)
-        if found.asked == results.agreement("hybrid", settings).asked:
-            met, distance = f"{found.met} of {found.numbers}", number(100 * found.distance, ".1f")
-            yield [name, ENGINES[engine], found.in_kind, met, distance]
+def _others(results: Results, place: paper.Place) -> list[Row]:
+    """Find the walks of the comparison methods on a ground, with gains that settle."""
+    return [results.walks(method, results.sources[0], places=[place])[0] for method in paper.SETTLED]
 
 
 def _started(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
@@ -143,13 +165,7 @@ def _started(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
         yield method, f"{number(-paper.START_ERROR, '+g')}°", wrong[1::2]
 
 
-def _misjudged(results: Results) -> Lines:
-    """Tabulate the fitted settings with the right and with a wrong slope at the start."""
-    for method, told, walks in _started(results):
-        yield [method, told, *map(results.best.written, walks)]
-
-
-def _turned(results: Results) -> str:
+def turned(results: Results) -> str:
     """List where a wrong slope at the start turns a number into an X, or an X into a number, in words."""
     cost = results.best.cost
     found = [
@@ -161,71 +177,16 @@ def _turned(results: Results) -> str:
     return ", ".join(found) or "nowhere"
 
 
-def _nearest(readings: Sequence[Choice]) -> Lines:
-    """Tabulate the readings that are nearest to the paper."""
-    for choice in readings[:_NEAREST]:
-        changes = (f"{pattern}, {first:g} m" for pattern, first in (choice.stairs, choice.slopes))
-        distance = number(100 * choice.distance, ".2f")
-        yield [*changes, in_words(choice.delay), choice.kind, str(choice.length), distance]
-
-
-def _sides(results: Results, pair: Sequence[str]) -> Lines:
-    """Tabulate the nearest reading of each pattern of the stairs or of the slopes."""
+def _sides(results: Results, pair: Sequence[str]) -> Iterator[tuple[Choice, list[Row]]]:
+    """Find the nearest reading of each pattern of the stairs or of the slopes, and its walks."""
     nearest: dict[str, Choice] = {}
     for side in sorted(side_distances(results.rows, pair), key=lambda side: side.distance):
         nearest.setdefault(side.stairs[0], side)
-    for (pattern, first), side in ((side.stairs, side) for side in nearest.values()):
+    for side in nearest.values():
         if not math.isfinite(side.distance):  # a fall, however it is read: in which step is shown for one setting
             side = replace(side, delay=0.8, kind="absolute", length=max(LENGTHS))
-        walks = results.walks("adaptive", side.delay, places=[paper.Place(ground, pattern, first) for ground in pair])
-        cells = [pattern, f"{first:g} m", in_words(side.delay), side.kind, str(side.length)]
-        yield [*cells, *map(side.written, walks), number(100 * side.distance, ".1f")]
-
-
-def _delays(results: Results) -> Lines:
-    """Tabulate all zeta on the grounds of the best reading."""
-    for zeta in paper.DELAYS:
-        walks = results.walks("adaptive", zeta)
-        torques = "; ".join(number(walk.torque, ".1f") for walk in walks)
-        forces = "; ".join(number(walk.least_force, ".2f") for walk in walks)
-        yield [in_words(zeta), *map(results.best.written, walks), torques, forces]
-    yield ["paper", *(printed("adaptive", ground) for ground in paper.GROUNDS), NONE, NONE]
-
-
-def _sources(results: Results) -> Lines:
-    """Tabulate all slope sources of the comparison controllers with gains that settle, on the reading's grounds."""
-    for method, variant in paper.SETTLED.items():
-        for source in paper.SLOPE_SOURCES:
-            name = source + " *" * (source == variant.slope_source)
-            yield [method, name, *map(results.best.written, results.walks(method, source))]
-        if method in paper.TABLE_2:
-            yield [method, "paper", *(printed(method, ground) for ground in paper.GROUNDS)]
-
-
-def _printed(results: Results) -> Lines:
-    """Tabulate the grounds with the signs that the paper prints, each change added to the last."""
-    for place in paper.PRINTED:
-        walks = [results.walks("adaptive", engine=engine, places=[place])[0] for engine in ENGINES]
-        cells = (walk.ending(results.best.written(walk)) for walk in walks)
-        yield [place.ground, place.pattern, printed("adaptive", place.ground), *cells]
-
-
-def _gravity(results: Results) -> Lines:
-    """Tabulate the best reading with g = 9.8 m/s²."""
-    for walk in results.walks("adaptive"):
-        here = results.best.cost(walk)
-        there = results.best.cost(find(results.rows, part="gravity", place_read=walk.place_read))
-        cells = number(here, ".6f"), number(there, ".6f"), excess(there, here, "+.4f")
-        yield [walk.ground, printed("adaptive", walk.ground), *cells]
-
-
-def _every(results: Results) -> Lines:
-    """Tabulate all readings: the adaptive controller's in full, the others' at the best reading's kind and length."""
-    for place in dict.fromkeys(row.place_read for row in select(results.rows, part="table 2")):
-        ours, *walks = (results.walks(method, results.sources[0], places=[place])[0] for method in paper.METHODS)
-        kinds = (" ".join(ours.cost(kind, length) for length in LENGTHS) for kind in WORK_KINDS)
-        first = f"{place.first:g}" if place.pattern else NONE
-        yield [f"{place.ground} {place.pattern}".strip(), first, *kinds, *map(results.best.written, walks)]
+        places = [paper.Place(ground, *side.stairs) for ground in pair]
+        yield side, results.walks("adaptive", side.delay, places=places)
 
 
 def _pairs(rows: Sequence[Row]) -> Pairs:
@@ -272,17 +233,38 @@ def _apart(pairs: Pairs) -> str:
     )
 
 
-def _engines(pairs: Pairs) -> Lines:
-    """Tabulate every walk of Table II that was made in both engines."""
-    for here, there, costs in pairs:
-        cells = [*(f"{walk.outcome}, {walk.steps} steps" for walk in (here, there)), NONE]
-        if costs:
-            cells = [*map(number, costs), excess(costs[1], costs[0], "+.2f")]
-        yield [f"{there.ground} {there.pattern}".strip(), _law(there), *cells]
-
-
 def _law(row: Row) -> str:
     """Name a method with its settings."""
     if row.method == "adaptive":
         return f"adaptive, ζ = {in_words(row.delay)}"
     return f"{row.method}, {row.gains.replace('-', '−')}, {row.slope_source}"
+
+
+def distance(walks: Mapping[float | None, Row]) -> float:
+    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
+    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
+    if not ended:
+        return math.nan
+    ours = [(walk.torque, walk.absolute_end) for walk in ended.values()]
+    return math.sqrt(float(np.mean(np.log(np.divide(ours, [paper.TABLE_3[zeta] for zeta in ended])) ** 2)))
+
+
+def distances(rows: Sequence[Row], ground: str) -> str:
+    """Write the distance of each engine's walks on a ground from Table III."""
+    values = []
+    for engine, name in ENGINES.items():
+        walks = walks_of(rows, ground, engine)
+        ended = sum(walk.finished for walk in walks.values())
+        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
+        values.append(f"{number(100 * distance(walks), '.1f')} % ({name}{part})")
+    return ", ".join(values)
+
+
+def pulls(rows: Sequence[Row]) -> str:
+    """List the walks of the hybrid engine that need a ground that pulls, in words."""
+    parts = []
+    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
+        pulled = [zeta for zeta, walk in walks_of(rows, ground, "hybrid").items() if walk.least_force < 0.0]
+        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta in pulled]
+        parts.append(f"with {' and '.join(named) or 'no ζ'} on {title}")
+    return ", and ".join(parts)

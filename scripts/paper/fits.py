@@ -20,7 +20,7 @@ import numpy as np
 from mjbiped.records.measures import WORK_KINDS
 from mjbiped.reproduction.cell import LENGTHS
 from mjbiped.reproduction.claims import walks_of
-from mjbiped.reproduction.reproduce import FITS, GAINS_TABLE, GROUNDS_TABLE, TABLE
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
 from mjbiped.reproduction.rows import NONE, number, read_rows, share
 from mjbiped.reproduction.section_5 import (
     BLIND,
@@ -36,8 +36,7 @@ from mjbiped.reproduction.section_5 import (
     gains_told,
 )
 from mjbiped.reproduction.table_2 import Results, agreement
-from mjbiped.reproduction.table_3 import distance
-from mjbiped.reproduction.tables import printed
+from mjbiped.reproduction.tables import FITS, distance, printed
 from mjbiped.utils.markdown import markdown_table
 from scripts.paper import placebo
 from scripts.paper.gain_scan import Tried, fitted, ranked, scan, write_tried

@@ -10,11 +10,11 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction.reproduce import filled, misjudged, on_table_2, stored_fits, table_2
-from mjbiped.reproduction.rows import walked
+from mjbiped.reproduction.reproduce import misjudged, on_table_2, table_2
+from mjbiped.reproduction.rows import number, walked
 from mjbiped.reproduction.section_5 import BLIND, FITTED
 from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import of_table_2
+from mjbiped.reproduction.tables import section
 
 
 @click.command(help=__doc__)
@@ -22,17 +22,15 @@ from mjbiped.reproduction.tables import of_table_2
 def main(out: Path | None) -> None:
     """Walk and print."""
     with TemporaryDirectory() as nowhere:
-        folder = out or Path(nowhere)
-        cells = table_2()
+        folder, cells = out or Path(nowhere), table_2()
         best = Results(walked(cells, folder, progress=True)).best
         for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
             cells += on_table_2(part, "hybrid", best.places, chosen.values())
-        rows = walked([*cells, *misjudged(best)], folder, progress=True)
-    sections = {**of_table_2(Results(rows)), **stored_fits()}
+        results = Results(walked([*cells, *misjudged(best)], folder, progress=True))
     console = Console(width=140)
-    console.print(f"{sections['best']}; distance {sections['best_distance']} %")
+    console.print(f"{best.words}; distance {number(100 * best.distance, '.1f')} %")
     for heading in ("Every setting", "Agreement and nearest settings", "Nearest readings"):
-        console.print(Markdown(filled(heading, sections)))
+        console.print(Markdown(section(results, heading)))
 
 
 if __name__ == "__main__":

@@ -12,8 +12,8 @@ from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.reproduction import cell as cells
+from mjbiped.reproduction import figures, section_5
 from mjbiped.reproduction import reproduce as whole
-from mjbiped.reproduction import section_5, table_3
 from mjbiped.sweeps.cell import Cell
 
 
@@ -30,7 +30,7 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
         monkeypatch.setattr(section_5, chosen, {"PBC": getattr(section_5, chosen)["PBC"]})
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
-        monkeypatch.setattr(table_3, name, lambda _, path: save_figure(new_figure(1.0), path))
+        monkeypatch.setattr(figures, name, lambda _, path: save_figure(new_figure(1.0), path))
 
 
 @pytest.mark.slow

@@ -15,9 +15,9 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import TRUTH
 from mjbiped.reproduction import reproduce
 from mjbiped.reproduction.cell import cell, row
+from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.rows import row_of
 from mjbiped.reproduction.section_5 import adaptive
-from mjbiped.reproduction.table_3 import plot_figure_5, plot_figure_6, plot_table_3
 
 
 @pytest.fixture(scope="module")

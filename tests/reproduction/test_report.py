@@ -13,7 +13,7 @@ from mjbiped.reproduction import reproduce as plan
 from mjbiped.reproduction.cell import COSTS, LENGTHS, RESOLVED_SLOPE, TRACES
 from mjbiped.reproduction.cell import row as row_as_walked
 from mjbiped.reproduction.claims import ZERO, walks_of
-from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
+from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import Row, read_rows, row_of, write_rows
 from mjbiped.reproduction.section_5 import (
     BLIND,
@@ -33,7 +33,7 @@ from mjbiped.reproduction.section_5 import (
     gains_told,
 )
 from mjbiped.reproduction.table_2 import Results, side_distances
-from mjbiped.reproduction.table_3 import distance
+from mjbiped.reproduction.tables import PAGE, TABLES, distance, render
 from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.segments import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain

@@ -13,7 +13,7 @@ from reproduction_rows import read_grounds
 import mjbiped
 from mjbiped.reproduction import cell as cells
 from mjbiped.reproduction.cell import cell, measures_of
-from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2, stored_fits
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.section_5 import (
     BLIND,
@@ -29,6 +29,7 @@ from mjbiped.reproduction.section_5 import (
     settled,
 )
 from mjbiped.reproduction.table_2 import Choice, Results
+from mjbiped.reproduction.tables import stored_fits
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import gain_scan
 from scripts.paper.fits import sections

@@ -15,8 +15,7 @@ from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.section_5 import GROUNDS, TABLE_2, TABLE_3
 from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.table_3 import distance
-from mjbiped.reproduction.tables import of_table_2
+from mjbiped.reproduction.tables import distance, turned
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE
 from scripts.paper.gain_scan import Tried, fitted, read_tried
@@ -106,9 +105,8 @@ def test_what_the_page_says_of_the_fits(results: Results, tried: list[Tried], gr
         "most random rows are met as near"
     )
     assert SMALL_SHARE < shares["KETC"] < 0.2
-    turned = of_table_2(results)["misjudged_turned"]
-    assert "KETC" in turned
-    assert "PBC" not in turned
+    assert "KETC" in turned(results)
+    assert "PBC" not in turned(results)
     of_table: Placebo = placebo.of_table_3(grounds)
     assert of_table.share == 0.0, "no random table is met as near"
     others = placebo.to_another(grounds)

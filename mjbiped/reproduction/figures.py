@@ -1,9 +1,9 @@
-"""Table III and Figs. 4 to 6: the walks beside the paper's numbers, as tables and as pictures."""
+"""Figures 5 and 6 of the paper, and Table III as a picture; Fig. 4 is `mjbiped.plotting.walk.plot_walk`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from string import ascii_lowercase
@@ -23,16 +23,8 @@ from mjbiped.reproduction import section_5 as paper
 from mjbiped.reproduction.claims import walks_of
 from mjbiped.reproduction.rows import (
     ENGINES,
-    NO_WALK,
-    NONE,
     Row,
-    body,
     engine_shown,
-    excess,
-    in_words,
-    number,
-    select,
-    share,
 )
 
 _SHOWN = 16.0  # s of Fig. 5
@@ -49,90 +41,6 @@ _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0
 
 Curve = Mapping[float | None, tuple[float, float]]
 """Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
-
-
-def of_table_3(rows: Sequence[Row]) -> dict[str, str]:
-    """Fill the templates' places about Table III and Fig. 5, by name."""
-    segments = (
-        [str(k), number(length, ".2f"), number(slope, ".1f"), number(1000 * step, ".0f") if k > 1 else NONE]
-        for k, (length, slope, step) in enumerate(paper.FOUND, start=1)
-    )
-    return {
-        "table_3_mixed": body(_table_3(rows, "mixed")),
-        "table_3_found": body(_table_3(rows, "found")),
-        "distance_mixed": _distances(rows, "mixed"),
-        "distance_found": _distances(rows, "found"),
-        "found_segments": body(segments),
-        "figure_5": body(_figure_5(rows)),
-        "pulls": _pulls(rows),
-    }
-
-
-def distance(walks: Mapping[float | None, Row]) -> float:
-    """Root mean square of ln(ours / paper's) of the torques and c_mt of all walks that came to their end."""
-    ended = {zeta: walk for zeta, walk in walks.items() if walk.finished}
-    if not ended:
-        return math.nan
-    ours = [(walk.torque, walk.absolute_end) for walk in ended.values()]
-    return math.sqrt(float(np.mean(np.log(np.divide(ours, [paper.TABLE_3[zeta] for zeta in ended])) ** 2)))
-
-
-def _distances(rows: Sequence[Row], ground: str) -> str:
-    """Write the distance of each engine's walks on a ground from Table III."""
-    values = []
-    for engine, name in ENGINES.items():
-        walks = walks_of(rows, ground, engine)
-        ended = sum(walk.finished for walk in walks.values())
-        part = "" if ended == len(walks) else f", the {ended} of {len(walks)} walks that came to their end"
-        values.append(f"{share(distance(walks), '.1f')} ({name}{part})")
-    return ", ".join(values)
-
-
-def _table_3(rows: Sequence[Row], ground: str) -> Iterator[list[str]]:
-    """Tabulate Table III beside ours."""
-    begun = {row.delay: number(row.torque, ".5g") for row in select(rows, part="start")}
-    by_engine = [walks_of(rows, ground, engine) for engine in ENGINES]
-    for zeta, (torque, known) in paper.TABLE_3.items():
-        here, there = walks = [found.get(zeta, NO_WALK) for found in by_engine]
-        yield [
-            in_words(zeta),
-            number(torque, ".5g"),
-            *([begun.get(zeta, NONE)] if ground == "mixed" else []),  # both are on level ground at first
-            *(walk.ending(number(walk.torque, ".5g")) for walk in walks),
-            excess(here.torque, torque),
-            number(known),
-            *(walk.cost() for walk in walks),
-            excess(here.absolute_end, known),
-            number(here.least_force, ".2f"),
-            number(there.least_force, ".2f"),
-            "pulls" if here.least_force < 0.0 else number(here.friction, ".3g"),
-        ]
-
-
-def _pulls(rows: Sequence[Row]) -> str:
-    """List the walks of the hybrid engine that need a ground that pulls, in words."""
-    parts = []
-    for ground, title in (("mixed", "our mixed ground"), ("found", "the ground that was found")):
-        pulled = [zeta for zeta, walk in walks_of(rows, ground, "hybrid").items() if walk.least_force < 0.0]
-        named = ["no re-planning" if zeta is None else f"ζ = {zeta:g}" for zeta in pulled]
-        parts.append(f"with {' and '.join(named) or 'no ζ'} on {title}")
-    return ", and ".join(parts)
-
-
-def _figure_5(rows: Sequence[Row]) -> Iterator[list[str]]:
-    """Tabulate errors of the estimate with and without the update, by gamma and start estimate."""
-    for row in select(rows, part="figure 5"):
-        yield [
-            f"{row.adaptation_gain:g}",
-            f"{number(row.start_estimate, '+g')}°",
-            row.update,
-            ENGINES[row.engine],
-            row.ending(f"{row.steps} steps"),
-            number(row.trace_off_time, ".2f"),
-            *map(number, (row.trace_settled, row.begun, row.ended, row.trace_error)),
-            number(row.torque, ".1f"),
-            number(row.absolute_end),
-        ]
 
 
 def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path, prints: Path) -> list[Path]:
