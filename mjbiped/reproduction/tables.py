@@ -30,7 +30,6 @@ from mjbiped.reproduction.rows import (
     select,
 )
 from mjbiped.reproduction.table_2 import Choice, Results, side_distances
-from mjbiped.sweeps.cell import FAILED
 
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
@@ -82,15 +81,11 @@ def _filled(template: str, results: Results) -> str:
 def _asked(results: Results) -> dict[str, Any]:
     """Values and functions by their names in the templates."""
     rows, pairs, answers = results.rows, _pairs(results.rows), cache(partial(checks, results))
-    in_mujoco, engine = select(rows, engine="mujoco"), engine_shown(rows)
     return {
         **{"paper": paper, "ENGINES": ENGINES, "WORK_KINDS": WORK_KINDS, "LENGTHS": LENGTHS},
         **{"results": results, "rows": rows, "fits": stored_fits(), "pairs": pairs},
-        "engine": engine,
-        "engine_name": {"mujoco": "MuJoCo", "hybrid": "hybrid engine"}[engine],
-        "in_mujoco": len(in_mujoco),
-        "mujoco_steps": max((row.steps for row in select(in_mujoco, part="table 2")), default=0),
-        "failed": select(rows, outcome=FAILED),
+        "engine": engine_shown(rows),
+        "mujoco_steps": max((row.steps for row in select(rows, part="table 2", engine="mujoco")), default=0),
         "missed": lambda *groups: missed(answers(), *groups),
         "claims": lambda *groups: [(*key[1:], said) for key, said in by_claim(answers(), groups).items()],
         "claims_alike": lambda: alike(answers()),
@@ -200,9 +195,8 @@ def _pairs(rows: Sequence[Row]) -> Pairs:
 
 def _both_costs(here: Row, there: Row) -> list[float]:
     """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
-    if there.finished and here.steps >= there.steps:
-        return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)]
-    return []
+    both = there.finished and here.steps >= there.steps
+    return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)] if both else []
 
 
 def _parted(pairs: Pairs) -> str:
