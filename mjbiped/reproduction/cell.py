@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.control.registry import settings_of
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.reproduction.section_5 import gains_told
@@ -23,6 +22,8 @@ from mjbiped.sweeps.run import machinery
 from mjbiped.terrain.terrain import Terrain
 
 KEY_DIGITS = 24  # hexadecimal
+SAMPLED = 0.005
+"""Sample period of the records that are kept, s."""
 
 LENGTHS = (20, 45, 60, 100)
 """Numbers of steps after which c_mt is taken, from one walk."""
@@ -92,7 +93,7 @@ def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
             done.save(record_path(folder, cell))
         return {**measures_of(done), **(traced(done) if record else {})}
 
-    measured = attempt(lambda: cell.walk(DEFAULT_SAMPLE_PERIOD if record else SPARSE), measure)
+    measured = attempt(lambda: cell.walk(SAMPLED if record else SPARSE), measure)
     return {
         **cell.values,
         **measured,

@@ -230,12 +230,10 @@ def _figure_4(walks: Sequence[Row], say: Callable[..., Answer]) -> Iterator[Answ
 def _figure_5(rows: Sequence[Row], engine: str, say: Callable[..., Answer]) -> Iterator[Answer]:
     """Test the claims of section V-C about the estimate update."""
     with_it, without = (_walks_of_figure_5(rows, engine, paper.PAPER_GAIN, update) for update in ("yes", "no"))
-    if not all(walk.finished for walk in with_it + without):
-        with_it = without = [NO_WALK] * len(paper.START_ESTIMATES)
 
     def less(name: str, column: str) -> Answer:
         """Test whether a number is smaller with the update than without, from every start."""
-        a, b = ([getattr(walk, column) for walk in walks] for walks in (with_it, without))
+        a, b = _values(with_it, column), _values(without, column)
         return say(name, all(map(lt, a, b)), a=a, b=b)
 
     yield less("off_time", "trace_off_time")
@@ -254,9 +252,9 @@ def _below(
 
 
 def _values(walks: Sequence[Row], column: str) -> list[float]:
-    """A number of some walks, or NaN unless all walks have it and came to their end."""
+    """A number of some walks; NaN throughout unless all walks have it and came to their end."""
     values = [float(getattr(walk, column)) if walk.finished else math.nan for walk in walks]
-    return [math.nan] if any(map(math.isnan, values)) else values
+    return [math.nan] * len(values) if any(map(math.isnan, values)) else values
 
 
 def by_claim(answers: Iterable[Answer], groups: Sequence[str] = GROUPS) -> dict[tuple[str, str, str], list[Answer]]:

@@ -75,21 +75,21 @@ def _filled(template: str, results: Results) -> str:
         "ending": lambda walk: walk.ending(f"{walk.steps} steps"),
         "cost": lambda walk, choice=None: (choice or results.best).written(walk),
     }
-    return environment.from_string(template).render(_asked(results))
+    environment.globals.update(paper=paper, printed=printed, ENGINES=ENGINES, WORK_KINDS=WORK_KINDS, LENGTHS=LENGTHS)
+    written = environment.from_string(template)
+    return written.render(_asked(results), results=results, rows=results.rows, fits=stored_fits())
 
 
 def _asked(results: Results) -> dict[str, Any]:
     """Values and functions by their names in the templates."""
     rows, pairs, answers = results.rows, _pairs(results.rows), cache(partial(checks, results))
     return {
-        **{"paper": paper, "ENGINES": ENGINES, "WORK_KINDS": WORK_KINDS, "LENGTHS": LENGTHS},
-        **{"results": results, "rows": rows, "fits": stored_fits(), "pairs": pairs},
+        "pairs": pairs,
         "engine": engine_shown(rows),
         "mujoco_steps": max((row.steps for row in select(rows, part="table 2", engine="mujoco")), default=0),
         "missed": lambda *groups: missed(answers(), *groups),
         "claims": lambda *groups: [(*key[1:], said) for key, said in by_claim(answers(), groups).items()],
         "claims_alike": lambda: alike(answers()),
-        "printed": printed,
         "row_of": lambda method: [printed(method, ground) for ground in paper.GROUNDS],
         "shown": partial(_shown, results),
         "beside": partial(_beside, results),

@@ -12,11 +12,10 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frame
-from mjbiped.reproduction.cell import cell
+from mjbiped.reproduction.cell import SAMPLED, cell
 from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import read_rows
 from mjbiped.reproduction.section_5 import GROUNDS, SETTLED, Variant, settled, terrain_of
@@ -31,10 +30,7 @@ def walks_of(results: Results, ground: str, engine: str, steps: int) -> dict[str
     """A walk of each method on a ground."""
     terrain = terrain_of(next(place for place in results.best.places if place.ground == ground))
     chosen = [Variant("adaptive", results.best.delay), *(settled(name, results.sources[0]) for name in SETTLED)]
-    return {
-        each.method: cell(terrain, each.law(terrain), steps=steps, engine=engine).walk(DEFAULT_SAMPLE_PERIOD)
-        for each in chosen
-    }
+    return {each.method: cell(terrain, each.law(terrain), steps=steps, engine=engine).walk(SAMPLED) for each in chosen}
 
 
 def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
