@@ -19,15 +19,14 @@ from mjbiped.sweeps.cell import Cell
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
-    """A reproduction of the adaptive controller with one zeta, of PBC, without MuJoCo and processes."""
+    """A reproduction of the adaptive controller with one zeta, of the fitted methods, without MuJoCo and processes."""
     all_of_table_2 = whole.table_2
     monkeypatch.setattr(section_5, "DELAYS", (0.6,))
     monkeypatch.setattr(
         whole, "table_2", lambda: [entry for entry in all_of_table_2() if entry.values["method"] == "adaptive"]
     )
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    for chosen in ("BLIND", "FITTED"):
-        monkeypatch.setattr(section_5, chosen, {"PBC": getattr(section_5, chosen)["PBC"]})
+    monkeypatch.setattr(section_5, "BLIND", {"PBC": section_5.BLIND["PBC"]})
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
         monkeypatch.setattr(figures, name, lambda _, path: save_figure(new_figure(1.0), path))
