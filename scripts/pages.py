@@ -1,6 +1,6 @@
 """Tables that a study writes into a page of docs/, so that no figure there is typed by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -32,6 +32,22 @@ def show_table(
     Console(width=160).print(table)
     if page is not None:
         write_table(page, name, headings, rows)
+
+
+def show_rows(title: str, rows: Sequence[Mapping[str, str]], page: Path | None = None, name: str = "") -> None:
+    """Print a table whose rows have their cells by heading, and write it into a page where one is given.
+
+    Args:
+        title: Title printed above the table.
+        rows: Cells of each row by heading; the longest row has all headings, and a dash stands for what others lack.
+        page: Page that gets the table; None prints only.
+        name: Name of the place in the page.
+
+    Raises:
+        ValueError: The page has no such place.
+    """
+    headings = [*max(rows, key=len)]
+    show_table(title, headings, [[row.get(heading, "–") for heading in headings] for row in rows], page, name)
 
 
 def write_table(page: Path, name: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -6,8 +6,9 @@ import csv
 import io
 import math
 
-from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.rows import COSTS, NO_WALK, Row
+from mjbiped.reproduction.cell import COSTS
+from mjbiped.reproduction.rows import NO_WALK, Row
+from mjbiped.reproduction.section_5 import TABLE_3
 from scripts.paper.placebo import RandomGround
 
 

@@ -136,19 +136,18 @@ def reproduce(results: Results, **walks: Any) -> None:
       mjbiped reproduce --quick
       mjbiped reproduce --out reproduction --report docs
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.reproduction.report.checks import checks, what_counts
+    from mjbiped.reproduction.claims import checks, what_counts
     from mjbiped.reproduction.reproduce import reproduce as walk_all
-    from mjbiped.reproduction.table_2 import choices
 
     folder = results.out
     assert folder is not None
     with _resumable(folder):
-        rows, files = walk_all(folder, progress=not results.quiet, **walks)
-    asked = checks(rows, choices(rows)[0])
-    failed = [row for row in rows if row.outcome == "failed"]
+        done, files = walk_all(folder, progress=not results.quiet, **walks)
+    asked = checks(done)
+    failed = [row for row in done.rows if row.outcome == "failed"]
     errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
     lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
-    summary = {"walks": len(rows), "failed": errors, "checks": [answer._asdict() for answer in asked]}
+    summary = {"walks": len(done.rows), "failed": errors, "checks": [answer._asdict() for answer in asked]}
     results.end(summary, [tables.checks_table(asked), what_counts(asked), *lines], files)
 
 

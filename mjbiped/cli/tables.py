@@ -17,7 +17,7 @@ from mjbiped.records.summary import MEASURES, bare_table, in_words, quantile_row
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
-    from mjbiped.reproduction.report.claims import Answer
+    from mjbiped.reproduction.claims import Answer
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:

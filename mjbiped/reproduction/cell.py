@@ -1,54 +1,87 @@
-"""The walks of the reproduction: their inputs, their measures, and the finished ones on disk."""
+"""One walk of the reproduction: its inputs, and what is measured of it."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
+from mjbiped.analysis.replay import recorded_controller, replayed
+from mjbiped.control.registry import settings_of
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
-from mjbiped.reproduction.methods import gains_told
-from mjbiped.reproduction.rows import COLUMNS, COSTS, Row, row_of
-from mjbiped.reproduction.traces import traced
-from mjbiped.rules.termination import Outcome
-from mjbiped.sweeps.cell import LIMIT, SPARSE, Cell, attempt
-from mjbiped.sweeps.run import machinery, walk_cells
-from mjbiped.sweeps.store import opened
+from mjbiped.reproduction.section_5 import gains_told
+from mjbiped.sweeps.cell import LIMIT, LIMITS, SPARSE, Cell, attempt
+from mjbiped.sweeps.run import machinery
 from mjbiped.terrain.terrain import Terrain
 
-_KEY_DIGITS = 24  # hexadecimal
-_ENDS = {outcome.words for outcome in Outcome}
+KEY_DIGITS = 24  # hexadecimal
+SAMPLED = 0.005
+"""Sample period of the records that are kept, s."""
+
+LENGTHS = (20, 45, 60, 100)
+"""Numbers of steps after which c_mt is taken, from one walk."""
+
+COSTS = {
+    f"{kind}_{'end' if steps is None else steps}": (kind, steps)
+    for kind in measures.WORK_KINDS
+    for steps in (*LENGTHS, None)
+}
+"""Columns of c_mt: the kind of work and the number of steps; None: up to the last touchdown."""
+
+RESOLVED_SLOPE = float(settings_of("adaptive")["update_threshold"])
+"""Epsilon of (27), rad: the controller treats slopes that differ by less as one."""
+
+TRACES = tuple(
+    f"trace_{name}" for name in ("settled", "later", "off_time", "error", "travel", "z1", "z2", "straight", "bent")
+)
+"""Measures of what Figs. 4 to 6 show, of a walk of the adaptive controller:
+
+settled: Error of the slope estimate at the end of the last step that began before the ground first changes, degrees.
+later: Greatest error from then on, degrees.
+off_time: Time for which the error was greater than `RESOLVED_SLOPE`, s.
+error: Root mean square of the error over time, degrees.
+travel: Total variation of the error, degrees.
+z1: Greatest tracking error of a leg's angle (5), degrees.
+z2: Greatest error of the second stage (9), rad/s.
+straight: Greatest distance of a torque from a straight line over its step, N m, of all steps that began on the
+    imitated gait.
+bent: Least distance of a torque from a straight line over its step, N m, of all re-planned steps.
+"""
+
+_SAME_TIME = 1e-9  # s; a sample nearer to a touchdown has the state of one step and the roles of another
+_FEWEST = 3  # samples of a step that is measured
 
 
-def cell(
-    terrain: Terrain, law: Mapping[str, Any], *, steps: int | None = None, distance: float | None = None, **columns: Any
-) -> Cell:
+def cell(terrain: Terrain, law: Mapping[str, Any], **columns: Any) -> Cell:
     """Make a cell of the reproduction.
 
     Args:
         terrain: The ground.
         law: Values of the control law, by the names of a study's cell.
-        steps: Touchdowns after which the walk is finished, where it has no other end.
-        distance: Position x at which it is finished instead, m.
-        **columns: Further values: the engine, the first state unless it is the gait's, `record` where the whole record
-            is kept for figures and not the measures alone, and the columns that say what its role in the report is.
+        **columns: Further values: the engine; `steps` or `distance`, the number of touchdowns or the position x (m) at
+            which the walk is finished; the first state unless it is the gait's; `record` where the whole record is kept
+            for figures and not the measures alone; and the columns that say what its role in the report is.
     """
-    limit: dict[str, Any] = {f"{LIMIT}.distance": distance} if steps is None else {f"{LIMIT}.steps": steps}
-    return Cell(0, None, {"initial": "gait", "method": "adaptive", "first": 0.0, **columns, **law, **limit}, terrain)
+    limits = {f"{LIMIT}.{name}": columns.pop(name) for name in LIMITS if name in columns}
+    return Cell(0, None, {"initial": "gait", "method": "adaptive", "first": 0.0, **columns, **law, **limits}, terrain)
 
 
 def key(cell: Cell) -> str:
     """Digest of all that a row depends on: inputs, versions, and the sources of physics and control laws."""
     text = json.dumps([cell.values, cell.terrain().to_dict(), machinery()], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:_KEY_DIGITS]
+    return hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS]
+
+
+def record_path(folder: Path, cell: Cell) -> Path:
+    """Path of a cell's record."""
+    return folder / f"{key(cell)}.npz"
 
 
 def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
@@ -60,7 +93,7 @@ def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
             done.save(record_path(folder, cell))
         return {**measures_of(done), **(traced(done) if record else {})}
 
-    measured = attempt(lambda: cell.walk(DEFAULT_SAMPLE_PERIOD if record else SPARSE), measure)
+    measured = attempt(lambda: cell.walk(SAMPLED if record else SPARSE), measure)
     return {
         **cell.values,
         **measured,
@@ -91,8 +124,8 @@ def measures_of(done: Walk) -> dict[str, Any]:
         "ankle": ankle,
         "hip": hip,
         "strikes": int(sum(rows["strikes"])),
+        **{name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()},
     }
-    found |= {name: cost_after(done, kind, steps) for name, (kind, steps) in COSTS.items()}
     if not done.steps:
         return found
     begun, ended = (np.abs(np.degrees(errors)) for errors in measures.estimate_errors(done))
@@ -121,46 +154,51 @@ def cost_after(done: Walk, kind: str, steps: int | None = None) -> float:
     return float(done.touchdowns[f"work_{kind}"][last - 1]) / distance
 
 
-def walked(
-    cells: Sequence[Cell], folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
-) -> list[Row]:
-    """Return the rows of cells; those that are not kept in a folder yet are walked, and kept there as they end.
-
-    The rows do not depend on the number of workers. A cell that fails has a row with the error's text, and is walked
-    again the next time.
+def traced(walk: Walk) -> dict[str, float]:
+    """Measure a record.
 
     Args:
-        cells: Any number; equal ones are walked once.
-        folder: Folder of a table, and of a file for each record that is kept; it is made if missing.
-        fresh: Delete the walks that are kept.
-        workers: Number of processes that walk; one for each core unless given.
-        progress: Show a progress bar (never where the output is not a terminal).
+        walk: A walk of the adaptive controller, with samples.
+
+    Returns:
+        The `TRACES` that exist.
 
     Raises:
-        InputError: The folder cannot be made, or another process has it.
-        RecordError: The table is damaged, or a file cannot be written.
-        MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
-        KeyboardInterrupt: Ctrl-C; what had ended is kept.
+        InputError: Another controller walked.
     """
-    keys = [key(cell) for cell in cells]
-    wanted = dict(zip(keys, cells, strict=True))
-    with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
-        for file in folder.glob(f"{'[0-9a-f]' * _KEY_DIGITS}.npz") if fresh else ():
-            file.unlink()
-        kept = {row["key"] for row in store.rows() if row["outcome"] in _ENDS}  # others failed, or are damaged
-        todo = [
-            cell
-            for known, cell in wanted.items()
-            if known not in kept or (cell.values.get("record") and not record_path(folder, cell).exists())
-        ]
-        # MuJoCo's take the longest, and longer the more steps they have
-        todo.sort(key=lambda cell: (cell.values["engine"] != "mujoco", -int(cell.values.get(f"{LIMIT}.steps", 0))))
-        ended = len(wanted) - len(todo)
-        walk_cells(partial(row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
-        found = {row["key"]: row_of(row) for row in store.rows()}
-    return [found[each] for each in keys]
-
-
-def record_path(folder: Path, cell: Cell) -> Path:
-    """Path of a cell's record."""
-    return folder / f"{key(cell)}.npz"
+    controller = recorded_controller(walk)
+    samples, time = walk.samples, walk.samples["time"]
+    error = np.degrees(samples["slope_estimate"] - samples["slope"])
+    first_change = walk.terrain.x[1] if len(walk.terrain.x) > 1 else math.inf
+    places, ends = [0.0, *walk.touchdowns["x"].tolist()], walk.touchdowns["time"].tolist()
+    tracking: list[NDArray[np.float64]] = []  # greatest z1 and z2 by step
+    known: dict[str, list[float]] = {name: [] for name in ("settled", "later", "straight", "bent")}
+    for (start, memory), place, end in zip(replayed(walk, controller), places, ends, strict=False):
+        inside = (time > start.time + _SAME_TIME) & (time < end - _SAME_TIME)
+        if inside.sum() < _FEWEST:
+            continue
+        if place < first_change:
+            known["settled"] = [abs(float(error[inside][-1]))]
+        else:
+            known["later"].append(float(np.abs(error[inside]).max()))
+        now, torque = time[inside] - start.time, samples["torque"][inside]
+        motion = zip(now.tolist(), samples["q"][inside].tolist(), samples["dq"][inside].tolist(), strict=True)
+        z = np.abs([controller.tracking_errors(memory, t, q, dq) for t, q, dq in motion])
+        tracking.append(np.array([z[:, :2].max(), z[:, 4:].max()]))
+        lines = (np.polynomial.Polynomial.fit(now, joint, 1)(now) for joint in torque.T)
+        bend = max(float(np.abs(joint - line).max()) for joint, line in zip(torque.T, lines, strict=True))
+        known["bent" if controller.transition_end(memory) > 0.0 else "straight"].append(bend)
+    if not tracking:
+        return {}
+    if controller.replanning_delay is None:
+        known["straight"] = []  # no plan says which steps follow the gait
+    lasted, (z1, z2) = np.diff(time), np.max(tracking, axis=0).tolist()
+    found = {
+        **{name: min(values) if name == "bent" else max(values) for name, values in known.items() if values},
+        "off_time": float(lasted[np.abs(error[:-1]) > math.degrees(RESOLVED_SLOPE)].sum()),
+        "error": math.sqrt(float((lasted * error[:-1] ** 2).sum() / lasted.sum())),
+        "travel": float(np.abs(np.diff(error)).sum()),
+        "z1": math.degrees(z1),
+        "z2": z2,
+    }
+    return {f"trace_{name}": value for name, value in found.items()}

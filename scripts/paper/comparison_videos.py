@@ -12,31 +12,25 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import render_frame
-from mjbiped.reproduction import reproduce as report
-from mjbiped.reproduction import rows, table_2
-from mjbiped.reproduction.cell import cell
-from mjbiped.reproduction.grounds import terrain_of
-from mjbiped.reproduction.methods import METHODS, Variant, settled
+from mjbiped.reproduction.cell import SAMPLED, cell
+from mjbiped.reproduction.reproduce import TABLE
+from mjbiped.reproduction.rows import read_rows
+from mjbiped.reproduction.section_5 import GROUNDS, SETTLED, Variant, settled, terrain_of
+from mjbiped.reproduction.table_2 import Results
 from mjbiped.utils.files import written_whole
 
 WIDTH, HEIGHT = 720, 180
 HELD = 1.0  # s, the last frame
 
 
-def walks_of(reading: table_2.Choice, source: str, ground: str, engine: str, steps: int) -> dict[str, mjbiped.Walk]:
+def walks_of(results: Results, ground: str, engine: str, steps: int) -> dict[str, mjbiped.Walk]:
     """A walk of each method on a ground."""
-    place = next(place for place in reading.places if place[0] == ground)
-    terrain = terrain_of(place)
-    chosen = {name: settled(name, source) for name in METHODS[1:]}
-    chosen[METHODS[0]] = Variant(METHODS[0], reading.delay)
-    return {
-        name: cell(terrain, chosen[name].law(terrain), steps=steps, engine=engine).walk(DEFAULT_SAMPLE_PERIOD)
-        for name in METHODS
-    }
+    terrain = terrain_of(next(place for place in results.best.places if place.ground == ground))
+    chosen = [Variant("adaptive", results.best.delay), *(settled(name, results.sources[0]) for name in SETTLED)]
+    return {each.method: cell(terrain, each.law(terrain), steps=steps, engine=engine).walk(SAMPLED) for each in chosen}
 
 
 def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
@@ -55,7 +49,7 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
 
 
 @click.command(help=__doc__)
-@click.option("--table", default=f"docs/{report.TABLE}", type=click.Path(exists=True, path_type=Path), help="Of walks.")
+@click.option("--table", default=f"docs/{TABLE}", type=click.Path(exists=True, path_type=Path), help="Of walks.")
 @click.option("--folder", default="out/videos", show_default=True, type=click.Path(file_okay=False, path_type=Path))
 @click.option("--steps", default=12, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
 @click.option("--engine", type=click.Choice(("mujoco", "hybrid")), default="mujoco", show_default=True)
@@ -63,11 +57,9 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
 def main(table: Path, folder: Path, steps: int, engine: str, fps: int) -> None:
     """Walk and render."""
     folder.mkdir(parents=True, exist_ok=True)
-    known = rows.read_rows(table.read_text(encoding="utf-8"))
-    best = table_2.choices(known)[0]
-    source = table_2.sources_ranked(known, best)[0]
-    for ground, _, _ in tqdm(best.places, desc="grounds", disable=None):
-        frames = stacked(walks_of(best, source, ground, engine, steps), fps)
+    results = Results(read_rows(table.read_text(encoding="utf-8")))
+    for ground in tqdm(GROUNDS, desc="grounds", disable=None):
+        frames = stacked(walks_of(results, ground, engine, steps), fps)
         path, (height, width, _) = folder / f"{ground.replace(' ', '_')}.mp4", frames[0].shape
         with written_whole(path) as unfinished, encoder(unfinished, width, height, fps) as add:
             for frame in frames:

@@ -2,7 +2,7 @@
 
 python -m scripts.paper.fits
 
-The settings found stand in `mjbiped.reproduction.methods.FITTED`. All results are stored in mjbiped/reproduction/fits/,
+The settings found stand in `mjbiped/reproduction/section_5.toml`. All results are stored in mjbiped/reproduction/fits/,
 from where `mjbiped reproduce` takes the texts of its page.
 """
 
@@ -18,14 +18,25 @@ import click
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.grounds import FIRST_CHANGES, FIRST_RISERS, GROUNDS, SLOPE_PATTERNS, STAIR_PATTERNS, TABLE_2
-from mjbiped.reproduction.methods import BLIND, DELAYS, SLOPE_SOURCES, Variant, gains_told
-from mjbiped.reproduction.report import table_3
-from mjbiped.reproduction.report.fit import in_kind
-from mjbiped.reproduction.report.markdown import NONE, number, paper, share
-from mjbiped.reproduction.reproduce import FITS, GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.reproduction.rows import LENGTHS, Row, read_rows
-from mjbiped.reproduction.table_2 import agreement, choices
+from mjbiped.reproduction.cell import LENGTHS
+from mjbiped.reproduction.claims import walks_of
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
+from mjbiped.reproduction.rows import NONE, number, read_rows, share
+from mjbiped.reproduction.section_5 import (
+    BLIND,
+    DELAYS,
+    FIRST_CHANGES,
+    FIRST_RISERS,
+    GROUNDS,
+    SLOPE_PATTERNS,
+    SLOPE_SOURCES,
+    STAIR_PATTERNS,
+    TABLE_2,
+    Variant,
+    gains_told,
+)
+from mjbiped.reproduction.table_2 import Results, agreement
+from mjbiped.reproduction.tables import FITS, distance, printed
 from mjbiped.utils.markdown import markdown_table
 from scripts.paper import placebo
 from scripts.paper.gain_scan import Tried, fitted, ranked, scan, write_tried
@@ -37,11 +48,11 @@ SMALL_SHARE = 0.05
 _AS_NEAR = 0.005  # of the distance, for settings that are as good as the nearest
 
 
-def sections(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
+def sections(results: Results, tried: Sequence[Tried], grounds: Sequence[RandomGround]) -> dict[str, str]:
     """Fill the places of the page's templates about the fits, by name.
 
     Args:
-        rows: Rows of the reproduction.
+        results: The reproduction.
         tried: Gains and slope sources of the comparison methods, on the reading that the rows choose.
         grounds: Random grounds with their own Tables III.
     """
@@ -49,18 +60,18 @@ def sections(rows: Sequence[Row], tried: Sequence[Tried], grounds: Sequence[Rand
         (method, ground, value) for method, each in fitted(tried).items() for ground, value in each.cost.items()
     )
     levels = (each.cost["level"] for each in tried if each.variant.method == "PBC" and each.cost["level"] > 0.0)
-    found = table_3.distance(table_3.walks_of(rows, "found", "hybrid"))
+    found = distance(walks_of(results.rows, "found", "hybrid"))
     fits, others = {method: placebo.of_method(tried, method) for method in fitted(tried)}, placebo.to_another(grounds)
     return {
         "fits": _fits(tried),
-        "fit_agreement": in_kind(whole),
+        "fit_agreement": whole.in_kind,
         "fit_met": f"{whole.met} of {whole.numbers}",
         "fit_distance": number(100 * whole.distance, ".1f"),
         "survivors": _survivors(tried, "stair 2"),
         "as_near": _as_near(tried),
         "pbc_falls": _falls(tried, "PBC", "slope 2"),
-        "pbc_level": number(min(levels, key=lambda value: abs(value - (TABLE_2["PBC"]["level"] or math.nan))), ".5f"),
-        "fits_worth": _worth(rows, fits, grounds, found),
+        "pbc_level": number(min(levels, key=lambda value: abs(value - TABLE_2["PBC"]["level"])), ".5f"),
+        "fits_worth": _worth(results, fits, grounds, found),
         "fit_shares": ", ".join(f"{share(each.share)} ({method})" for method, each in fits.items()),
         "evident": _evident(fits),
         "grounds_walked": str(sum(bool(each.torques) for each in grounds)),
@@ -81,8 +92,8 @@ def _fits(tried: Sequence[Tried]) -> str:
             costs = (f"X {each.ended[g]}" if g in each.ended else number(each.cost[g]) for g in GROUNDS)
             found = each.agreement
             distance = number(100 * found.distance, ".1f")
-            lines.append([method, gains, each.variant.slope_source, in_kind(found), distance, *costs])
-        lines.append([method, "paper", NONE, NONE, NONE, *(paper(method, ground) for ground in GROUNDS)])
+            lines.append([method, gains, each.variant.slope_source, found.in_kind, distance, *costs])
+        lines.append([method, "paper", NONE, NONE, NONE, *(printed(method, ground) for ground in GROUNDS)])
     return markdown_table(("method", "gains", "slope", "X and numbers", "distance %", *GROUNDS), lines, 1)
 
 
@@ -124,13 +135,13 @@ def _evident(fits: Mapping[str, Placebo]) -> str:
     return f"the fit is evidence for {' and '.join(named)}" if named else "no fit of a comparison method is evidence"
 
 
-def _worth(rows: Sequence[Row], fits: Mapping[str, Placebo], grounds: Sequence[RandomGround], searched: float) -> str:
+def _worth(results: Results, fits: Mapping[str, Placebo], grounds: Sequence[RandomGround], searched: float) -> str:
     """Tabulate every fit beside fits to random rows."""
     read = (DELAYS, WORK_KINDS, LENGTHS, FIRST_RISERS, STAIR_PATTERNS, FIRST_CHANGES, SLOPE_PATTERNS)
-    lines = [_line("reading of the grounds, by the adaptive controller", len(read), "", placebo.of_readings(rows))]
+    lines = [_line("reading of the grounds, by the adaptive controller", len(read), "", placebo.of_readings(results))]
     for method, found in fits.items():
         free = 1 + len(BLIND[method].gains)
-        crosses = f" and {sum(value is None for value in TABLE_2[method].values())} X"
+        crosses = f" and {sum(map(math.isnan, TABLE_2[method].values()))} X"
         lines.append(_line(f"gains and slope source of {method}", free, crosses, found))
     free, found = len(placebo.bounds()), placebo.of_table_3(grounds)
     distance = number(100 * searched, ".1f")
@@ -163,14 +174,14 @@ def _line(name: str, free: int, crosses: str, found: Placebo, kind: str = "some"
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Folder of finished walks; none is kept.")
 def main(table: Path, out: Path | None) -> None:
     """Walk, and write the results."""
-    rows = read_rows(table.read_text(encoding="utf-8"))
+    results = Results(read_rows(table.read_text(encoding="utf-8")))
     with TemporaryDirectory() as nowhere:
-        tried = scan(choices(rows)[0], out or Path(nowhere))
+        tried = scan(results.best, out or Path(nowhere))
         grounds = placebo.walked(placebo.drawn(), out or Path(nowhere))
     folder = Path(__file__).parents[2] / "mjbiped" / "reproduction" / "fits"
     (folder / GAINS_TABLE).write_text(write_tried(tried), encoding="utf-8")
     (folder / GROUNDS_TABLE).write_text(placebo.write_grounds(grounds), encoding="utf-8")
-    text = json.dumps(sections(rows, tried, grounds), indent=2, ensure_ascii=False)
+    text = json.dumps(sections(results, tried, grounds), indent=2, ensure_ascii=False)
     (folder / FITS).write_text(f"{text}\n", encoding="utf-8")
 
 

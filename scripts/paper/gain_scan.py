@@ -8,10 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mjbiped.reproduction.cell import cell, walked
-from mjbiped.reproduction.grounds import GROUNDS, terrain_of
-from mjbiped.reproduction.methods import SLOPE_SOURCES, Variant
-from mjbiped.reproduction.rows import as_csv
+from mjbiped.reproduction.cell import cell
+from mjbiped.reproduction.rows import as_csv, walked
+from mjbiped.reproduction.section_5 import GROUNDS, SLOPE_SOURCES, Variant, terrain_of
 from mjbiped.reproduction.table_2 import Agreement, Choice, agreement
 
 GAINS = (

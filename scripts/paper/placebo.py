@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mjbiped.reproduction import cell
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2, TABLE_3, UNEVEN, Segments, end_of
-from mjbiped.reproduction.methods import adaptive
-from mjbiped.reproduction.rows import Row, as_csv
-from mjbiped.reproduction.table_2 import choices, logs
+from mjbiped.reproduction import rows
+from mjbiped.reproduction.cell import cell
+from mjbiped.reproduction.rows import as_csv
+from mjbiped.reproduction.section_5 import TABLE_2, TABLE_3, UNEVEN, Segments, adaptive, end_of
+from mjbiped.reproduction.table_2 import Results, logs
 from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_scan import Tried
@@ -76,7 +76,7 @@ def cells(segments: Segments) -> list[Cell]:
     """The walks of a ground in the hybrid engine: to its end from rest, one for each zeta of Table III."""
     terrain, end = Terrain.from_segments(segments), end_of(segments)
     role: dict[str, Any] = {"engine": "hybrid", "initial": "rest"}
-    return [cell.cell(terrain, adaptive(delay), distance=end, **role) for delay in TABLE_3]
+    return [cell(terrain, adaptive(delay), distance=end, **role) for delay in TABLE_3]
 
 
 def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:
@@ -89,10 +89,10 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:
 def walked(grounds: Iterable[Segments], folder: Path) -> list[RandomGround]:
     """Walk grounds with every zeta; finished walks are kept in a folder."""
     planned = [*grounds]
-    rows = iter(cell.walked([each for segments in planned for each in cells(segments)], folder, progress=True))
+    walks = iter(rows.walked([each for segments in planned for each in cells(segments)], folder, progress=True))
     found = []
     for segments in planned:
-        ended = [next(rows) for _ in TABLE_3]
+        ended = [next(walks) for _ in TABLE_3]
         if all(row.finished for row in ended):
             torques = tuple(row.torque for row in ended)
             found.append(RandomGround(segments, torques, tuple(row.absolute_end for row in ended)))
@@ -169,12 +169,11 @@ def span(ground: str) -> tuple[float, float]:
     The least and greatest number that the table has on all grounds but stair 2. On that one it has a single number:
     there the ends are that number's neighbours, and as far apart in proportion.
     """
-    mild = [value for row in TABLE_2.values() for name, value in row.items() if value is not None and name != "stair 2"]
+    mild = [value for row in TABLE_2.values() for name, value in row.items() if value > 0.0 and name != "stair 2"]
     low, high = min(mild), max(mild)
     if ground != "stair 2":
         return low, high
-    (only,) = (row[ground] for row in TABLE_2.values() if row[ground] is not None)
-    assert only is not None
+    (only,) = (row[ground] for row in TABLE_2.values() if row[ground] > 0.0)
     return only * math.sqrt(low / high), only * math.sqrt(high / low)
 
 
@@ -182,16 +181,16 @@ def of_method(tried: Sequence[Tried], method: str) -> Placebo:
     """Test the fit of a comparison method's settings to its row of Table II."""
     mine = [each for each in tried if each.variant.method == method]
     most = max(each.agreement.agreeing for each in mine)
-    printed = {ground: value for ground in GROUNDS if (value := TABLE_2[method][ground]) is not None}
+    printed = {ground: value for ground, value in TABLE_2[method].items() if value > 0.0}
     costs = [[each.cost[ground] for ground in printed] for each in mine if each.agreement.agreeing == most]
     return placebo(np.log([*printed.values()]), np.log(costs), _random([span(ground) for ground in printed]))
 
 
-def of_readings(rows: Sequence[Row]) -> Placebo:
+def of_readings(results: Results) -> Placebo:
     """Test the fit of the readings of uneven grounds to the adaptive controller's four numbers there."""
-    paper = np.log([TABLE_2["adaptive"][ground] or math.nan for ground in UNEVEN])
-    off = logs(rows)
-    every = [[off[(each.delay, each.kind, each.length, *place)] for place in each.places[1:]] for each in choices(rows)]
+    paper = np.log([TABLE_2["adaptive"][ground] for ground in UNEVEN])
+    off = logs(results.rows)
+    every = [[off[each.delay, each.kind, each.length, place] for place in each.places[1:]] for each in results.readings]
     walked = np.array(every)[np.isfinite(every).all(axis=1)]
     return placebo(paper, paper + walked, _random([span(ground) for ground in UNEVEN]))
 

@@ -4,7 +4,7 @@ python -m scripts.paper.search_table_3
 
 The paper's own ground is in Fig. 4(a), not in its text. This program looks for a ground of slopes and steps on which
 the adaptive controller, from rest, comes nearest to the eleven torques and eleven c_mt of Table III. It shows that such
-a ground exists; it need not be the paper's. The result is the data file mjbiped/reproduction/table_3_terrain.toml.
+a ground exists; it need not be the paper's. The result stands in mjbiped/reproduction/section_5.toml.
 """
 
 import math
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
 from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.grounds import TABLE_3, Segments
+from mjbiped.reproduction.section_5 import TABLE_3, Segments
 from mjbiped.sweeps.cell import Row, attempt
 from mjbiped.utils.progress import progress_bar
 from scripts.paper.placebo import bounds, cells, segments_of
@@ -110,10 +110,10 @@ def search(seed: int = 0, generations: int = 160, population: int = 6, *, progre
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of the generator.")
 @click.option("--generations", default=160, show_default=True, type=click.IntRange(min=1), help="At most so many.")
 def main(seed: int, generations: int) -> None:
-    """Search, and print the ground as its file has it."""
+    """Search, and print the ground as the file of section V has it."""
     found = search(seed, generations, progress=True)
     click.echo(f"# distance {100 * found.distance:.2f} %, {found.evaluations} grounds walked")
-    click.echo("segments = [")
+    click.echo("found = [")
     for segment in found.segments:
         click.echo(f"    {list(segment)},")
     click.echo("]")

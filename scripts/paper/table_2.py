@@ -10,12 +10,11 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import walked
-from mjbiped.reproduction.methods import BLIND, FITTED
-from mjbiped.reproduction.report import fit, table_2
-from mjbiped.reproduction.reproduce import filled, stored_fits
-from mjbiped.reproduction.table_2 import choices
+from mjbiped.reproduction.reproduce import misjudged, on_table_2, table_2
+from mjbiped.reproduction.rows import number, walked
+from mjbiped.reproduction.section_5 import BLIND, FITTED
+from mjbiped.reproduction.table_2 import Results
+from mjbiped.reproduction.tables import section
 
 
 @click.command(help=__doc__)
@@ -23,17 +22,15 @@ from mjbiped.reproduction.table_2 import choices
 def main(out: Path | None) -> None:
     """Walk and print."""
     with TemporaryDirectory() as nowhere:
-        folder = out or Path(nowhere)
-        rows = walked(plan.table_2(), folder, progress=True)
-        found = choices(rows)
+        folder, cells = out or Path(nowhere), table_2()
+        best = Results(walked(cells, folder, progress=True)).best
         for part, chosen in (("blind", BLIND), ("fitted", FITTED)):
-            rows += walked(plan.on_table_2(part, "hybrid", found[0].places, chosen.values()), folder, progress=True)
-        rows += walked(plan.misjudged(found[0]), folder, progress=True)
-    sections = {**table_2.sections(rows, found), **fit.sections(rows, found[0]), **stored_fits()}
+            cells += on_table_2(part, "hybrid", best.places, chosen.values())
+        results = Results(walked([*cells, *misjudged(best)], folder, progress=True))
     console = Console(width=140)
-    console.print(f"{sections['best']}; distance {sections['best_distance']} %")
+    console.print(f"{best.words}; distance {number(100 * best.distance, '.1f')} %")
     for heading in ("Every setting", "Agreement and nearest settings", "Nearest readings"):
-        console.print(Markdown(filled(heading, sections)))
+        console.print(Markdown(section(results, heading)))
 
 
 if __name__ == "__main__":

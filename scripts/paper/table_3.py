@@ -10,10 +10,10 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction import plan
-from mjbiped.reproduction.cell import walked
-from mjbiped.reproduction.report import table_3 as report_table_3
-from mjbiped.reproduction.reproduce import filled
+from mjbiped.reproduction.reproduce import start, table_3
+from mjbiped.reproduction.rows import walked
+from mjbiped.reproduction.table_2 import Results
+from mjbiped.reproduction.tables import distances, section
 
 
 @click.command(help=__doc__)
@@ -22,12 +22,11 @@ from mjbiped.reproduction.reproduce import filled
 def main(out: Path | None, engine: str) -> None:
     """Walk and print."""
     with TemporaryDirectory() as nowhere:
-        rows = walked([*plan.table_3(engine), *plan.start()], out or Path(nowhere), progress=True)
-    sections = report_table_3.sections(rows)
+        rows = walked([*table_3(engine), *start()], out or Path(nowhere), progress=True)
     console = Console(width=140)
     for ground, heading in (("mixed", "Our mixed ground"), ("found", "The ground that was found")):
-        console.print(f"{ground}: distance {sections[f'distance_{ground}']}")
-        console.print(Markdown(filled(heading, sections)))
+        console.print(f"{ground}: distance {distances(rows, ground)}")
+        console.print(Markdown(section(Results(rows), heading)))
 
 
 if __name__ == "__main__":

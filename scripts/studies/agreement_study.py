@@ -19,42 +19,30 @@ from controllers import AdaptiveController
 from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.records import measures
-from scripts.pages import show_table
+from scripts.pages import show_rows, show_table
 from scripts.studies.gallery import ADAPTIVE, TERRAINS
-
-HEADINGS = (
-    "ground",
-    "c_mt hybrid",
-    "c_mt %",
-    "peak ankle, hip N m",
-    "torque N m",
-    "step mm",
-    "estimate deg",
-    "distance mm",
-)
-"""Torque, step length and estimate: the greatest difference at any time or touchdown."""
 
 ROUNDING = 1e-6
 """Shares of a limit below which a difference is no property of the engines."""
 
 
-def row(name: str, walked: mjbiped.Comparison) -> list[str]:
-    """One line of the table."""
+def row(name: str, walked: mjbiped.Comparison) -> dict[str, str]:
+    """Cells of a ground; of torque, step length and estimate the greatest difference at any time or touchdown."""
     there, here = walked.mujoco, walked.hybrid
     n = len(walked.touchdowns["x"])
     lengths = measures.step_lengths(there)[:n] - measures.step_lengths(here)[:n]
     _, torque = torque_differences(walked)
     ankle, hip = there.peak_torque - here.peak_torque
-    return [
-        name + ("" if walked.divergence is None else " *"),
-        f"{here.cost_of_transport:.6f}",
-        f"{100 * (there.cost_of_transport / here.cost_of_transport - 1):+.2f}",
-        f"{ankle:+.3f}, {hip:+.3f}",
-        f"{np.nanmax(np.abs(torque)):.3f}",
-        f"{1e3 * np.abs(lengths).max():.3f}",
-        f"{math.degrees(np.abs(walked.touchdowns['slope_estimate']).max()):.4f}",
-        f"{1e3 * (there.distance - here.distance):+.2f}",
-    ]
+    return {
+        "ground": name + ("" if walked.divergence is None else " *"),
+        "c_mt hybrid": f"{here.cost_of_transport:.6f}",
+        "c_mt %": f"{100 * (there.cost_of_transport / here.cost_of_transport - 1):+.2f}",
+        "peak ankle, hip N m": f"{ankle:+.3f}, {hip:+.3f}",
+        "torque N m": f"{np.nanmax(np.abs(torque)):.3f}",
+        "step mm": f"{1e3 * np.abs(lengths).max():.3f}",
+        "estimate deg": f"{math.degrees(np.abs(walked.touchdowns['slope_estimate']).max()):.4f}",
+        "distance mm": f"{1e3 * (there.distance - here.distance):+.2f}",
+    }
 
 
 def resolved(walked: mjbiped.Comparison, controller: AdaptiveController) -> int:
@@ -114,7 +102,7 @@ def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None
         rows.append(row(name, walked))
         if walked.divergence is not None:
             partings.append([name, walked.verdict])
-    show_table(f"MuJoCo - hybrid engine, {steps} steps; * they part", HEADINGS, rows, page, "agreement")
+    show_rows(f"MuJoCo - hybrid engine, {steps} steps; * they part", rows, page, "agreement")
     show_table("where they part", ("ground", "where and why"), partings, page, "partings")
     rows_of_limits, touchdowns = greatest(ADAPTIVE, rough, rough_steps)
     headings = ("difference", "median", "99 %", f"greatest of {touchdowns} touchdowns", "limit : greatest")

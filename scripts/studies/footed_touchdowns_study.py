@@ -20,7 +20,7 @@ import mjbiped
 from controllers import SupervisedController
 from mjbiped.records import measures
 from mjbiped.records.measures import THROUGH
-from scripts.pages import show_table
+from scripts.pages import show_rows
 from scripts.studies.footed_study import PHASES, impact_errors, robots
 from scripts.studies.soles_study import STEPS, grounds
 from scripts.studies.supervised_study import CLEARANCE
@@ -28,18 +28,6 @@ from scripts.studies.supervised_study import CLEARANCE
 HALF = 0.12  # m: the sole behind the ankle, and ahead of it
 KINDS = ("level", "3° up", "3° down", "changes of ±3°", "stairs +4 cm", "stairs −4 cm", "mixed", "treads, 2 cm")
 CHANGED = 1e-3  # rad: a foothold whose slope differs from the one before by more; feet stand flat within less
-HEADINGS = (
-    "foot",
-    "ground",
-    "all steps",
-    "through",
-    "friction",
-    "touchdowns",
-    "slap where the slope changes, ms",
-    "impact map: median, %",
-    "quantile of 95 %, %",
-    "greatest, %",
-)
 
 
 def slaps(walk: mjbiped.Walk) -> list[float]:
@@ -49,19 +37,24 @@ def slaps(walk: mjbiped.Walk) -> list[float]:
     return [1e3 * float(value) for value in walk.touchdowns["slap"][changed]]
 
 
-def told(walks: Sequence[mjbiped.Walk]) -> list[str]:
+def told(walks: Sequence[mjbiped.Walk]) -> dict[str, str]:
     """The cells of one ground, of the touchdowns of the walks that made all steps."""
     whole = [walk for walk in walks if walk.outcome == "finished"]
     through = sum(measures.summary(walk)["verdict"] == THROUGH for walk in walks)
-    shares = [f"{count} of {len(walks)}" for count in (len(whole), through)]
+    shares = {"all steps": f"{len(whole)} of {len(walks)}", "through": f"{through} of {len(walks)}"}
     if not whole:
-        return [*shares, *["–"] * 6]
+        return shares
     errors = [100 * error for walk in whole for error in impact_errors(walk)]
     friction = max(float(walk.touchdowns["friction"].max()) for walk in whole)
     slapped = [value for walk in whole for value in slaps(walk)]
-    told_slaps = f"{min(slapped):.1f} to {max(slapped):.1f}" if slapped else "–"
-    spread = (f"{value:.2g}" for value in (*np.quantile(errors, (0.5, 0.95)), max(errors)))
-    return [*shares, f"{friction:.2f}", str(len(errors)), told_slaps, *spread]
+    return shares | {
+        "friction": f"{friction:.2f}",
+        "touchdowns": str(len(errors)),
+        "slap where the slope changes, ms": f"{min(slapped):.1f} to {max(slapped):.1f}" if slapped else "–",
+        "impact map: median, %": f"{np.quantile(errors, 0.5):.2g}",
+        "quantile of 95 %, %": f"{np.quantile(errors, 0.95):.2g}",
+        "greatest, %": f"{max(errors):.2g}",
+    }
 
 
 @click.command(help=__doc__)
@@ -71,15 +64,16 @@ def main(page: Path | None) -> None:
     gait = mjbiped.find_reference(mjbiped.Compass(sole=(HALF, HALF)), clearance=CLEARANCE, retraction=False)
     made = {name: ground for name, ground in grounds() if name in KINDS}
     feet = [(name, robot) for name, engine, robot in robots(HALF) if engine == "mujoco"]
-    rows: list[list[str]] = []
+    rows: list[dict[str, str]] = []
     with tqdm(total=len(feet) * len(made), mininterval=30.0 if not sys.stderr.isatty() else 0.1) as bar:
         for name, robot in feet:
             law = SupervisedController(robot, gait)
             for kind, ground in made.items():
                 terrains = [ground(phase) for phase in PHASES]
-                rows.append([name, kind, *told(mjbiped.walk_many(law, terrains, engine="mujoco", steps=STEPS))])
+                walks = mjbiped.walk_many(law, terrains, engine="mujoco", steps=STEPS)
+                rows.append({"foot": name, "ground": kind, **told(walks)})
                 bar.update()
-    show_table("feet with mass: touchdowns", HEADINGS, rows, page, "touchdowns of feet")
+    show_rows("feet with mass: touchdowns", rows, page, "touchdowns of feet")
 
 
 if __name__ == "__main__":

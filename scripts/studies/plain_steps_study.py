@@ -19,7 +19,7 @@ import mjbiped
 from controllers import Controller, KneedController, PassiveController
 from mjbiped.records import measures
 from mjbiped.robots.robot import Robot
-from scripts.pages import show_table
+from scripts.pages import show_rows
 from scripts.studies.gallery import ADAPTIVE, TERRAINS
 
 KNEES = mjbiped.KneedBiped()
@@ -44,38 +44,27 @@ def walks() -> dict[str, tuple[Robot, Controller, mjbiped.Terrain]]:
     }
 
 
-HEADINGS = (
-    "ground",
-    "physics steps",
-    "c_mt %",
-    "peak ankle, hip N m",
-    "impact, mean %",
-    "impact, worst %",
-    "step length mm",
-    "period ms",
-)
-"""Differences to the hybrid engine; of step lengths and periods the greatest. Impacts: to the impact map."""
+def row(name: str, engine: mjbiped.Mujoco, there: mjbiped.Walk, here: mjbiped.Walk) -> dict[str, str]:
+    """Cells of a walk: differences to the hybrid engine, of step lengths and periods the greatest.
 
-
-def row(name: str, engine: mjbiped.Mujoco, there: mjbiped.Walk, here: mjbiped.Walk) -> list[str]:
-    """One line of the table."""
+    Impacts are compared with the impact map.
+    """
     kind = f"{1e3 * engine.timestep:g} ms, {'default' if engine.lands else 'plain'}"
+    walked = {"ground": name, "physics steps": kind}
     if there.outcome != here.outcome or there.steps != here.steps:
-        return [name, kind, f"{there.outcome} after {there.steps} steps", *["-"] * (len(HEADINGS) - 3)]
+        return walked | {"c_mt %": f"{there.outcome} after {there.steps} steps"}
     impacts = 100.0 * np.abs(measures.impact_errors(there)).max(axis=1)
     ankle, hip = there.peak_torque - here.peak_torque
     powered = here.peak_torque.max() > 0.0
     lengths, periods = (of(there) - of(here) for of in (measures.step_lengths, measures.step_periods))
-    return [
-        name,
-        kind,
-        f"{100.0 * (there.cost_of_transport / here.cost_of_transport - 1.0):+.3f}" if powered else "-",
-        f"{ankle:+.3f}, {hip:+.3f}" if powered else "-",
-        f"{impacts.mean():.3f}",
-        f"{impacts.max():.3f}",
-        f"{1e3 * np.abs(lengths).max():.3f}",
-        f"{1e3 * np.abs(periods).max():.3f}",
-    ]
+    return walked | {
+        "c_mt %": f"{100.0 * (there.cost_of_transport / here.cost_of_transport - 1.0):+.3f}" if powered else "-",
+        "peak ankle, hip N m": f"{ankle:+.3f}, {hip:+.3f}" if powered else "-",
+        "impact, mean %": f"{impacts.mean():.3f}",
+        "impact, worst %": f"{impacts.max():.3f}",
+        "step length mm": f"{1e3 * np.abs(lengths).max():.3f}",
+        "period ms": f"{1e3 * np.abs(periods).max():.3f}",
+    }
 
 
 @click.command(help=__doc__)
@@ -89,7 +78,7 @@ def main(steps: int, page: Path | None) -> None:
         for engine in engines(robot):
             there = mjbiped.walk(controller, terrain, robot=robot, engine=engine, steps=steps, sample_period=None)
             rows.append(row(name, engine, there, here))
-    show_table(f"MuJoCo - hybrid engine, {steps} steps", HEADINGS, rows, page, "plain")
+    show_rows(f"MuJoCo - hybrid engine, {steps} steps", rows, page, "plain")
 
 
 if __name__ == "__main__":

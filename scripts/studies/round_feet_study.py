@@ -19,7 +19,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from mjbiped.limit_cycles.basin import Fate
 from mjbiped.plotting.style import BLUE, GUIDE, ORANGE, drawn, make_small
-from scripts.pages import show_table
+from scripts.pages import show_rows
 
 SLOPES_DEG = (1.0, 2.0)
 RADII = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.75)
@@ -56,14 +56,18 @@ def found(radius: float, slope_deg: float) -> Found:
     return Found(gait, basin.share(Fate.SETTLED))
 
 
-def row(radius: float, slope_deg: float, one: Found) -> list[str]:
+def row(radius: float, slope_deg: float, one: Found) -> dict[str, str]:
     """A row of the table."""
-    words = [f"{slope_deg:g}", f"{radius:g}"]
-    if one.gait is None:
-        return [*words, "none", *("–",) * 4]
-    gait = one.gait
-    numbers = (f"{gait.period:.4f}", f"{gait.step_length:.4f}", f"{gait.speed:.4f}", f"{one.greatest:.4f}")
-    return [*words, *numbers, f"{100 * one.share:.1f}"]
+    gait, place = one.gait, {"slope, °": f"{slope_deg:g}", "radius, leg lengths": f"{radius:g}"}
+    if gait is None:
+        return place | {"period, s": "none"}
+    return place | {
+        "period, s": f"{gait.period:.4f}",
+        "step, m": f"{gait.step_length:.4f}",
+        "speed, m/s": f"{gait.speed:.4f}",
+        "greatest multiplier": f"{one.greatest:.4f}",
+        "basin, %": f"{100 * one.share:.1f}",
+    }
 
 
 def draw(image: Path, studied: dict[tuple[float, float], Found]) -> None:
@@ -90,17 +94,8 @@ def main(page: Path | None, image: Path | None) -> None:
     """Sweep the radius."""
     places = [(slope, radius) for slope in SLOPES_DEG for radius in RADII]
     studied = {(slope, radius): found(radius, slope) for slope, radius in tqdm(places, unit="gait")}
-    headings = (
-        "slope, °",
-        "radius, leg lengths",
-        "period, s",
-        "step, m",
-        "speed, m/s",
-        "greatest multiplier",
-        "basin, %",
-    )
     rows = [row(radius, slope, one) for (slope, radius), one in studied.items()]
-    show_table("the radius of the feet", headings, rows, page, "radius")
+    show_rows("the radius of the feet", rows, page, "radius")
     if image is not None:
         draw(image, studied)
 

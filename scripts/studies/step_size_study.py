@@ -36,7 +36,7 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.benchmarks.timing import Case, Timing, interleaved, machine
-from scripts.pages import show_table, write_table
+from scripts.pages import show_rows, write_table
 from scripts.studies.gallery import ADAPTIVE, GAIT, ROBOT, TERRAINS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -222,18 +222,15 @@ class Speed:
     time: float
 
     @property
-    def cells(self) -> list[str]:
+    def cells(self) -> dict[str, str]:
         """Physics steps per second of walking, median, best, bare, and their ratio pair by pair."""
-        return [
-            f"{self.steps / self.time:.0f}",
-            f"{np.median(self.walk):.0f}",
-            f"{self.walk.max():.0f}",
-            f"{np.median(self.bare):.0f}",
-            f"{np.median(self.bare / self.walk):.2f}",
-        ]
-
-
-SPEED_HEADINGS = ("steps per s", "× real time", "best", "bare `mj_step`", "bare : walk")
+        return {
+            "steps per s": f"{self.steps / self.time:.0f}",
+            "× real time": f"{np.median(self.walk):.0f}",
+            "best": f"{self.walk.max():.0f}",
+            "bare `mj_step`": f"{np.median(self.bare):.0f}",
+            "bare : walk": f"{np.median(self.bare / self.walk):.2f}",
+        }
 
 
 def speeds(
@@ -256,34 +253,28 @@ def speeds(
     return found
 
 
-def error_cells(found: Mapping[str, Errors]) -> list[str]:
+def error_cells(found: Mapping[str, Errors]) -> dict[str, str]:
     """Worst impact, worst and median c_mt, worst torque and drift, and which walks did not come to their end."""
     values = np.array([[e.impact, e.cost, e.torque, e.drift] for e in found.values()])
     impact, cost, torque, drift = np.nanmax(values, axis=0)
     lost = [f"{name}: {e.ended}" for name, e in found.items() if e.ended != "finished"]
-    return [
-        f"{100 * impact:.2g}",
-        f"{100 * cost:.2g}",
-        f"{100 * np.nanmedian(values[:, 1]):.2g}",
-        f"{torque:.2g}",
-        f"{1e3 * drift:.2g}",
-        "; ".join(lost) or "all",
-    ]
+    return {
+        "impact, worst %": f"{100 * impact:.2g}",
+        "c_mt, worst %": f"{100 * cost:.2g}",
+        "c_mt, median %": f"{100 * np.nanmedian(values[:, 1]):.2g}",
+        "peak torque N m": f"{torque:.2g}",
+        "time per step ms": f"{1e3 * drift:.2g}",
+        "finished": "; ".join(lost) or "all",
+    }
 
 
-def cells_of(errors: Errors) -> list[str]:
+def cells_of(errors: Errors) -> dict[str, str]:
     """Worst impact and c_mt (%), and peak torque (N m) of one walk."""
-    return [f"{100 * errors.impact:.2g}", f"{100 * errors.cost:.2g}", f"{errors.torque:.2g}"]
-
-
-ERROR_HEADINGS = (
-    "impact, worst %",
-    "c_mt, worst %",
-    "c_mt, median %",
-    "peak torque N m",
-    "time per step ms",
-    "finished",
-)
+    return {
+        "impact, worst %": f"{100 * errors.impact:.2g}",
+        "c_mt %": f"{100 * errors.cost:.2g}",
+        "peak torque N m": f"{errors.torque:.2g}",
+    }
 
 
 def draw(path: Path, found: Mapping[Setting, Mapping[str, Errors]], speed: Mapping[Setting, Speed]) -> None:
@@ -391,13 +382,14 @@ def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | No
     found = accuracy(grounds(count), steps)
     level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
     speed = {setting: level[setting, "level"] for setting in SETTINGS}
-    rows = [[s.name, s.family, *error_cells(found[s]), *speed[s].cells] for s in SETTINGS]
-    show_table("settings", ("step", "family", *ERROR_HEADINGS, *SPEED_HEADINGS), rows, page, "settings")
+    rows = [{"step": s.name, "family": s.family, **error_cells(found[s]), **speed[s].cells} for s in SETTINGS]
+    show_rows("settings", rows, page, "settings")
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
-    rows = [[s.name, name, *cells_of(found[s][name]), *everywhere[s, name].cells] for s, name in pairs]
-    headings = ("step", "ground", "impact, worst %", "c_mt %", "peak torque N m", *SPEED_HEADINGS)
-    show_table("grounds", headings, rows, page, "grounds")
+    rows = [
+        {"step": s.name, "ground": name, **cells_of(found[s][name]), **everywhere[s, name].cells} for s, name in pairs
+    ]
+    show_rows("grounds", rows, page, "grounds")
     if page is not None:
         write_table(page, "machine", ("", ""), machine())
     if plot is not None:

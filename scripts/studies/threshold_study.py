@@ -30,7 +30,7 @@ from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.bounded.prediction import FAILURE, State, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import CYCLE, SUPERVISION, gait_of
-from scripts.pages import show_table
+from scripts.pages import show_rows
 from scripts.studies.recovery_search import training
 from scripts.studies.soles_study import STEPS, grounds, through
 from scripts.studies.supervised_study import CLEARANCE, SEEDS, SOLES, counted, share
@@ -98,7 +98,7 @@ def lasting(parameters: Sequence[float], memory: Memory, state: State) -> Step:
     return chosen
 
 
-def row(law: SupervisedController, where: Sequence[Terrain]) -> list[str]:
+def row(law: SupervisedController, where: Sequence[Terrain]) -> dict[str, str]:
     """Shares on the training grounds and on treads of 2 cm, grounds of the tables with all eight, and level cost."""
     trained = mjbiped.walk_many(law, where, engine="hybrid", steps=STEPS, summaries=True)
     treads = [Terrain.treads(seed=seed, deviation=0.02, length=60.0) for seed in SEEDS]
@@ -106,12 +106,12 @@ def row(law: SupervisedController, where: Sequence[Terrain]) -> list[str]:
     found = {name: through(law, made, "hybrid") for name, made in grounds()}
     whole = sum(part == 1.0 for part, _ in found.values())
     cost = found["level"][1]
-    return [
-        f"{100 * counted(trained) / len(trained):.0f}",
-        str(whole),
-        share(counted(random), len(random)),
-        f"{cost:.3f}" if np.isfinite(cost) else "–",
-    ]
+    return {
+        "training, %": f"{100 * counted(trained) / len(trained):.0f}",
+        f"grounds of {len(found)}": str(whole),
+        "treads of 2 cm, %": share(counted(random), len(random)),
+        "level cost": f"{cost:.3f}" if np.isfinite(cost) else "–",
+    }
 
 
 @click.command()
@@ -122,21 +122,14 @@ def main(summary: Path | None) -> None:
     for sole, size in SOLES.items():
         robot = mjbiped.Compass(sole=(size, size))
         gait = mjbiped.find_reference(robot, clearance=CLEARANCE, retraction=False)
-        rows.append([sole, "simulation", *row(SupervisedController(robot, gait), where)])
+        supervised = SupervisedController(robot, gait)
+        rows.append({"sole": sole, "recovers by": "simulation", **row(supervised, where)})
         rivals = [ThresholdController(robot, gait, threshold=threshold) for threshold in THRESHOLDS]
         rows += [
-            [sole, f"{law.threshold:g}" if law.threshold else "every step", *row(law, where)]
+            {"sole": sole, "recovers by": f"{law.threshold:g}" if law.threshold else "every step", **row(law, where)}
             for law in tqdm(rivals, desc=sole, mininterval=30.0)
         ]
-    heads = [
-        "sole",
-        "recovers by",
-        "training, %",
-        f"grounds of {len(list(grounds()))}",
-        "treads of 2 cm, %",
-        "level cost",
-    ]
-    show_table("hybrid: thresholds", heads, rows, summary, "thresholds hybrid")
+    show_rows("hybrid: thresholds", rows, summary, "thresholds hybrid")
 
 
 if __name__ == "__main__":

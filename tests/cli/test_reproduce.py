@@ -12,25 +12,24 @@ from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction import methods, plan
+from mjbiped.reproduction import figures, section_5
 from mjbiped.reproduction import reproduce as whole
 from mjbiped.sweeps.cell import Cell
 
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
-    """A reproduction of the adaptive controller with one zeta, of PBC, without MuJoCo and processes."""
-    all_of_table_2 = plan.table_2
-    monkeypatch.setattr(methods, "DELAYS", (0.6,))
+    """A reproduction of the adaptive controller with one zeta, of the fitted methods, without MuJoCo and processes."""
+    all_of_table_2 = whole.table_2
+    monkeypatch.setattr(section_5, "DELAYS", (0.6,))
     monkeypatch.setattr(
-        plan, "table_2", lambda: [entry for entry in all_of_table_2() if entry.values["method"] == "adaptive"]
+        whole, "table_2", lambda: [entry for entry in all_of_table_2() if entry.values["method"] == "adaptive"]
     )
     monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
-    for chosen in ("BLIND", "FITTED"):
-        monkeypatch.setattr(whole, chosen, {"PBC": getattr(methods, chosen)["PBC"]})
+    monkeypatch.setattr(section_5, "BLIND", {"PBC": section_5.BLIND["PBC"]})
     # these take seconds to draw, and have tests of their own
     for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
-        monkeypatch.setattr(whole, name, lambda _, path: save_figure(new_figure(1.0), path))
+        monkeypatch.setattr(figures, name, lambda _, path: save_figure(new_figure(1.0), path))
 
 
 @pytest.mark.slow

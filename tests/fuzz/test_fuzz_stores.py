@@ -13,7 +13,7 @@ from time_limits import within
 import mjbiped
 from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.reproduction.cell import cell as make_cell
-from mjbiped.reproduction.cell import walked
+from mjbiped.reproduction.rows import walked
 from mjbiped.sweeps.cell import MEASURES
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import columns_of

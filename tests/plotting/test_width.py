@@ -32,7 +32,7 @@ from mjbiped.plotting.return_map import plot_return_map
 from mjbiped.plotting.stability import plot_stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
-from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.robots.compass import Compass
 from mjbiped.sweeps import figures as sweep_figures
 from mjbiped.sweeps.cell import MEASURES

@@ -13,7 +13,7 @@ import mjbiped
 from controllers import Controller, Memory
 from mjbiped.reproduction import cell as cells
 from mjbiped.reproduction.cell import cost_after, key, measures_of, record_path
-from mjbiped.reproduction.methods import adaptive
+from mjbiped.reproduction.section_5 import adaptive
 from mjbiped.sweeps.cell import FAILED, Cell, attempt
 
 

@@ -13,11 +13,11 @@ import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.style import TRUTH
-from mjbiped.reproduction import plan
+from mjbiped.reproduction import reproduce
 from mjbiped.reproduction.cell import cell, row
-from mjbiped.reproduction.methods import adaptive
-from mjbiped.reproduction.report.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.reproduction.rows import row_of
+from mjbiped.reproduction.section_5 import adaptive
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_figure_6_names_the_greatest_torque(walks: list[mjbiped.Walk], tmp_path:
 
 
 def test_table_3_shows_the_engines_that_walked(tmp_path: Path) -> None:
-    rows = [row_of(row(cell)) for cell in plan.table_3("hybrid")]
+    rows = [row_of(row(cell)) for cell in reproduce.table_3("hybrid")]
     figure = plot_table_3(rows, tmp_path / "table.png")
     labels = [line.get_label() for line in figure.axes[0].lines]
     assert "hybrid" in labels

@@ -9,25 +9,31 @@ from pathlib import Path
 import pytest
 
 from mjbiped.control.registry import settings_of
-from mjbiped.reproduction import plan
+from mjbiped.reproduction import reproduce as plan
+from mjbiped.reproduction.cell import COSTS, LENGTHS, RESOLVED_SLOPE, TRACES
 from mjbiped.reproduction.cell import row as row_as_walked
-from mjbiped.reproduction.grounds import (
+from mjbiped.reproduction.claims import ZERO, walks_of
+from mjbiped.reproduction.reproduce import TABLE
+from mjbiped.reproduction.rows import Row, read_rows, row_of, write_rows
+from mjbiped.reproduction.section_5 import (
+    BLIND,
+    BLIND_SOURCE,
+    DELAYS,
     GROUNDS,
     PRINTED,
+    SETTLED,
     SLOPE_PATTERNS,
     SLOPES,
     STAIR_PATTERNS,
     STAIRS,
+    START_ERROR,
+    START_ESTIMATES,
     TABLE_2,
     TABLE_3,
+    gains_told,
 )
-from mjbiped.reproduction.methods import BLIND, BLIND_SOURCE, DELAYS, SETTLED, gains_told
-from mjbiped.reproduction.report.claims import ZERO
-from mjbiped.reproduction.report.table_3 import distance, walks_of
-from mjbiped.reproduction.reproduce import PAGE, TABLE, TABLES, render
-from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, row_of, write_rows
-from mjbiped.reproduction.table_2 import choices, side_distances
-from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES
+from mjbiped.reproduction.table_2 import Results, side_distances
+from mjbiped.reproduction.tables import PAGE, TABLES, distance, render
 from mjbiped.sweeps.cell import Cell
 from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
@@ -51,7 +57,7 @@ def identity(row: Row) -> tuple[object, ...]:
 
 @pytest.mark.slow
 def test_pages_are_made_of_the_table(rows: list[Row]) -> None:
-    for name, page in render(rows).items():
+    for name, page in render(Results(rows)).items():
         assert (DOCS / name).read_text(encoding="utf-8") == page
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
 
@@ -83,8 +89,8 @@ def test_constants_in_the_prose_are_those_of_the_code() -> None:
         f"{math.degrees(RESOLVED_SLOPE):.2f}° (ε",
         f"{math.degrees(settings_of('adaptive')['replanning_threshold']):.2f}° (from which",
         f"{100 * ZERO:g} % of the greatest",
-        f"wrong by {plan.START_ESTIMATES[0]:g}° at the start",
-        f"wrong by {plan.START_ERROR:g}°",
+        f"wrong by {START_ESTIMATES[0]:g}° at the start",
+        f"wrong by {START_ERROR:g}°",
         f"{placebo.ROWS} random rows",
         f"{100 * SMALL_SHARE:g} % or more",
         f"{placebo.COUNT} random grounds",
@@ -136,7 +142,7 @@ def compare(cell: Cell, known: dict[tuple[object, ...], Row]) -> None:
 def test_table_is_whole(rows: list[Row]) -> None:
     """Every walk of the plan has a row, and none failed with an error."""
     hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
-    best = choices(rows)[0]
+    best = Results(rows).best
     gravity = plan.gravity(best)
     engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
     compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
@@ -148,7 +154,7 @@ def test_table_is_whole(rows: list[Row]) -> None:
 
 def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     """The sentences of the template that no number carries."""
-    best = choices(rows)[0]
+    best = Results(rows).best
     stairs = {side.stairs[0] for side in side_distances(rows, STAIRS) if math.isfinite(side.distance)}
     assert stairs == {"descending"}, "stairs fit as descending alone"
     slopes: dict[str, float] = {}
@@ -165,7 +171,7 @@ def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
     ]
     assert climbing
     assert not any(row.finished for row in climbing), "nothing walks up stair 2"
-    near = choices(rows)[9].distance / best.distance
+    near = Results(rows).readings[9].distance / best.distance
     assert near < 1.5, "the next ones are as good"
     by_gravity = [best.cost(row) for row in rows if row.part == "gravity"]
     assert len(by_gravity) == 5

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from reproduction_rows import made_row
 
-from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.report.table_3 import sections
 from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction.section_5 import TABLE_3
+from mjbiped.reproduction.table_2 import Results
+from mjbiped.reproduction.tables import pulls, section
+
+HEADINGS = ("Our mixed ground", "The ground that was found")
 
 
 def walks(forces: dict[tuple[str, float | None], float]) -> list[Row]:
@@ -28,16 +31,17 @@ def last_cells(message: str, zeta: str) -> list[str]:
 
 
 def test_no_friction_is_given_where_the_ground_pulls() -> None:
-    message = sections(walks({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512}))
-    assert last_cells(message["table_3_mixed"], "0.1") == ["−1.46", "0.01", "pulls"]
-    assert last_cells(message["table_3_mixed"], "0.2") == ["0.50", "0.01", "84.4"]
-    assert last_cells(message["table_3_found"], "none") == ["−0.01", "0.01", "pulls"]
-    assert message["pulls"] == (
+    rows = walks({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512})
+    mixed, found = (section(Results(rows), heading) for heading in HEADINGS)
+    assert last_cells(mixed, "0.1") == ["−1.46", "0.01", "pulls"]
+    assert last_cells(mixed, "0.2") == ["0.50", "0.01", "84.4"]
+    assert last_cells(found, "none") == ["−0.01", "0.01", "pulls"]
+    assert pulls(rows) == (
         "with ζ = 0.1 on our mixed ground, and with no re-planning and ζ = 0.2 on the ground that was found"
     )
 
 
 def test_where_nothing_pulls_it_says_so() -> None:
-    message = sections(walks({}))
-    assert message["pulls"] == "with no ζ on our mixed ground, and with no ζ on the ground that was found"
-    assert "pulls" not in message["table_3_mixed"] + message["table_3_found"]
+    rows = walks({})
+    assert pulls(rows) == "with no ζ on our mixed ground, and with no ζ on the ground that was found"
+    assert not any("pulls" in section(Results(rows), heading) for heading in HEADINGS)

@@ -7,10 +7,10 @@ import math
 import pytest
 from reproduction_rows import changed, made_row
 
-from mjbiped.reproduction.grounds import GROUNDS, STAIRS, TABLE_2
-from mjbiped.reproduction.methods import SLOPE_SOURCES
-from mjbiped.reproduction.rows import COSTS, LENGTHS, Row, read_rows, write_rows
-from mjbiped.reproduction.table_2 import agreement_of, choices, side_distances, sources_ranked
+from mjbiped.reproduction.cell import COSTS, LENGTHS
+from mjbiped.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.reproduction.section_5 import GROUNDS, SLOPE_SOURCES, STAIRS, TABLE_2
+from mjbiped.reproduction.table_2 import Results, side_distances
 
 PAPER = TABLE_2["adaptive"]
 
@@ -18,7 +18,6 @@ PAPER = TABLE_2["adaptive"]
 def row(ground: str, pattern: str, first: float, factor: float, delay: float | None = 0.8, **others: object) -> Row:
     """A walk whose c_mt is the paper's times a factor, of whatever kind and length."""
     paper = PAPER[ground]
-    assert paper is not None
     fields = {"ground": ground, "pattern": pattern, "first": first, "delay": delay, **others}
     return made_row(factor * paper, **fields)
 
@@ -38,7 +37,7 @@ def rows() -> list[Row]:
 
 
 def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
-    found = choices(rows)
+    found = Results(rows).readings
     assert len(found) == 2 * 3 * len(LENGTHS) * 2 * 2
     best = found[0]
     assert (best.stairs, best.slopes) == (("down", 0.9), ("down", 0.9))
@@ -51,7 +50,7 @@ def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
 
 def test_a_length_that_fits_better_is_chosen(rows: list[Row]) -> None:
     better = [changed(r, net_45=PAPER[r.ground]) if r.pattern == "up" and r.delay is None else r for r in rows]
-    best = choices(better)[0]
+    best = Results(better).best
     assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
     assert best.delay is None
 
@@ -59,7 +58,7 @@ def test_a_length_that_fits_better_is_chosen(rows: list[Row]) -> None:
 def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
     nothing = dict.fromkeys(COSTS, math.nan)
     lost = [changed(r, **nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
-    found = choices(lost)
+    found = Results(lost).readings
     assert found[0].stairs[0] == "up"
     assert math.isinf(found[-1].distance)
     sides = {side.stairs[0]: side.distance for side in side_distances(lost, STAIRS)}
@@ -68,17 +67,18 @@ def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
 
 
 def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
-    best = choices(rows)[0]
+    best = Results(rows).best
     walks = list(rows)
     for method in ("PBC", "ECC", "KETC"):
         for source in SLOPE_SOURCES:
             for place in best.places:
                 paper = TABLE_2[method][place[0]]
-                fails = paper is None if source == "local" else False
+                fails = math.isnan(paper) and source == "local"
                 walk = row(*place, 1.0, delay=None, method=method, slope_source=source)
-                value = math.nan if fails else 1.05 * (paper or 0.03)
+                value = math.nan if fails else 1.05 * (0.03 if math.isnan(paper) else paper)
                 walks.append(changed(walk, **dict.fromkeys(COSTS, value)))
-    found = {source: agreement_of(walks, best, "hybrid", source) for source in sources_ranked(walks, best)}
+    results = Results(walks)
+    found = {source: results.agreement("hybrid", source) for source in results.sources}
     assert next(iter(found)) == "local"
     assert (found["local"].agreeing, found["local"].asked) == (15, 15)
     assert {a.agreeing for source, a in found.items() if source != "local"} == {10}  # the paper's five X are walked

@@ -11,7 +11,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError
-from mjbiped.reproduction.traces import RESOLVED_SLOPE, TRACES, traced
+from mjbiped.reproduction.cell import RESOLVED_SLOPE, TRACES, traced
 
 GROUND = mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (3.0, 2.0, -0.02)])
 

@@ -15,9 +15,10 @@ import pytest
 
 import mjbiped
 from mjbiped.reproduction import cell as walks
-from mjbiped.reproduction.cell import cell, key, record_path, walked
-from mjbiped.reproduction.methods import adaptive
-from mjbiped.reproduction.rows import Row, row_of
+from mjbiped.reproduction import rows as tables
+from mjbiped.reproduction.cell import cell, key, record_path
+from mjbiped.reproduction.rows import Row, row_of, walked
+from mjbiped.reproduction.section_5 import adaptive
 from mjbiped.sweeps.cell import Cell
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +26,8 @@ PROGRAM = """
 import sys
 from pathlib import Path
 import mjbiped
-from mjbiped.reproduction.cell import cell, walked
+from mjbiped.reproduction.cell import cell
+from mjbiped.reproduction.rows import walked
 
 if __name__ == "__main__":
     ground = mjbiped.Terrain.incline(2.0)
@@ -167,7 +169,7 @@ def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkey
     if kind == signal.SIGINT:
         assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
     first = cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="mujoco")
-    monkeypatch.setattr(walks, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
+    monkeypatch.setattr(tables, "walk_cells", lambda _, todo, *__, **___: pytest.fail("walked again") if todo else None)
     kept = results(tmp_path / "walks", [first])[key(first)]
     assert kept.finished
     assert kept.steps == 2

@@ -12,23 +12,24 @@ from reproduction_rows import read_grounds
 
 import mjbiped
 from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction import plan
 from mjbiped.reproduction.cell import cell, measures_of
-from mjbiped.reproduction.grounds import GROUNDS, TABLE_2
-from mjbiped.reproduction.methods import (
+from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
+from mjbiped.reproduction.rows import read_rows
+from mjbiped.reproduction.section_5 import (
     BLIND,
     BLIND_SOURCE,
     FITTED,
+    GROUNDS,
     SETTLED,
     SLOPE_SOURCES,
+    START_ERROR,
+    TABLE_2,
     Variant,
     gains_told,
     settled,
 )
-from mjbiped.reproduction.report.fit import walks_shown
-from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, stored_fits
-from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.table_2 import Choice, agreement_of, choices, sources_ranked
+from mjbiped.reproduction.table_2 import Choice, Results
+from mjbiped.reproduction.tables import stored_fits
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import gain_scan
 from scripts.paper.fits import sections
@@ -71,7 +72,7 @@ def test_every_gain_is_tried_with_every_source() -> None:
 
 
 def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
-    paper = {ground: math.nan if cost is None else cost for ground, cost in TABLE_2["PBC"].items()}
+    paper = dict(TABLE_2["PBC"])
     far = {ground: 1.5 * cost for ground, cost in paper.items()}
     exact_but_walks = {**paper, "slope 2": 0.03}
     falls = dict.fromkeys(paper, math.nan)
@@ -91,7 +92,7 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
     found = gain_scan.scan(SHORT, tmp_path, SOME)
     assert [each.variant for each in found] == SOME
     for each in found[:2]:
-        for entry in plan.on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
+        for entry in on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
             walk, cost = entry.walk(), each.cost[str(entry.values["ground"])]
             if walk.outcome == "finished":
                 # six digits are kept
@@ -111,7 +112,7 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[
     """The chosen settings and a few others on the reading of the committed report."""
     assert [each.variant for each in tried] == settings()
     assert write_tried(tried) == (DOCS / GAINS_TABLE).read_text(encoding="utf-8")
-    best = choices(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))[0]
+    best = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8"))).best
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
     found = gain_scan.scan(best, tmp_path, subset)
@@ -122,21 +123,21 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[
 
 
 def test_stored_results_are_those_of_the_committed_walks(tried: list[Tried]) -> None:
-    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+    results = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))
     grounds = read_grounds((DOCS / GROUNDS_TABLE).read_text(encoding="utf-8"))
-    assert stored_fits() == sections(rows, tried, grounds)
+    assert stored_fits() == sections(results, tried, grounds)
     assert {method: each.variant for method, each in fitted(tried).items()} == FITTED
     for name in SEARCHED:
         assert (STORED / name).read_bytes() == (DOCS / name).read_bytes()
 
 
 def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> None:
-    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
-    best = choices(rows)[0]
+    results = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))
+    best = results.best
     for method, each in fitted(tried).items():
         message = gains_told(dict(each.variant.gains))
         for engine in ("hybrid", "mujoco"):
-            mine = [row for row in rows if (row.part, row.method, row.engine) == ("fitted", method, engine)]
+            mine = [row for row in results.rows if (row.part, row.method, row.engine) == ("fitted", method, engine)]
             assert [row.ground for row in mine] == list(GROUNDS)
             assert all((row.gains, row.slope_source) == (message, each.variant.slope_source) for row in mine)
             if engine == "hybrid":
@@ -147,15 +148,13 @@ def test_fitted_walks_of_the_report_are_the_chosen_ones(tried: list[Tried]) -> N
 @pytest.mark.slow
 def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
     """The sentences of the template about Table II that no number carries."""
-    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
-    best = choices(rows)[0]
-    source = sources_ranked(rows, best)[0]
+    results = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))
+    best = results.best
     for engine in ("hybrid", "mujoco"):
 
         def cost(ground: str, method: str, gains: str = "fitted", engine: str = engine) -> float:
-            place = next(place for place in best.places if place[0] == ground)
-            walk = walks_shown(rows, best, source, place, method)[gains][0 if engine == "hybrid" else 1]
-            return best.cost(walk)
+            settings = results.sources[0] if gains == "settled" else gains
+            return best.cost(results.walks(method, settings, engine)[GROUNDS.index(ground)])
 
         for method in ("PBC", "ECC", "KETC"):
             assert cost("stair 1", method) > cost("level", method)
@@ -166,7 +165,7 @@ def test_prose_is_true_of_the_numbers(tried: list[Tried]) -> None:
             assert math.isfinite(cost("slope 2", method, "blind")), "all walk slope 2"
             assert math.isnan(cost("stair 2", method, "blind")), "stair 2 remains"
         assert math.isfinite(cost("stair 2", "adaptive"))
-        found = agreement_of(rows, best, engine, "fitted")
+        found = results.agreement(engine, "fitted")
         assert (found.agreeing, found.asked) == (15, 15), "all cells agree in kind"
         assert found.met < found.numbers, "but not in value"
     for each in fitted(tried).values():
@@ -191,14 +190,14 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table() -> Non
     block = page.partition("<!-- blind -->")[2].partition("<!-- end blind -->")[0]
     found = {line.split("|")[1].strip(): line.split("|")[2].strip() for line in block.strip().splitlines()[2:]}
     assert found == {method: gains_told(dict(variant.gains)) for method, variant in BLIND.items()}
-    rows = read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+    results = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))
     assert {variant.slope_source for variant in BLIND.values()} == {BLIND_SOURCE}
-    assert sources_ranked(rows, choices(rows)[0])[0] != BLIND_SOURCE
+    assert results.sources[0] != BLIND_SOURCE
 
 
 def test_a_slope_told_wrong_at_the_start_is_the_ground_s_and_the_error() -> None:
     ground = Terrain.incline(2.0)
-    for wrong in (0.0, plan.START_ERROR, -plan.START_ERROR):
+    for wrong in (0.0, START_ERROR, -START_ERROR):
         law = replace(BLIND["PBC"], start_error=wrong).law(ground)
         assert law["controller.initial_slope_estimate_deg"] == pytest.approx(2.0 + wrong, rel=1e-12)
 

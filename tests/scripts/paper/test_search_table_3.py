@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mjbiped import Terrain
-from mjbiped.reproduction.grounds import TABLE_3, end_of, found_segments, found_terrain
+from mjbiped.reproduction.section_5 import FOUND, TABLE_3, end_of
 from mjbiped.sweeps.cell import Row
 from scripts.paper import placebo as family
 from scripts.paper import search_table_3 as search
@@ -36,16 +36,13 @@ def test_fall_is_farther_than_any_walk_to_the_end() -> None:
 
 
 def test_data_file_is_of_the_family_that_was_searched() -> None:
-    segments = found_segments()
-    assert len(segments) == family.SEGMENTS
-    for k, values in enumerate(segments):
+    assert len(FOUND) == family.SEGMENTS
+    for k, values in enumerate(FOUND):
         for value, (low, high) in zip(values, (family.LENGTHS, family.SLOPES, family.RISES), strict=True):
             assert low <= value <= high
         assert k > 0 or values[2] == 0.0
-    terrain = found_terrain()
-    assert terrain.x == Terrain.from_segments(segments).x
-    last = segments[-1]
-    assert end_of(segments) == pytest.approx(terrain.x[-1] + last[0] * math.cos(math.radians(last[1])), rel=1e-15)
+    terrain, last = Terrain.from_segments(FOUND), FOUND[-1]
+    assert end_of(FOUND) == pytest.approx(terrain.x[-1] + last[0] * math.cos(math.radians(last[1])), rel=1e-15)
 
 
 @pytest.mark.slow

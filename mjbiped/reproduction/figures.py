@@ -1,28 +1,31 @@
-"""Figures 5 and 6 of the paper, and Tables II and III as pictures; Fig. 4 is `mjbiped.plotting.walk.plot_walk`."""
+"""Figures 5 and 6 of the paper, and Table III as a picture; Fig. 4 is `mjbiped.plotting.walk.plot_walk`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn
-from mjbiped.plotting.walk import draw_over_time
+from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn, make_small
+from mjbiped.plotting.walk import draw_over_time, plot_walk
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of
-from mjbiped.reproduction.grounds import TABLE_3
-from mjbiped.reproduction.report.markdown import ENGINES
-from mjbiped.reproduction.report.table_3 import walks_of
-from mjbiped.reproduction.rows import Row
+from mjbiped.reproduction import section_5 as paper
+from mjbiped.reproduction.claims import walks_of
+from mjbiped.reproduction.rows import (
+    ENGINES,
+    Row,
+    engine_shown,
+)
 
 _SHOWN = 16.0  # s of Fig. 5
 _STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})
@@ -38,6 +41,42 @@ _PAPER_LOOK = {"color": BLACK, "marker": "o", "markersize": 4.0, "linestyle": (0
 
 Curve = Mapping[float | None, tuple[float, float]]
 """Greatest torque (N m) and c_mt by zeta; None: no re-planning."""
+
+
+def draw(recorded: Sequence[tuple[Row, Walk]], rows: Sequence[Row], pages: Path, prints: Path) -> list[Path]:
+    """Draw Figs. 4 to 6 of each engine that has the walks, and Table III.
+
+    Args:
+        recorded: Walks whose records are kept, with their rows.
+        rows: Rows of all walks.
+        pages: Folder for the figures that the page shows, small PNG files.
+        prints: Folder for all figures as PDF files.
+
+    Returns:
+        The files.
+    """
+    drawings: dict[str, Callable[[Path], object]] = {"table_3": partial(plot_table_3, rows)}
+    for engine in dict.fromkeys(row.engine for row, _ in recorded):
+        mine = [(row, walk) for row, walk in recorded if row.engine == engine]
+        by_delay = {row.delay: walk for row, walk in mine if (row.part, row.ground) == ("table 3", "mixed")}
+        curves: dict[float, dict[tuple[float, bool], Walk]] = {gain: {} for gain in paper.ADAPTATION_GAINS}
+        for row, walk in mine:
+            if row.part == "figure 5":
+                curves[row.adaptation_gain][row.start_estimate, row.update == "yes"] = walk
+        drawings |= {
+            f"fig_6_mixed_{engine}": partial(plot_figure_6, {delay: by_delay[delay] for delay in paper.DRAWN_DELAYS}),
+            f"fig_5_{engine}": partial(plot_figure_5, curves),
+            f"fig_4_mixed_{engine}": partial(plot_walk, curves[paper.PAPER_GAIN][paper.START_ESTIMATES[0], True]),
+        }
+    written = []
+    for name, make in drawings.items():
+        written.append(prints / f"reproduction_{name}.pdf")
+        make(written[-1])
+        if name.endswith((engine_shown(rows), "table_3")):
+            written.append(pages / f"reproduction_{name}.png")
+            make(written[-1])
+            make_small(written[-1])
+    return written
 
 
 def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path: str | Path | None = None) -> Figure:
@@ -69,8 +108,11 @@ def plot_figure_5(walks: Mapping[float, Mapping[tuple[float, bool], Walk]], path
                 axes.plot(walk.samples["time"][shown], estimate, label=name, color=color, **styles[start])
             # a walk that lands on the other side of an edge has another truth there
             truths = {tuple(walk.touchdowns["slope"].round(6).tolist()): walk for walk in curves.values()}
-            for number, walk in enumerate(truths.values()):
-                _draw_truth(axes, walk, named=number == 0)
+            for place, walk in enumerate(truths.values()):
+                slope = np.degrees(walk.samples["slope"])
+                axes.plot(walk.samples["time"], slope, label=None if place else "true", **TRUTH)
+            for moment in next(iter(truths.values())).touchdowns["time"]:
+                axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
             axes.set(ylabel="slope (°)", xlim=(0.0, _SHOWN))
             titled(axes, letter, f"γ = {gain:g}")
         legend_below(figure, *grid[0, 0].get_legend_handles_labels())
@@ -124,7 +166,7 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         InputError: The path has another suffix.
         RenderError: The file cannot be written.
     """
-    zetas = [zeta for zeta in TABLE_3 if zeta is not None]
+    zetas = [zeta for zeta in paper.TABLE_3 if zeta is not None]
     with drawn(path) as figure:
         across = width().beside(2)
         figure.set_figheight(0.4 + 2.8 * (4 // across))
@@ -132,10 +174,10 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
         grid = figure.subplots(4 // across, across, sharex=True, squeeze=False).reshape(2, 2, order=order)
         letters = np.array(list("abcd")).reshape(2, 2, order=order)
         for column, (ground, title) in enumerate((("mixed", "our mixed ground"), ("found", "the ground found"))):
-            curves: dict[str, tuple[Curve, Mapping[str, Any]]] = {"paper": (TABLE_3, _PAPER_LOOK)}
+            curves: dict[str, tuple[Curve, Mapping[str, Any]]] = {"paper": (paper.TABLE_3, _PAPER_LOOK)}
             for engine, label in ENGINES.items():
                 walks = walks_of(rows, ground, engine)
-                if walks.keys() >= TABLE_3.keys():
+                if walks.keys() >= paper.TABLE_3.keys():
                     ours = {z: (w.torque, w.absolute_end) if w.finished else _UNKNOWN for z, w in walks.items()}
                     curves[label] = ours, _ENGINE_LOOKS[engine]
             for place, (axes, name, what) in enumerate(zip(grid[:, column], _NAMES, _AXES, strict=True)):
@@ -152,16 +194,6 @@ def plot_table_3(rows: Sequence[Row], path: str | Path | None = None) -> Figure:
             axes.set_xlabel("ζ;  horizontal lines: no re-planning")
         legend_below(figure, *grid[0, 0].get_legend_handles_labels())
     return figure
-
-
-def _draw_truth(axes: Axes, walk: Walk, named: bool) -> None:
-    """Draw the slope under the stance foot; with a legend entry and the touchdowns where it is named."""
-    label = "true" if named else None
-    axes.plot(walk.samples["time"], np.degrees(walk.samples["slope"]), label=label, **TRUTH)
-    if not named:
-        return
-    for moment in walk.touchdowns["time"]:
-        axes.axvline(moment, color=GUIDE, linewidth=0.3, alpha=0.5, zorder=0)
 
 
 def _caption(figure: str, walk: Walk) -> str:

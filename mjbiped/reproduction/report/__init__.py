@@ -1,1 +1,0 @@
-"""The tables, figures and claims of the reproduction's page."""
