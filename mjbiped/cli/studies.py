@@ -51,8 +51,7 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.sweeps.bins import summarised
-    from mjbiped.sweeps.comparison import best, by_value
+    from mjbiped.sweeps.bins import best, by_value, summarised
     from mjbiped.sweeps.figures import draw
     from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study

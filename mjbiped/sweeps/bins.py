@@ -1,11 +1,12 @@
-"""Statistics of a study's rows: a summary, labels of its parameters and measures, and bins for its figures."""
+"""Statistics of a study's rows: a summary, medians by value, the best of a grid, labels, and bins for figures."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,13 +15,12 @@ from numpy.typing import NDArray
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.records.measure_table import measures_of
-from mjbiped.records.measures import verdict
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.sweeps.cell import FAILED, Row, state_of
-from mjbiped.sweeps.plan import FINISHED
+from mjbiped.sweeps.plan import FINISHED, Study
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import annotated
@@ -33,14 +33,17 @@ SUMMARISED = (
 QUANTILES = (0.05, 0.5, 0.95)
 
 _ERRORS = 10  # kinds of them that are listed
+_COST = "cost_of_transport"
 
 
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
-    """Count outcomes, verdicts and errors, and take quantiles of the measures of finished walks, in plain JSON types.
+    """Count outcomes and errors, and take quantiles of the measures of finished walks, in plain JSON types.
 
+    The `verdicts` are the outcomes, with finished walks in which steps violate the contact counted by themselves.
     Quantiles are None where no walk finished or none has the measure.
     """
-    verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
+    violating = [row["outcome"] == FINISHED and bool(row["steps_violating_contact"]) for row in rows]
+    verdicts = Counter(row["outcome"] + ", contact violated" * bad for row, bad in zip(rows, violating, strict=True))
     measured = {name: values_of(rows, name) for name in SUMMARISED}
     known = {name: values[~np.isnan(values)] for name, values in measured.items()}
     errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
@@ -92,13 +95,15 @@ def measure_label(name: str) -> str:
 
 
 def value_label(name: str, value: object) -> str:
-    """Label a value that tells groups apart: a name alone, any other value after its parameter's name."""
+    """Label a value that tells groups apart: a name alone, others after their parameter's name, None not at all."""
+    if value is None:
+        return ""
     if name == "engine" or name.endswith((".name", ".file", ".kind")):
         return str(value)
     return f"{name.rpartition('.')[2].replace('_', ' ')} {value}"
 
 
-SHOWN = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
+SHOWN = (_COST, FINISHED, "peak_ankle_torque_Nm")
 """Measures in the figures of a study unless its file says otherwise."""
 
 MOST_VALUES = 16
@@ -143,6 +148,11 @@ class Axis:
         """Middles of the bins between their edges, shape (count,)."""
         return self.edges[:-1] + 0.5 if self.ticks else self.at
 
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The bins' values, or their ranges where they have many, as texts."""
+        return self.ticks or tuple(f"{low:.3g} to {high:.3g}" for low, high in pairwise(self.edges))
+
     def within(self, which: int, group: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Rows of a group in a bin; all of them, as a comparison, where none of the group has the parameter."""
         there: NDArray[np.bool_] = group if bool((self.bin[group] < 0).all()) else group & (self.bin == which)
@@ -150,10 +160,15 @@ class Axis:
 
 
 def values_of(rows: Iterable[Row], name: str) -> Array:
-    """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""
+    """Return a measure of each row; NaN for walks that did not finish, for `FINISHED` for those that did not begin."""
     if name == FINISHED:
-        return np.array([float(row["outcome"] == "finished") for row in rows])
-    return np.array([row[name] if row["outcome"] == "finished" else None for row in rows], dtype=float)
+        return np.array([None if never_began(row) else row["outcome"] == FINISHED for row in rows], dtype=float)
+    return np.array([row[name] if row["outcome"] == FINISHED else None for row in rows], dtype=float)
+
+
+def never_began(row: Row) -> bool:
+    """Whether an error kept a walk from its first step, so that the walk tells nothing of the controller."""
+    return row["outcome"] == FAILED and row.get("steps") is None
 
 
 def middle(values: Array, name: str) -> float:
@@ -185,18 +200,14 @@ def spread(bins: Sequence[Array], name: str) -> Array:
     return np.vstack([middles, np.array(ends).T])
 
 
-def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
+def grouped(rows: Sequence[Row], names: Sequence[str], label: Callable[[str, object], str] = value_label) -> Axis:
     """Make a bin for each combination of values in some columns, in order of appearance; one bin for no columns."""
     keys = [tuple(row[name] for name in names) for row in rows]
     kinds = list(dict.fromkeys(keys))
     places = {kind: i for i, kind in enumerate(kinds)}
-    ticks = tuple(
-        ", ".join(value_label(name, value) for name, value in zip(names, kind, strict=True) if value is not None)
-        for kind in kinds
-    )
-    label = ", ".join(map(parameter_label, names))
-    edges = np.arange(len(kinds) + 1.0)
-    return Axis("_".join(names), label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
+    ticks = tuple(", ".join(filter(None, map(label, names, kind))) for kind in kinds)
+    words, edges = ", ".join(map(parameter_label, names)), np.arange(len(kinds) + 1.0)
+    return Axis("_".join(names), words, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
 
 
 def arranged(rows: Sequence[Row], shown: Sequence[str]) -> tuple[list[Axis], Axis]:
@@ -257,3 +268,60 @@ def _is_geometric(values: Array) -> bool:
         return False
     low, middle, high = values[0], float(np.median(values)), values[-1]
     return bool(abs(middle / math.sqrt(low * high) - 1.0) < abs(2.0 * middle / (low + high) - 1.0))
+
+
+def by_value(rows: Sequence[Row], study: Study) -> dict[str, list[dict[str, Any]]]:
+    """Share of walks that finished and medians of those, for each value of each quantity that varies but random seeds.
+
+    Returns:
+        For each quantity's name a list with an entry for each value, or for each of some ranges where there are many:
+        `value` as text, the number of `walks`, and the study's measures, None where no walk has one.
+    """
+    columns = {name: values_of(rows, name) for name in study.plot_measures or SHOWN}
+
+    def entry(value: str, chosen: NDArray[np.bool_]) -> dict[str, Any]:
+        medians = {name: middle(values[chosen], name) for name, values in columns.items()}
+        known = {name: None if math.isnan(median) else median for name, median in medians.items()}
+        return {"value": value, "walks": int(chosen.sum()), **known}
+
+    found = {}
+    for name in _compared(study):
+        axis = binned(rows, name, MOST_VALUES // 2) if is_numeric(rows, name) else grouped(rows, [name], _bare)
+        entries = [entry(text, axis.bin == k) for k, text in enumerate(axis.texts)]
+        found[name] = [each for each in entries if each["walks"]]
+    return found
+
+
+def _bare(_: str, value: object) -> str:
+    return "(has none)" if value is None else str(value)
+
+
+def best(rows: Sequence[Row], study: Study) -> dict[str, Any] | None:
+    """Find the combination of a grid's values of which most walks finish, and of several such the cheapest.
+
+    Returns:
+        The combination in words, its values by name, the number of its walks, the share that finished, the median cost
+        of transport of those, and the first cell; None where nothing varies but what is drawn, or nothing finished.
+    """
+    names = [name for name in _compared(study) if name not in study.drawn]
+    groups = grouped(rows, names)
+    finished, costs = values_of(rows, FINISHED), values_of(rows, _COST)
+    chosen = [groups.bin == k for k in range(groups.count)]
+    ranked = [(-middle(finished[each], FINISHED), middle(costs[each], _COST), k) for k, each in enumerate(chosen)]
+    share, cost, k = min((rank for rank in ranked if not math.isnan(rank[1])), default=(0.0, 0.0, -1))
+    if k < 0 or not names:
+        return None
+    first = rows[int(chosen[k].argmax())]
+    return {
+        "combination": groups.ticks[k],
+        "values": {name: first[name] for name in names},
+        "walks": int(chosen[k].sum()),
+        FINISHED: -share,
+        _COST: cost,
+        "first_cell": first["cell"],
+    }
+
+
+def _compared(study: Study) -> list[str]:
+    """Names of what varies, but seeds."""
+    return [name for name in study.varied if not name.endswith(".seed")]

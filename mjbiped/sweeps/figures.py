@@ -20,7 +20,7 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, never_began, spread, tabulated, values_of
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
 
@@ -213,5 +213,6 @@ def _write_none(axes: Axes) -> None:
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
     """Write the number of walks and the meaning of the marks above the figure."""
-    finished = sum(row["outcome"] == "finished" for row in rows)
-    head(figure, wrapped(f"{len(rows)} walks, {finished} finished; {meaning}"))
+    finished, failed = sum(row["outcome"] == FINISHED for row in rows), sum(map(never_began, rows))
+    began = f", {failed} could not begin" if failed else ""
+    head(figure, wrapped(f"{len(rows)} walks, {finished} finished{began}; {meaning}"))

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mjbiped.sweeps.bins import best, by_value
 from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.comparison import best, by_value
 from mjbiped.sweeps.plan import Study, plan
 
 COSTS = {"plot": {"measures": ["cost_of_transport", "finished"]}}
