@@ -96,10 +96,9 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
       mjbiped robustness scripts/studies/robustness.toml --out out/robustness
       mjbiped robustness study.toml --json
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.robustness.figures import draw
     from mjbiped.robustness.plan import read_plan
+    from mjbiped.robustness.report import TABLES, draw, robustness_tables, write_tables
     from mjbiped.robustness.result import Robustness
-    from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
     from mjbiped.sweeps.run import run
 
     _check_walkers(**walks)

@@ -12,10 +12,9 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
 from mjbiped.robots.compass import Compass
-from mjbiped.robustness import walks
+from mjbiped.robustness import plan as plans
 from mjbiped.robustness.limits import MARGINS
-from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
+from mjbiped.robustness.plan import BASIN, BASIN_RATES, LEVEL, SURVIVAL, plan, read_plan
 from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {
@@ -82,7 +81,7 @@ def test_all_margins_can_be_walked_in_both_engines() -> None:
 
 
 def test_a_basin_is_that_of_its_own_module(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(walks, "BASIN_WIDTH", 1.0)  # from all of the wide one this controller falls
+    monkeypatch.setattr(plans, "BASIN_WIDTH", 1.0)  # from all of the wide one this controller falls
     limits = {"step up": False, "basin": 6, "steps_after": 8}
     wanted = plan(Path("x.toml"), {"seeds": 1, "limits": limits, "controller": [{"name": "passivity"}]})
     cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]

@@ -14,11 +14,9 @@ from mjbiped.cli.main import main
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
-from mjbiped.robustness.figures import plot_limits, plot_survival
-from mjbiped.robustness.plan import plan
+from mjbiped.robustness.plan import BASIN, LEVEL, SURVIVAL, Plan, plan
+from mjbiped.robustness.report import plot_limits, plot_survival, robustness_tables, texts_of, write_tables
 from mjbiped.robustness.result import Robustness
-from mjbiped.robustness.tables import robustness_tables, texts_of, write_tables
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
 CONTENT: dict[str, Any] = {
     "steps": 100,
