@@ -1,7 +1,7 @@
 """A study's table, and the samples of all its walks, as Parquet files, which pandas, Polars, DuckDB, R and others read.
 
 Each finished walk leaves a file of samples, and these are joined into one file when all walks have ended. An
-interrupted study thus loses no samples and walks nothing twice.
+interrupted study thus loses no samples and walks nothing twice. PyArrow is imported where it is used: it is an extra.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,25 +16,16 @@ from mjbiped.records.columns import tables_of
 from mjbiped.records.frames import attributes, units_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.sweeps.cell import TRAJECTORY, Row
-from mjbiped.sweeps.store import Store
 from mjbiped.utils.files import saved
-from mjbiped.utils.packages import needed
 
+FILE = "trajectories.parquet"
+"""A row per sample: `cell` is the walk's number, the others are the columns of `Walk.to_pandas().samples`."""
 
-def check_installed(what: str) -> None:
-    """Refuse an option that needs Parquet where PyArrow is not installed.
-
-    Args:
-        what: The option, for the message.
-
-    Raises:
-        InputError: PyArrow is not installed.
-    """
-    needed("pyarrow.parquet", "data", what)
+_PIECES = "trajectories"
 
 
 def write_table(path: Path, rows: Sequence[Row]) -> Path:
-    """Write a study's table; the same rows and the same PyArrow give the same bytes.
+    """Write a study's table as Parquet; the same rows and the same PyArrow give the same bytes.
 
     Args:
         path: The file.
@@ -46,108 +36,75 @@ def write_table(path: Path, rows: Sequence[Row]) -> Path:
         The file.
 
     Raises:
-        InputError: PyArrow is not installed.
         RecordError: The file cannot be written.
     """
-    arrow, parquet = _modules("a Parquet file")
-    table = arrow.table({name: _one_type([row[name] for row in rows]) for name in rows[0]})
+    import pyarrow
+    from pyarrow import parquet
+
+    table = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        kinds = {type(value) for value in values if value is not None}
+        kind = str if str in kinds else float if float in kinds else None
+        table[name] = values if kind is None else [None if value is None else kind(value) for value in values]
     with saved(path) as unfinished:
-        parquet.write_table(table, unfinished)
+        parquet.write_table(pyarrow.table(table), unfinished)
     return path
 
 
-def _one_type(values: list[object]) -> list[object]:
-    """Convert the values of a column to one type; None stays."""
-    kinds = {type(value) for value in values if value is not None}
-    kind: Any = str if str in kinds else float if float in kinds else None
-    return values if kind is None else [None if value is None else kind(value) for value in values]
-
-
-FILE = "trajectories.parquet"
-"""A row per sample: `cell` is the walk's number, the others are the columns of `Walk.to_pandas().samples`."""
-
-_PIECES = "trajectories"
-
-
-def forget(folder: Path) -> None:
+def forget_samples(folder: Path) -> None:
     """Delete the samples that an earlier run kept in a folder."""
     (folder / FILE).unlink(missing_ok=True)
     shutil.rmtree(folder / _PIECES, ignore_errors=True)
 
 
-class Trajectories:
-    """A study's table, with the samples of its walks beside it.
+def sampled(folder: Path, count: int) -> set[int]:
+    """Numbers of the walks of a study of `count` walks whose samples are kept in its folder."""
+    if (folder / FILE).is_file():
+        return set(range(count))
+    return {int(piece.stem) for piece in (folder / _PIECES).glob("*.parquet") if piece.stem.isdecimal()}
 
-    Attributes:
-        folder: Folder of the files.
+
+def save_samples(folder: Path, rows: Sequence[Row]) -> None:
+    """Keep the samples of walks that have ended.
+
+    Raises:
+        RecordError: They cannot be written.
     """
-
-    def __init__(self, store: Store, count: int) -> None:
-        """Open the samples beside a table.
-
-        Args:
-            store: The table.
-            count: Number of walks of the study.
-
-        Raises:
-            InputError: PyArrow is not installed.
-        """
-        check_installed("keeping trajectories")
-        self.folder, self._store, self._count = store.folder, store, count
-        self._whole, self._pieces = store.folder / FILE, store.folder / _PIECES
-
-    def cells(self) -> set[int]:
-        """Numbers of the walks whose samples are kept."""
-        if self._whole.is_file():
-            return set(range(self._count))
-        return {int(piece.stem) for piece in self._pieces.glob("*.parquet") if piece.stem.isdecimal()}
-
-    def save(self, rows: Sequence[Row]) -> None:
-        """Keep the samples of walks that have ended, and then their rows.
-
-        Raises:
-            RecordError: They cannot be written.
-        """
-        self._pieces.mkdir(exist_ok=True)
-        for row in rows:
-            with saved(self._pieces / f"{row['cell']}.parquet") as unfinished:
-                write_samples(row, unfinished)
-        self._store.save(rows)
-
-    def join(self) -> None:
-        """Put the samples of all walks into one file, in the order of the walks; one walk is in memory at a time.
-
-        Raises:
-            RecordError: It cannot be written.
-        """
-        if self._whole.is_file():
-            return
-        arrow, parquet = _modules("keeping trajectories")
-        pieces = [self._pieces / f"{cell}.parquet" for cell in range(self._count)]
-        # controllers differ in the number of their states, robots in that of their angles: what one has not is null
-        schema = arrow.unify_schemas([parquet.read_schema(piece) for piece in pieces])
-        known = {name: unit for kind in KINDS.values() for name, unit in units_of(tables_of(kind).samples).items()}
-        units = {name: unit for name, unit in known.items() if name in schema.names}
-        schema = schema.with_metadata(attributes(units))
-        with saved(self._whole) as unfinished, parquet.ParquetWriter(unfinished, schema) as writer:
-            for piece in pieces:
-                table = parquet.read_table(piece)
-                writer.write_table(arrow.concat_tables([schema.empty_table(), table], promote_options="default"))
-        shutil.rmtree(self._pieces, ignore_errors=True)
+    (folder / _PIECES).mkdir(exist_ok=True)
+    for row in rows:
+        with saved(folder / _PIECES / f"{row['cell']}.parquet") as unfinished:
+            write_samples(row, unfinished)
 
 
 def write_samples(row: Row, file: object) -> None:
     """Write the samples of a walk; one that failed at once has none."""
-    arrow, parquet = _modules("keeping trajectories")
+    import pyarrow
+    from pyarrow import parquet
+
     columns = row.get(TRAJECTORY, {})
     length = len(next(iter(columns.values()), ()))
-    parquet.write_table(arrow.table({"cell": np.full(length, row["cell"], dtype=np.int64), **columns}), file)
+    parquet.write_table(pyarrow.table({"cell": np.full(length, row["cell"], dtype=np.int64), **columns}), file)
 
 
-def _modules(what: str) -> tuple[Any, Any]:
-    """Import PyArrow and its part for Parquet.
+def join_samples(folder: Path, count: int) -> None:
+    """Put the samples of all walks into one file, in the order of the walks; one walk is in memory at a time.
 
     Raises:
-        InputError: PyArrow is not installed.
+        RecordError: It cannot be written.
     """
-    return needed("pyarrow", "data", what), needed("pyarrow.parquet", "data", what)
+    import pyarrow
+    from pyarrow import parquet
+
+    if (folder / FILE).is_file():
+        return
+    pieces = [folder / _PIECES / f"{cell}.parquet" for cell in range(count)]
+    # controllers differ in the number of their states, robots in that of their angles: what one has not is null
+    schema = pyarrow.unify_schemas([parquet.read_schema(piece) for piece in pieces])
+    known = {name: unit for kind in KINDS.values() for name, unit in units_of(tables_of(kind).samples).items()}
+    units = {name: unit for name, unit in known.items() if name in schema.names}
+    schema = schema.with_metadata(attributes(units))
+    with saved(folder / FILE) as unfinished, parquet.ParquetWriter(unfinished, schema) as writer:
+        for piece in pieces:
+            writer.write_table(parquet.read_table(piece, schema=schema))
+    shutil.rmtree(folder / _PIECES, ignore_errors=True)

@@ -7,6 +7,7 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +24,19 @@ _IN_WORDS = {"sources": "mjbiped's source files", "cells": "the content of a ter
 """Parts of an identity that are digests; those of a user's own controllers are called `controllers.` and the name."""
 
 
+@dataclass(frozen=True)
 class Store:
     """An open table of finished walks.
 
     Attributes:
-        folder: Folder of its files.
+        path: The SQLite file.
+        columns: Names of the columns; the first is the key.
+        database: Connection to the file.
     """
 
-    def __init__(self, path: Path, columns: Sequence[str], database: sqlite3.Connection) -> None:
-        """Wrap an open database; `opened` does so."""
-        self.folder = path.parent
-        self._path = path
-        self._columns = columns
-        self._database = database
+    path: Path
+    columns: tuple[str, ...]
+    database: sqlite3.Connection
 
     def save(self, rows: Sequence[Row]) -> None:
         """Add all rows or none; a row replaces an earlier one with the same key.
@@ -43,10 +44,10 @@ class Store:
         Raises:
             RecordError: The rows cannot be written.
         """
-        marks = ", ".join("?" * len(self._columns))
-        values = [tuple(row.get(name) for name in self._columns) for row in rows]
-        with _explained(self._path), self._database:
-            self._database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
+        marks = ", ".join("?" * len(self.columns))
+        values = [tuple(row.get(name) for name in self.columns) for row in rows]
+        with _explained(self.path), self.database:
+            self.database.executemany(f"INSERT OR REPLACE INTO cells VALUES ({marks})", values)
 
     def rows(self) -> list[Row]:
         """Read all rows, in the order of their keys.
@@ -54,8 +55,8 @@ class Store:
         Raises:
             RecordError: The file is damaged.
         """
-        with _explained(self._path):
-            return _rows(self._database)
+        with _explained(self.path):
+            return _rows(self.database)
 
     def export(self) -> Path:
         """Write the table as a CSV file; the same rows are the same bytes.
@@ -63,10 +64,10 @@ class Store:
         Raises:
             RecordError: It cannot be written.
         """
-        path = self._path.with_suffix(".csv")
+        path = self.path.with_suffix(".csv")
         with saved(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self._columns)
+            writer.writerow(self.columns)
             writer.writerows(row.values() for row in self.rows())
         return path
 
@@ -89,15 +90,30 @@ def opened(
         RecordError: The file is no table of mjbiped's, or a damaged one, or cannot be written.
     """
     make_folder(folder)
-    path = folder / f"{name}.sqlite"
-    with _exclusive(folder / _LOCK):
+    path, wanted = folder / f"{name}.sqlite", {"format": _FORMAT, **identity}
+    with ExitStack() as stack:
+        try:  # the system releases the lock however this process ends
+            lock = stack.enter_context(closing(sqlite3.connect(folder / _LOCK, timeout=0.0)))
+            lock.execute("BEGIN EXCLUSIVE")
+        except sqlite3.Error as error:
+            why = f"{folder / _LOCK} cannot be written, or is no lock of ours: delete it ({error})"
+            raise InputError(f"the table in {folder} cannot be taken: another process is at it, or {why}") from error
         with _explained(path):
             for suffix in (".sqlite", ".sqlite-journal", ".csv", ".parquet") if fresh else ():
                 path.with_suffix(suffix).unlink(missing_ok=True)
-            database = sqlite3.connect(path)
-        with closing(database):
-            _begin(database, path, columns, {"format": _FORMAT, **identity})
-            yield Store(path, columns, database)
+            database = stack.enter_context(closing(sqlite3.connect(path)))
+            _begin(database, columns, wanted)
+            differences = _differences(_identity(database), json.loads(json.dumps(wanted)))
+            found = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
+            if not differences and found != [*columns]:
+                raise ValueError("its columns are others than they must be: another version of mjbiped made it")
+        if differences:
+            more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
+            raise InputError(
+                f"the rows in {folder} are of another study: {'; '.join(differences[:_SHOWN])}{more}. Name another "
+                "--out, undo the change, or delete these rows and begin again with --fresh"
+            )
+        yield Store(path, tuple(columns), database)
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
@@ -114,29 +130,11 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
     """
     address = f"{path.absolute().as_uri()}?mode=ro"
     with _explained(path, ""), closing(sqlite3.connect(address, uri=True)) as database:
-        _check_tables(database)
-        identity = {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
-        rows = _rows(database)
+        _tables(database)
+        identity, rows = _identity(database), _rows(database)
         if not all(isinstance(row.get(name), float | int | None) for row in rows for name in KNEES_MEASURES):
             raise ValueError("a measure is no number")
         return rows, identity
-
-
-def _check_tables(database: sqlite3.Connection) -> None:
-    """Refuse a file of somebody else's that holds more than tables: a view can be endless.
-
-    Raises:
-        sqlite3.Error: There is such a thing, or the file is damaged.
-    """
-    if database.execute("SELECT name FROM sqlite_master WHERE type IN ('view', 'trigger')").fetchall():
-        raise sqlite3.DatabaseError("it holds a view or a trigger")
-
-
-def _rows(database: sqlite3.Connection) -> list[Row]:
-    """Read all rows, in the order of their keys."""
-    found = database.execute("SELECT * FROM cells ORDER BY 1")
-    names = [name for name, *_ in found.description]
-    return [dict(zip(names, values, strict=True)) for values in found]
 
 
 def make_folder(folder: Path) -> None:
@@ -151,46 +149,40 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"cannot make the folder {folder}: {error.strerror or error}") from error
 
 
-@contextmanager
-def _exclusive(file: Path) -> Iterator[None]:
-    """Lock a file against other processes; the system releases the lock however this one ends.
+def _begin(database: sqlite3.Connection, columns: Sequence[str], identity: Mapping[str, object]) -> None:
+    """Make the tables of a new file."""
+    with database:
+        database.execute("BEGIN IMMEDIATE")
+        if not _tables(database):
+            key, *others = (f'"{name}"' for name in columns)
+            database.execute("CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)")
+            # no types: values stay as they are
+            database.execute(f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})")
+            texts = ((kind, json.dumps(value, sort_keys=True)) for kind, value in identity.items())
+            database.executemany("INSERT INTO identity VALUES (?, ?)", texts)
+
+
+def _tables(database: sqlite3.Connection) -> list[str]:
+    """Names of what a file holds; one with more than tables is somebody else's, and a view in it can be endless.
 
     Raises:
-        InputError: Another process has the lock.
+        ValueError: The file holds a view or a trigger.
     """
-    with ExitStack() as stack:
-        try:
-            lock = stack.enter_context(closing(sqlite3.connect(file, timeout=0.0)))
-            lock.execute("BEGIN EXCLUSIVE")
-        except sqlite3.Error as error:
-            why = f"another process is at it, or {file} cannot be written, or is no lock of ours: delete it ({error})"
-            raise InputError(f"the table in {file.parent} cannot be taken: {why}") from error
-        yield
+    found = dict(database.execute("SELECT name, type FROM sqlite_master"))
+    if not {*found.values()} <= {"table", "index"}:
+        raise ValueError("it holds a view or a trigger")
+    return [*found]
 
 
-def _begin(database: sqlite3.Connection, path: Path, columns: Sequence[str], identity: Mapping[str, object]) -> None:
-    """Make the tables of a new file, or compare the identity and the columns of an old one."""
-    text = {kind: json.dumps(value, sort_keys=True) for kind, value in identity.items()}
-    key, *others = (f'"{name}"' for name in columns)
-    with _explained(path):
-        with database:
-            database.execute("BEGIN IMMEDIATE")
-            _check_tables(database)
-            if not database.execute("SELECT name FROM sqlite_master").fetchall():
-                database.execute("CREATE TABLE identity (kind TEXT PRIMARY KEY, value TEXT)")
-                # no types: values stay as they are
-                database.execute(f"CREATE TABLE cells ({', '.join((f'{key} PRIMARY KEY', *others))})")
-                database.executemany("INSERT INTO identity VALUES (?, ?)", text.items())
-        differences = _differences(dict(database.execute("SELECT kind, value FROM identity")), text)
-        found = [name for _, name, *_ in database.execute("PRAGMA table_info(cells)")]
-        if not differences and found != [*columns]:
-            raise sqlite3.DatabaseError("its columns are others than they must be: another version of mjbiped made it")
-    if differences:
-        more = f" and {len(differences) - _SHOWN} more" if len(differences) > _SHOWN else ""
-        raise InputError(
-            f"the rows in {path.parent} are of another study: {'; '.join(differences[:_SHOWN])}{more}. Name another "
-            "--out, undo the change, or delete these rows and begin again with --fresh"
-        )
+def _identity(database: sqlite3.Connection) -> dict[str, Any]:
+    return {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
+
+
+def _rows(database: sqlite3.Connection) -> list[Row]:
+    """Read all rows, in the order of their keys."""
+    found = database.execute("SELECT * FROM cells ORDER BY 1")
+    names = [name for name, *_ in found.description]
+    return [dict(zip(names, values, strict=True)) for values in found]
 
 
 @contextmanager
@@ -207,17 +199,18 @@ def _explained(path: Path, way_out: str = _WAY_OUT) -> Iterator[None]:
         raise RecordError(f"{path} is no table of mjbiped's, or damaged, or cannot be written: {why}") from error
 
 
-def _differences(kept: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+def _differences(kept: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
     """Describe the differences between two identities."""
-    before, after = (dict(_flat({kind: json.loads(text) for kind, text in each.items()})) for each in (kept, now))
+    before, after = dict(_flat(kept)), dict(_flat(now))
+    changed = [name for name in {**before, **after} if before.get(name) != after.get(name)]
     found = []
-    for name in dict.fromkeys((*before, *after)):
+    for name in changed:
         old, new = before.get(name, "nothing"), after.get(name, "nothing")
-        if old != new:
-            words = _IN_WORDS.get(name, name.replace("controllers.", "the source of the controller ", 1))
-            found.append(f"{words} changed" if max(len(old), len(new)) > _LONG else f"{name} was {old}, is {new}")
-    # the content of a terrain file changes the cells, and so does all else
-    return [each for each in found if len(found) == 1 or not each.startswith(_IN_WORDS["cells"])]
+        if name == "cells" and len(changed) > 1:  # all else changes the cells, as the content of a terrain file does
+            continue
+        words = _IN_WORDS.get(name, name.replace("controllers.", "the source of the controller ", 1))
+        found.append(f"{words} changed" if max(len(old), len(new)) > _LONG else f"{name} was {old}, is {new}")
+    return found
 
 
 def _flat(table: Mapping[str, object], place: str = "") -> Iterator[tuple[str, str]]:

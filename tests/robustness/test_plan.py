@@ -13,7 +13,7 @@ from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
 from mjbiped.robots.compass import Compass
 from mjbiped.robustness import plan as plans
-from mjbiped.robustness.limits import MARGINS
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS
 from mjbiped.robustness.plan import BASIN, BASIN_RATES, LEVEL, SURVIVAL, plan, read_plan
 from mjbiped.terrain.terrain import Terrain
 
@@ -68,6 +68,15 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         assert plan(Path("x.toml"), {"seeds": 1, "limits": {"phases": 1, **limits}}).limits.basin == count
     without = plan(Path("x.toml"), {"grounds": [], "limits": {"step up": False, "basin": False}})
     assert [cell.values["test"] for cell in without.study.cells] == [LEVEL]
+
+
+def test_a_file_that_names_grounds_alone_tries_no_single_disturbances() -> None:
+    content: dict[str, Any] = {"seeds": 2, "grounds": ["treads"]}
+    assert [c.values["test"] for c in plan(Path("x.toml"), content).study.cells] == [LEVEL, SURVIVAL, SURVIVAL]
+    neither, both = plan(Path("x.toml"), {"seeds": 1}), plan(Path("x.toml"), content | {"limits": {}})
+    assert (len(neither.grounds), len(neither.limits.magnitudes)) == (1, len(DISTURBANCES))
+    assert both.limits.magnitudes == neither.limits.magnitudes
+    assert both.limits.basin == neither.limits.basin == BASIN_RATES
 
 
 def test_all_margins_can_be_walked_in_both_engines() -> None:

@@ -152,6 +152,18 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     assert [row[3:5] for row in cells] == [["0", "no fall (> 51.5)"]] * 2  # 190 steps / -ln 0.025
 
 
+@pytest.mark.usefixtures("studies_in_threads")
+def test_a_dry_run_tells_the_number_of_walks_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
+    with pytest.raises(SystemExit):
+        main(["robustness", str(study), "--dry-run", "--workers", "1"])
+    assert capsys.readouterr().out.startswith("14 walks: about 0:0")
+    assert [*tmp_path.iterdir()] == [study]
+
+
 @pytest.mark.slow
 def test_the_command_walks_goes_on_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study, out = tmp_path / "study.toml", tmp_path / "out"
