@@ -53,9 +53,9 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.sweeps.bins import best, by_value, summarised
     from mjbiped.sweeps.figures import draw
-    from mjbiped.sweeps.parquet import FILE, write_table
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import estimate, run
+    from mjbiped.sweeps.store import FILE, write_table
     from mjbiped.utils.packages import needed
 
     _check_walkers(**walks)

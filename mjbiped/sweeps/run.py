@@ -25,9 +25,8 @@ from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.sweeps.cell import Cell, Row
-from mjbiped.sweeps.parquet import forget_samples, join_samples, sampled, save_samples, write_samples
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.store import opened
+from mjbiped.sweeps.store import join_samples, opened, sampled, save_samples, write_samples
 from mjbiped.utils.packages import needed
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
@@ -76,7 +75,7 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         study: The study.
         folder: Folder of the table.
         fresh: Delete all rows in the folder and start again.
-        trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.parquet.FILE`; cells whose samples were
+        trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.store.FILE`; cells whose samples were
             not kept are walked again.
         **walking: The arguments workers, scheduler and progress of `walk_cells`.
 
@@ -91,8 +90,6 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
     laws = {name: digest_of(place) for name, place in study.laws.items()}
     identity = {"study": dict(study.declared), **machinery(), "controllers": laws, "cells": study.digest}
     with opened(folder, "study", columns_of(study), identity, fresh=fresh) as store:
-        if fresh:
-            forget_samples(folder)
         done = {row["cell"] for row in store.rows()}
         done &= sampled(folder, len(study.cells)) if trajectories else done
 

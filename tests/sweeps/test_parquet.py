@@ -13,9 +13,9 @@ from command_line import run as command
 
 from mjbiped.errors import MjbipedError
 from mjbiped.sweeps.cell import Cell, Row
-from mjbiped.sweeps.parquet import FILE, write_table
 from mjbiped.sweeps.plan import read_study
 from mjbiped.sweeps.run import run
+from mjbiped.sweeps.store import FILE, write_table
 
 STUDY = """
 engine = "hybrid"
