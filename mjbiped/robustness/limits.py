@@ -14,10 +14,10 @@ from importlib import resources
 from typing import Annotated, Any, TypeAlias
 
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import Row, Scalar
-from mjbiped.sweeps.sections import read_choice
+from mjbiped.sweeps.cell import Row
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, check_fields
+from mjbiped.utils.draws import Scalar, read_choice
 
 Values: TypeAlias = Mapping[str, Scalar]
 """Values of a study's cell, by their dotted names."""

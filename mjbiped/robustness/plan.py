@@ -16,15 +16,14 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robustness.limits import DISTURBANCES, MARGINS, Checked, Disturbance, Limits, Margins, Values
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.sweeps.cell import LIMIT, Cell, Scalar, check_keys
-from mjbiped.sweeps.plan import Study, check_cells, check_count
-from mjbiped.sweeps.sections import SCUFFING, read_choice, read_section, read_table
+from mjbiped.sweeps.cell import LIMIT, Cell, check_keys
+from mjbiped.sweeps.plan import SCUFFING, Study, check_cells, check_count, read_section, read_table
 from mjbiped.terrain.files import FILE_KEY, parse_parameters, parse_toml
 from mjbiped.terrain.presets import GROWN, RANDOM, START
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
-from mjbiped.utils.draws import Draw
+from mjbiped.utils.draws import Draw, Scalar, read_choice
 from mjbiped.utils.reading import read_text
 
 KEYS = ("engine", "steps", "seeds", "grounds", "controller", "limits", "margins", "scuffing", "robot")
