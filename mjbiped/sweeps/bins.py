@@ -42,16 +42,13 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     The `verdicts` are the outcomes, with finished walks in which steps violate the contact counted by themselves.
     Quantiles are None where no walk finished or none has the measure.
     """
-    violating = [row["outcome"] == FINISHED and bool(row["steps_violating_contact"]) for row in rows]
-    verdicts = Counter(row["outcome"] + ", contact violated" * bad for row, bad in zip(rows, violating, strict=True))
-    measured = {name: values_of(rows, name) for name in SUMMARISED}
-    known = {name: values[~np.isnan(values)] for name, values in measured.items()}
+    known = {name: known_of(values_of(rows, name)) for name in SUMMARISED}
     errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
     first = {row["error"]: row["cell"] for row in reversed(rows)}
     return {
         "walks": len(rows),
         "outcomes": dict(Counter(row["outcome"] for row in rows).most_common()),
-        "verdicts": dict(verdicts.most_common()),
+        "verdicts": dict(Counter(map(_verdict, rows)).most_common()),
         "quantiles": list(QUANTILES),
         "finished": {
             name: np.quantile(values, QUANTILES).tolist() if values.size else None for name, values in known.items()
@@ -62,6 +59,11 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+def _verdict(row: Row) -> str:
+    violating = row["outcome"] == FINISHED and row["steps_violating_contact"]
+    return f"{FINISHED}, contact violated" if violating else str(row["outcome"])
+
+
 _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
 """Parts of a dotted name, in the order in which they are replaced."""
 
@@ -70,9 +72,11 @@ _DOMAINS = {name: domain for owner in _OWNERS for name, (domain, _) in annotated
 _UNITS = {name: str(getattr(getattr(d, "ends", d), "unit", "")).replace("^2", "²") for name, d in _DOMAINS.items()}
 _UNITS |= {"distance": "m", "position_gain": "1/s", "velocity_gain": "1/s"}
 """Units of quantities by their names; those of walks and control laws are not in reach here."""
-_MEASURES = {each.key: (each.label, each.unit) for each in measures_of(KneedBiped)}
-_UNSCALED = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}
-"""Units of measures that are shown scaled elsewhere."""
+_MEASURES = {
+    each.key: (each.label, each.unit if each.factor == 1 else "m" if each.key.endswith("_m") else "")
+    for each in measures_of(KneedBiped)
+} | {FINISHED: ("share that finished", "")}
+"""Labels and units of measures as the table has them, which summaries of single walks may show scaled."""
 
 
 def parameter_label(name: str) -> str:
@@ -80,17 +84,13 @@ def parameter_label(name: str) -> str:
     words = name.removesuffix(".name")
     for part, said in _IN_WORDS.items():
         words = words.replace(part, said)
-    units = [_UNITS[part] for part in name.split(".") if part in _UNITS]
-    unit = "°" if "_deg" in name else (units or [""])[0]
+    unit = "°" if "_deg" in name else next((_UNITS[part] for part in name.split(".") if part in _UNITS), "")
     return f"{words} ({unit})" if unit else words
 
 
 def measure_label(name: str) -> str:
     """Label a measure in words, with its unit."""
-    if name == FINISHED:
-        return "share that finished"
     label, unit = _MEASURES.get(name, (name.replace("_", " "), ""))
-    unit = _UNSCALED.get(name, unit)
     return f"{label} ({unit})" if unit else label
 
 
@@ -171,12 +171,15 @@ def never_began(row: Row) -> bool:
     return row["outcome"] == FAILED and row.get("steps") is None
 
 
+def known_of(values: Array) -> Array:
+    """Leave NaN out."""
+    return values[~np.isnan(values)]
+
+
 def middle(values: Array, name: str) -> float:
     """Median of a measure, or the share of walks that finished; NaN without values."""
-    values = values[~np.isnan(values)]
-    if not values.size:
-        return math.nan
-    return float(np.mean(values) if name == FINISHED else np.median(values))
+    known = known_of(values)
+    return math.nan if not known.size else float(np.mean(known) if name == FINISHED else np.median(known))
 
 
 def tabulated(
@@ -185,9 +188,9 @@ def tabulated(
     """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
     values = values_of(rows, name)
     x, y = ([axis.within(i, group) for i in range(axis.count)] for axis in axes)
-    cells = [[values[column & line] for column in x] for line in y]
+    cells = [[known_of(values[column & line]) for column in x] for line in y]
     middles = np.array([[middle(cell, name) for cell in line] for line in cells])
-    return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
+    return middles, np.array([[cell.size for cell in line] for line in cells])
 
 
 def spread(bins: Sequence[Array], name: str) -> Array:
@@ -195,7 +198,7 @@ def spread(bins: Sequence[Array], name: str) -> Array:
     middles = np.array([middle(each, name) for each in bins])
     if name == FINISHED:
         return np.array([middles] * 3)
-    known = [each[~np.isnan(each)] for each in bins]
+    known = map(known_of, bins)
     ends = [np.quantile(each, (0.25, 0.75)).tolist() if each.size else [math.nan] * 2 for each in known]
     return np.vstack([middles, np.array(ends).T])
 

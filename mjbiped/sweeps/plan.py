@@ -8,13 +8,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +34,7 @@ from mjbiped.terrain.files import FILE_KEY, parse_toml
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name
-from mjbiped.utils.draws import Choice, Draw, Scalar, read_choice
+from mjbiped.utils.draws import Choice, Draw, Scalar, generator, read_choice
 from mjbiped.utils.reading import read_text
 
 OF_WALK = ("engine", *LIMITS, *OPTIONS)
@@ -43,14 +42,10 @@ SECTIONS = ("initial", "controller", "robot", "model", "disturbances", "scuffing
 SCUFFING = ("reach", "delay")
 KEYS = ("seed", "samples", *OF_WALK, *SECTIONS, "plot")
 
-_NAMES = ("kind", "name")
-"""Keys of a section that decide what else can stand in it, and come first."""
+_NAMES = ("kind", "name")  # keys of a section that decide what else can stand in it, and come first
 _VALID = {"disturbances": SETTINGS, "scuffing": SCUFFING}
 _USUAL = {"controller": {"name": DEFAULT_CONTROLLER}, "terrain": {"name": "mixed"}}
 _ENDS, _PLUS_MINUS = {"low", "high"}, {"plus_minus"}
-
-Settings: TypeAlias = dict[str, Choice]
-"""Choices by dotted names."""
 
 MOST_CELLS = domains.WALKS.high
 
@@ -153,7 +148,7 @@ def plan(path: Path, content: Mapping[str, object]) -> Study:
     )
 
 
-def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
+def parts_of(content: Mapping[str, Any]) -> Iterator[list[dict[str, Choice]]]:
     """Read the parts of a file that are combined with one another, each a list of alternatives; the terrain is last.
 
     Raises:
@@ -174,7 +169,7 @@ def parts_of(content: Mapping[str, Any]) -> Iterator[list[Settings]]:
             yield [read_section(section, table) for table in tables]
 
 
-def read_section(section: str, table: Mapping[str, object]) -> Settings:
+def read_section(section: str, table: Mapping[str, object]) -> dict[str, Choice]:
     """Read the choices of a table; the ends of a terrain's range are quantities of their own.
 
     Raises:
@@ -184,7 +179,7 @@ def read_section(section: str, table: Mapping[str, object]) -> Settings:
         check_keys(f"setting of {section}", table, _VALID[section])
     usual = {} if FILE_KEY in table and "name" not in table else _USUAL.get(section, {})
     names = {key: table[key] for key in _NAMES if key in table}
-    settings: Settings = {}
+    settings: dict[str, Choice] = {}
     for key, value in {**usual, **names, **table}.items():
         place = f"{section}.{key}"
         where = shortened(place)
@@ -208,12 +203,6 @@ def read_table(content: Mapping[str, object], name: str, valid: Iterable[str] | 
         raise InputError(f"{name} must be a table [{name}], got {shown(table)}")
     check_keys(f"key of {name}", table, table if valid is None else valid)
     return table
-
-
-def generator(seed: int, sample: int, name: str) -> np.random.Generator:
-    """Generator of a quantity's value in a sample; depends on the seed of the study, the sample and the name alone."""
-    key = (sample, zlib.crc32(name.encode()))
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))
 
 
 def check_count(count: int) -> None:

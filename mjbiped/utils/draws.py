@@ -6,6 +6,7 @@ Environments write distributions alike.
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -149,3 +150,9 @@ def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
     spaced = np.geomspace if scale == "log" else np.linspace
     inner = (float(f"{value:.{_DIGITS}g}") for value in spaced(first, last, count)[1:-1].tolist())
     return (first, *inner, last)
+
+
+def generator(seed: int, sample: int, name: str) -> np.random.Generator:
+    """Generator of a quantity's value in a sample; depends on the seed of the study, the sample and the name alone."""
+    key = (sample, zlib.crc32(name.encode()))
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))

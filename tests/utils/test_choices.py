@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjbiped.errors import InputError
-from mjbiped.sweeps.plan import generator
-from mjbiped.utils.draws import Draw, read_choice
+from mjbiped.utils.draws import Draw, generator, read_choice
 
 
 @pytest.mark.parametrize(
