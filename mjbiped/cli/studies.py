@@ -51,11 +51,11 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.sweeps.bins import best, by_value, summarised
     from mjbiped.sweeps.figures import draw
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import estimate, run
     from mjbiped.sweeps.store import FILE, write_table
+    from mjbiped.sweeps.summary import best, by_value, summarised
     from mjbiped.utils.packages import needed
 
     _check_walkers(**walks)

@@ -33,8 +33,7 @@ LEVEL, SURVIVAL, BASIN = "level", "survival", "basin"
 level ground from other first rates than the gait's."""
 
 LEVEL_STEPS = 40
-BASIN_RATES = 20
-"""Number of first rates of either leg, unless a study says otherwise."""
+BASIN_RATES = 20  # of either leg, unless a study says otherwise
 BASIN_WIDTH = 3.0
 """Width of the basin's grid in multiples of the usual one, from all of which controllers return to their cycle."""
 
@@ -139,9 +138,7 @@ def plan(path: Path, content: Mapping[str, Any]) -> Plan:
 def _tried(
     kind: type[AnyTried], content: Mapping[str, object], name: str, disturbances: Mapping[str, Disturbance], **more: int
 ) -> AnyTried:
-    """Read a table of disturbances: their magnitudes, and how they are tried.
-
-    Unless the table names some, all disturbances are tried.
+    """Read a table of disturbances, all unless it names some: their magnitudes, and how they are tried.
 
     Raises:
         InputError: A key is unknown, or a value is not valid.

@@ -126,7 +126,7 @@ def estimate(study: Study, *, workers: int | None = None, trajectories: bool = F
     kinds: dict[object, list[Cell]] = defaultdict(list)
     for cell in study.cells:
         kinds[cell.values["engine"]].append(cell)
-    seconds = size = tried = 0.0
+    seconds, size, tried = 0.0, 0.0, 0
     for cells in kinds.values():
         began, times, sizes = time.monotonic(), [], []
         for place in np.unique(np.linspace(0, len(cells) - 1, TRIED).round().astype(int)).tolist():

@@ -150,11 +150,7 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents where they are missing.
-
-    Raises:
-        InputError: The folder cannot be made.
-    """
+    """Make a folder and its parents where they are missing; an `InputError` says why it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mjbiped.sweeps.bins import best, by_value
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import Study, plan
+from mjbiped.sweeps.summary import best, by_value
 
 COSTS = {"plot": {"measures": ["cost_of_transport", "finished"]}}
 GRID = {"controller": {"position_gain": [3, 5], "replanning_delay": [0.8, "none"]}}
