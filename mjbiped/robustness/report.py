@@ -144,7 +144,7 @@ def _greatest(tried: Mapping[str, tuple[float, ...]]) -> Columns:
     """Columns of the greatest disturbances survived; in brackets with walks that violate the contact."""
 
     def bound(test: str, greatest: float | None) -> str:
-        gentlest, *_, hardest = tried[test][0], tried[test][-1]
+        gentlest, hardest = tried[test][0], tried[test][-1]
         if greatest is None:
             return f"{'>' if ALL[test].falls else '<'} {gentlest:g}"
         return f"{'' if greatest != hardest else '<= ' if ALL[test].falls else '>= '}{greatest:g}"
@@ -174,10 +174,7 @@ def _random(ground: str, first: Findings) -> Columns:
         "sole (m)": column(lambda found: _digits(found[SOLE], ".2f")),
         "falls": column(lambda found: str(found["falls_after_transient"]), settled=True),
         "steps to a fall (95 %)": column(_mean, settled=True),
-        "λ₂": column(
-            lambda found: format(found["second_eigenvalue"], ".5f" if found["falls_after_transient"] else "g"),
-            settled=True,
-        ),
+        "λ₂": column(lambda found: _probability(found["second_eigenvalue"]), settled=True),
         "misfit": column(lambda found: _digits(found["misfit_of_kaplan_meier"], ".3f")),
         "violating": column(lambda found: f"{100.0 * found['share_of_steps_violating_contact']:.2g} %"),
         f"times that of {first['controller']} (95 %)": column(partial(_times, first["survival"].get(ground))),
@@ -191,11 +188,6 @@ def _mean(found: Findings) -> str:
     return f"no fall (> {low})" if math.isinf(mean) else f"{_count(mean)} ({low} to {high})"
 
 
-def _eigenvalue(found: Findings) -> str:
-    """Probability of the next step; 1 where none fell."""
-    return f"{found['second_eigenvalue']:.5f}" if found["falls_after_transient"] else "1"
-
-
 def _times(first: Findings | None, found: Findings) -> str:
     """Ratio of the number of steps to a fall to the first controller's, with its interval."""
     if first is None or "ratio_to_first" not in found:
@@ -204,6 +196,10 @@ def _times(first: Findings | None, found: Findings) -> str:
         return "-"
     middle, low, high = found["ratio_to_first"]
     return f"> {_count(low)}" if math.isinf(middle) else f"{_count(middle)} ({_count(low)} to {_count(high)})"
+
+
+def _probability(value: float) -> str:
+    return "1" if value == 1.0 else f"{value:.5f}"
 
 
 def _count(value: float) -> str:
