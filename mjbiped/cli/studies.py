@@ -30,12 +30,12 @@ class _Sweep:
     trajectories = dry_run = parquet = bool
 
 
-*_OF_SWEEPS, _PARQUET = sections.rows_of(_Sweep)
+_TRAJECTORIES, _DRY_RUN, _PARQUET = sections.rows_of(_Sweep)
 
 
 @click.command("sweep", cls=sections.SectionCommand)
 @options.study_argument
-@sections.options("Walks", *options.STUDY, *_OF_SWEEPS)
+@sections.options("Walks", *options.STUDY, _TRAJECTORIES, _DRY_RUN)
 @results(options.STUDY_FOLDER, _PARQUET, options.WIDTH, *options.PRINTED)
 def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_run: bool, **walks: Any) -> None:
     """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
@@ -51,17 +51,17 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.sweeps.bins import summarised
-    from mjbiped.sweeps.comparison import best, by_value
     from mjbiped.sweeps.figures import draw
-    from mjbiped.sweeps.parquet import FILE, check_installed, write_table
     from mjbiped.sweeps.plan import read_study
     from mjbiped.sweeps.run import estimate, run
+    from mjbiped.sweeps.store import FILE, write_table
+    from mjbiped.sweeps.summary import best, by_value, summarised
+    from mjbiped.utils.packages import needed
 
     _check_walkers(**walks)
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
         if wanted:
-            check_installed(option)
+            needed("pyarrow.parquet", "data", option)
     planned = read_study(study)
     if dry_run:
         expected = estimate(planned, workers=walks["workers"], trajectories=trajectories)
@@ -83,9 +83,9 @@ def sweep(study: Path, results: Results, trajectories: bool, parquet: bool, dry_
 
 @click.command("robustness", cls=sections.SectionCommand)
 @options.study_argument
-@sections.options("Walks", *options.STUDY)
+@sections.options("Walks", *options.STUDY, _DRY_RUN)
 @results(options.STUDY_FOLDER, options.WIDTH, *options.PRINTED)
-def robustness(study: Path, results: Results, **walks: Any) -> None:
+def robustness(study: Path, results: Results, dry_run: bool, **walks: Any) -> None:
     """Measure how robust the controllers of STUDY are, a .toml file.
 
     Each controller walks on level ground, over single steps and changes of slope that come at all phases of its step,
@@ -95,16 +95,20 @@ def robustness(study: Path, results: Results, **walks: Any) -> None:
     \b
     Examples:
       mjbiped robustness scripts/studies/robustness.toml --out out/robustness
+      mjbiped robustness study.toml --dry-run
       mjbiped robustness study.toml --json
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.robustness.figures import draw
     from mjbiped.robustness.plan import read_plan
+    from mjbiped.robustness.report import TABLES, draw, robustness_tables, write_tables
     from mjbiped.robustness.result import Robustness
-    from mjbiped.robustness.tables import TABLES, robustness_tables, write_tables
-    from mjbiped.sweeps.run import run
+    from mjbiped.sweeps.run import estimate, run
 
     _check_walkers(**walks)
     planned = read_plan(study)
+    if dry_run:
+        expected = estimate(planned.study, workers=walks["workers"])
+        results.end(expected, [tables.estimate_sentence(expected)])
+        return
     folder = results.out or study.with_suffix("")
     with _resumable(folder):
         rows, table, *_ = run(planned.study, folder, progress=not results.quiet, **walks)

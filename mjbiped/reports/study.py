@@ -13,9 +13,9 @@ from mjbiped.records.summary import in_words, quantile_rows
 from mjbiped.reports.page import check_installed, write_page
 from mjbiped.reports.study_figures import study_figures
 from mjbiped.reports.walk import flattened
-from mjbiped.sweeps.bins import summarised
 from mjbiped.sweeps.cell import MEASURES, Row
 from mjbiped.sweeps.store import read_table
+from mjbiped.sweeps.summary import summarised
 
 TABLE = "study.sqlite"
 """File in a study's folder from which a report is made."""

@@ -152,7 +152,7 @@ def walked(
         # MuJoCo's take the longest, and longer the more steps they have
         todo.sort(key=lambda cell: (cell.values["engine"] != "mujoco", -int(cell.values.get(f"{LIMIT}.steps", 0))))
         ended = len(wanted) - len(todo)
-        walk_cells(partial(cells.row, folder=folder), todo, store, ended=ended, workers=workers, progress=progress)
+        walk_cells(partial(cells.row, folder=folder), todo, store.save, ended=ended, workers=workers, progress=progress)
         found = {row["key"]: row_of(row) for row in store.rows()}
     return [found[each] for each in keys]
 

@@ -1,4 +1,4 @@
-"""Kinds of disturbances, and the greatest magnitude of each that is survived.
+"""Kinds of disturbances, how they are tried, and the greatest magnitude of each that is survived.
 
 A disturbance meets the robot in many cases: at many phases of its step, or on many rough grounds. A magnitude is
 survived where nearly all cases are. The greatest one survived is the last before the first that is not: a robot that
@@ -11,14 +11,18 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from mjbiped.robots.robot import Robot
-from mjbiped.sweeps.cell import Row, Scalar
-from mjbiped.sweeps.sections import read_choice
+from mjbiped.sweeps.cell import Row
+from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain, check_fields
+from mjbiped.utils.draws import Scalar, read_choice
 
 Values: TypeAlias = Mapping[str, Scalar]
 """Values of a study's cell, by their dotted names."""
+
+_SHARE = Domain(0.5, 1.0)
 
 
 @dataclass(frozen=True)
@@ -72,14 +76,13 @@ class Disturbance:
 
 def _kinds(group: str) -> dict[str, Disturbance]:
     """Disturbances of `limits.toml` by name."""
-    tables: dict[str, dict[str, Any]] = tomllib.loads(_FILE.read_text(encoding="utf-8"))[group]
+    text = resources.files("mjbiped.robustness").joinpath("limits.toml").read_text(encoding="utf-8")
+    tables: dict[str, dict[str, Any]] = tomllib.loads(text)[group]
     return {
         name: Disturbance(**{**table, "magnitudes": read_choice(name, table["magnitudes"])})
         for name, table in tables.items()
     }
 
-
-_FILE = resources.files("mjbiped.robustness") / "limits.toml"
 
 DISTURBANCES: Mapping[str, Disturbance] = _kinds("single")
 """Single disturbances of level ground, by name."""
@@ -88,6 +91,53 @@ MARGINS: Mapping[str, Disturbance] = _kinds("lasting")
 """Disturbances of walks over rough ground, by name; the last six are of what the controller believes of its robot."""
 
 ALL: Mapping[str, Disturbance] = {**DISTURBANCES, **MARGINS}
+
+
+class Checked:
+    """Numbers that are checked by their domains."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers outside their domains."""
+        check_fields(self)
+
+
+@dataclass(frozen=True)
+class Limits(Checked):
+    """Single disturbances of level ground.
+
+    Attributes:
+        magnitudes: The magnitudes that are tried, by the disturbance's name.
+        basin: Number of first rates of either leg from which walks on level ground begin; 0: none do.
+        share: Share of the phases that must be survived.
+        phases: Number of phases of the step at which each disturbance comes.
+        steps_after: Number of steps that must be made after it.
+        torque: Greatest torque of any joint with which a walk counts as survived, N m; None: any.
+    """
+
+    magnitudes: Mapping[str, tuple[float, ...]]
+    basin: int
+    share: Annotated[float, _SHARE] = 0.99
+    phases: Annotated[int, domains.WALKS] = 24
+    steps_after: Annotated[int, domains.STEPS] = 20
+    torque: Annotated[float | None, domains.TORQUE_LIMIT] = None
+
+
+@dataclass(frozen=True)
+class Margins(Checked):
+    """Disturbances of whole walks over rough ground.
+
+    Attributes:
+        magnitudes: The magnitudes that are tried, by the disturbance's name.
+        share: Share of the seeds that must be survived.
+        ground: The rough ground, as the command line writes it; all controllers last on the usual one.
+        steps: Number of steps that must be made.
+    """
+
+    magnitudes: Mapping[str, tuple[float, ...]]
+    share: Annotated[float, _SHARE] = 0.95
+    ground: str = "treads:deviation=0.01"
+    steps: Annotated[int, domains.STEPS] = 200
+    torque = None
 
 
 def greatest_survived(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> float | None:

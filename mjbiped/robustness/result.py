@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -15,7 +15,7 @@ import numpy as np
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robustness.limits import ALL, DISTURBANCES, greatest_survived
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan, rough_from
+from mjbiped.robustness.plan import BASIN, LEVEL, SURVIVAL, Plan, rough_from
 from mjbiped.sweeps.cell import FAILED, Row
 
 VIOLATING = "steps_violating_contact"
@@ -65,14 +65,21 @@ class Robustness:
             "controllers": self.findings,
         }  # fmt: skip
 
-    def survival(self, engine: str, controller: str, ground: str) -> Survival | None:
-        """Survival of a controller's walks on a random ground; None where it has none."""
+    def survival(self, engine: str, controller: str, ground: str, *, settled: bool = False) -> Survival | None:
+        """Survival of a controller's walks on a random ground; None where it has none.
+
+        The transient, which `settled` leaves out, ends `FORGETTING` steps after the ground has its full roughness.
+        """
         rows = self._on(engine, controller, ground)
-        fell = tuple(row["outcome"] not in SURVIVED for row in rows)
-        return Survival(tuple(row["steps"] for row in rows), fell) if rows else None
+        if not rows:
+            return None
+        found = Survival(tuple(row["steps"] for row in rows), tuple(row["outcome"] not in SURVIVED for row in rows))
+        length = _number(self._level(engine, controller), "mean_step_length_m")
+        transient = FORGETTING + (math.ceil(rough_from(ground) / length) if length > 0.0 else 0)
+        return found.after(transient) if settled else found
 
     @cached_property
-    def _tested(self) -> dict[tuple[str, str, str], list[Row]]:
+    def _tested(self) -> Mapping[tuple[str, str, str], list[Row]]:
         """Rows by engine, controller and test."""
         groups: dict[tuple[str, str, str], list[Row]] = defaultdict(list)
         for row in self.rows:
@@ -89,17 +96,10 @@ class Robustness:
         """Row of the walk on level ground; empty where an error ended it."""
         return next((row for row in self._tested[engine, controller, LEVEL] if row["outcome"] != FAILED), {})
 
-    def _settled(self, engine: str, controller: str, ground: str) -> Survival | None:
-        """Survival after the transient, which ends `FORGETTING` steps after the ground has its full roughness."""
-        survival = self.survival(engine, controller, ground)
-        length = _number(self._level(engine, controller), "mean_step_length_m")
-        transient = FORGETTING + (math.ceil(rough_from(ground) / length) if length > 0.0 else 0)
-        return None if survival is None else survival.after(transient)
-
     def _findings(self, engine: str, controller: str) -> Findings:
         level, plan = self._level(engine, controller), self.plan
-        mine = (rows for key, rows in self._tested.items() if key[:2] == (engine, controller))
-        errors = dict.fromkeys(row["error"] for rows in mine for row in rows if row["outcome"] == FAILED)
+        mine = (row for row in self.rows if (row["engine"], row["controller"]) == (engine, controller))
+        errors = dict.fromkeys(row["error"] for row in mine if row["outcome"] == FAILED)
         on_ground = {ground: self._random(engine, controller, ground) for ground in plan.grounds}
         tests = (*plan.limits.magnitudes, *plan.margins.magnitudes)
         return {
@@ -114,7 +114,7 @@ class Robustness:
 
     def _random(self, engine: str, controller: str, ground: str) -> dict[str, Any] | None:
         """Findings on a random ground; None where no walk was made there."""
-        survival, settled = (find(engine, controller, ground) for find in (self.survival, self._settled))
+        survival, settled = (self.survival(engine, controller, ground, settled=each) for each in (False, True))
         if survival is None or settled is None:
             return None
         rows = [row for row in self._on(engine, controller, ground) if row["steps"]]
@@ -123,7 +123,7 @@ class Robustness:
         soles = [_number(row, SOLE) for row in rows if row[SOLE] is not None]
         violating = sum(row[VIOLATING] for row in rows)
         first = next(iter(self.plan.controllers))
-        compared = None if controller == first else self._settled(engine, first, ground)
+        compared = None if controller == first else self.survival(engine, first, ground, settled=True)
         return {
             "walks": len(survival.steps),
             "cost_of_transport": work / distance if distance else math.nan,
@@ -144,15 +144,14 @@ class Robustness:
         tried = self.plan.limits if test in DISTURBANCES else self.plan.margins
         found: list[float | None] = []
         for on_any_ground in (False, True):
-            survived: dict[float, list[bool]] = {}
+            survived: dict[float, list[bool]] = defaultdict(list)
             for row in rows:
-                walked_on = _survived(row, tried.torque, on_any_ground) and kind.borne(row)
-                survived.setdefault(row["magnitude"], []).append(walked_on)
+                survived[row["magnitude"]].append(_survived(row, tried.torque, on_any_ground) and kind.borne(row))
             found.append(greatest_survived(kind, survived, tried.share))
-        at = (_number(row, SOLE) for row in rows if row["magnitude"] == found[0])
+        soles = (_number(row, SOLE) for row in rows if row["magnitude"] == found[0])
         return {
             "magnitude": found[0],
-            SOLE: max(at, default=math.nan),
+            SOLE: max(soles, default=math.nan),
             "with_contact_violated": found[1],
             "unit": kind.unit,
             "beyond_what_was_tried": found[0] == tried.magnitudes[test][-1],

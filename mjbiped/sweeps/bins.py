@@ -1,19 +1,17 @@
-"""Statistics of a study's rows: a summary, labels of its parameters and measures, and bins for its figures."""
+"""A study's rows in bins: medians and quartiles over a parameter or a pair, and the labels of both."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.records.measures import verdict
 from mjbiped.records.summary import measures_of
 from mjbiped.robots.compass import Array
 from mjbiped.robots.kinds import KINDS
@@ -25,39 +23,7 @@ from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import annotated
 
-SUMMARISED = (
-    "cost_of_transport", "cost_of_transport_net", "speed_m_per_s", "peak_ankle_torque_Nm", "peak_hip_torque_Nm",
-    "estimate_error_at_step_end_deg", "largest_stance_friction", "least_normal_force_weights", "pressure_ahead_m",
-    "pressure_behind_m", "foot_length_99_percent_m",
-)  # fmt: skip
-QUANTILES = (0.05, 0.5, 0.95)
-
-_ERRORS = 10  # kinds of them that are listed
-
-
-def summarised(rows: Sequence[Row]) -> dict[str, Any]:
-    """Count outcomes, verdicts and errors, and take quantiles of the measures of finished walks, in plain JSON types.
-
-    Quantiles are None where no walk finished or none has the measure.
-    """
-    verdicts = Counter(verdict(row["outcome"], row["steps_violating_contact"]) for row in rows)
-    measured = {name: values_of(rows, name) for name in SUMMARISED}
-    known = {name: values[~np.isnan(values)] for name, values in measured.items()}
-    errors = Counter(row["error"] for row in rows if row["outcome"] == FAILED)
-    first = {row["error"]: row["cell"] for row in reversed(rows)}
-    return {
-        "walks": len(rows),
-        "outcomes": dict(Counter(row["outcome"] for row in rows).most_common()),
-        "verdicts": dict(verdicts.most_common()),
-        "quantiles": list(QUANTILES),
-        "finished": {
-            name: np.quantile(values, QUANTILES).tolist() if values.size else None for name, values in known.items()
-        },
-        "errors": [
-            {"error": error, "walks": count, "first_cell": first[error]} for error, count in errors.most_common(_ERRORS)
-        ],
-    }
-
+COST = "cost_of_transport"
 
 _IN_WORDS = {".plus_minus": ", ±", ".low": ", low end", ".high": ", high end", "_deg": "", ".": " ", "_": " "}
 """Parts of a dotted name, in the order in which they are replaced."""
@@ -67,9 +33,11 @@ _DOMAINS = {name: domain for owner in _OWNERS for name, (domain, _) in annotated
 _UNITS = {name: str(getattr(getattr(d, "ends", d), "unit", "")).replace("^2", "²") for name, d in _DOMAINS.items()}
 _UNITS |= {"distance": "m", "position_gain": "1/s", "velocity_gain": "1/s"}
 """Units of quantities by their names; those of walks and control laws are not in reach here."""
-_MEASURES = {each.key: (each.label, each.unit) for each in measures_of(KneedBiped)}
-_UNSCALED = {"largest_impact_error": "", "largest_slip_m": "m", "largest_penetration_m": "m"}
-"""Units of measures that are shown scaled elsewhere."""
+_MEASURES = {
+    each.key: (each.label, each.unit if each.factor == 1 else "m" if each.key.endswith("_m") else "")
+    for each in measures_of(KneedBiped)
+} | {FINISHED: ("share that finished", "")}
+"""Labels and units of measures as the table has them, which summaries of single walks may show scaled."""
 
 
 def parameter_label(name: str) -> str:
@@ -77,28 +45,26 @@ def parameter_label(name: str) -> str:
     words = name.removesuffix(".name")
     for part, said in _IN_WORDS.items():
         words = words.replace(part, said)
-    units = [_UNITS[part] for part in name.split(".") if part in _UNITS]
-    unit = "°" if "_deg" in name else (units or [""])[0]
+    unit = "°" if "_deg" in name else next((_UNITS[part] for part in name.split(".") if part in _UNITS), "")
     return f"{words} ({unit})" if unit else words
 
 
 def measure_label(name: str) -> str:
     """Label a measure in words, with its unit."""
-    if name == FINISHED:
-        return "share that finished"
     label, unit = _MEASURES.get(name, (name.replace("_", " "), ""))
-    unit = _UNSCALED.get(name, unit)
     return f"{label} ({unit})" if unit else label
 
 
 def value_label(name: str, value: object) -> str:
-    """Label a value that tells groups apart: a name alone, any other value after its parameter's name."""
+    """Label a value that tells groups apart: a name alone, others after their parameter's name, None not at all."""
+    if value is None:
+        return ""
     if name == "engine" or name.endswith((".name", ".file", ".kind")):
         return str(value)
     return f"{name.rpartition('.')[2].replace('_', ' ')} {value}"
 
 
-SHOWN = ("cost_of_transport", FINISHED, "peak_ankle_torque_Nm")
+SHOWN = (COST, FINISHED, "peak_ankle_torque_Nm")
 """Measures in the figures of a study unless its file says otherwise."""
 
 MOST_VALUES = 16
@@ -143,6 +109,11 @@ class Axis:
         """Middles of the bins between their edges, shape (count,)."""
         return self.edges[:-1] + 0.5 if self.ticks else self.at
 
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The bins' values, or their ranges where they have many, as texts."""
+        return self.ticks or tuple(f"{low:.3g} to {high:.3g}" for low, high in pairwise(self.edges))
+
     def within(self, which: int, group: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Rows of a group in a bin; all of them, as a comparison, where none of the group has the parameter."""
         there: NDArray[np.bool_] = group if bool((self.bin[group] < 0).all()) else group & (self.bin == which)
@@ -150,18 +121,26 @@ class Axis:
 
 
 def values_of(rows: Iterable[Row], name: str) -> Array:
-    """Return a measure of each row; NaN for walks that did not finish, unless it is `FINISHED`."""
+    """Return a measure of each row; NaN for walks that did not finish, for `FINISHED` for those that did not begin."""
     if name == FINISHED:
-        return np.array([float(row["outcome"] == "finished") for row in rows])
-    return np.array([row[name] if row["outcome"] == "finished" else None for row in rows], dtype=float)
+        return np.array([None if never_began(row) else row["outcome"] == FINISHED for row in rows], dtype=float)
+    return np.array([row[name] if row["outcome"] == FINISHED else None for row in rows], dtype=float)
+
+
+def never_began(row: Row) -> bool:
+    """Whether an error kept a walk from its first step, so that the walk tells nothing of the controller."""
+    return row["outcome"] == FAILED and row.get("steps") is None
+
+
+def known_of(values: Array) -> Array:
+    """Leave NaN out."""
+    return values[~np.isnan(values)]
 
 
 def middle(values: Array, name: str) -> float:
     """Median of a measure, or the share of walks that finished; NaN without values."""
-    values = values[~np.isnan(values)]
-    if not values.size:
-        return math.nan
-    return float(np.mean(values) if name == FINISHED else np.median(values))
+    known = known_of(values)
+    return math.nan if not known.size else float(np.mean(known) if name == FINISHED else np.median(known))
 
 
 def tabulated(
@@ -170,9 +149,9 @@ def tabulated(
     """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
     values = values_of(rows, name)
     x, y = ([axis.within(i, group) for i in range(axis.count)] for axis in axes)
-    cells = [[values[column & line] for column in x] for line in y]
+    cells = [[known_of(values[column & line]) for column in x] for line in y]
     middles = np.array([[middle(cell, name) for cell in line] for line in cells])
-    return middles, np.array([[np.count_nonzero(~np.isnan(cell)) for cell in line] for line in cells])
+    return middles, np.array([[cell.size for cell in line] for line in cells])
 
 
 def spread(bins: Sequence[Array], name: str) -> Array:
@@ -180,23 +159,19 @@ def spread(bins: Sequence[Array], name: str) -> Array:
     middles = np.array([middle(each, name) for each in bins])
     if name == FINISHED:
         return np.array([middles] * 3)
-    known = [each[~np.isnan(each)] for each in bins]
+    known = map(known_of, bins)
     ends = [np.quantile(each, (0.25, 0.75)).tolist() if each.size else [math.nan] * 2 for each in known]
     return np.vstack([middles, np.array(ends).T])
 
 
-def grouped(rows: Sequence[Row], names: Sequence[str]) -> Axis:
+def grouped(rows: Sequence[Row], names: Sequence[str], label: Callable[[str, object], str] = value_label) -> Axis:
     """Make a bin for each combination of values in some columns, in order of appearance; one bin for no columns."""
     keys = [tuple(row[name] for name in names) for row in rows]
     kinds = list(dict.fromkeys(keys))
     places = {kind: i for i, kind in enumerate(kinds)}
-    ticks = tuple(
-        ", ".join(value_label(name, value) for name, value in zip(names, kind, strict=True) if value is not None)
-        for kind in kinds
-    )
-    label = ", ".join(map(parameter_label, names))
-    edges = np.arange(len(kinds) + 1.0)
-    return Axis("_".join(names), label, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
+    ticks = tuple(", ".join(filter(None, map(label, names, kind))) for kind in kinds)
+    words, edges = ", ".join(map(parameter_label, names)), np.arange(len(kinds) + 1.0)
+    return Axis("_".join(names), words, np.array([places[key] for key in keys]), edges, edges[:-1], ticks)
 
 
 def arranged(rows: Sequence[Row], shown: Sequence[str]) -> tuple[list[Axis], Axis]:

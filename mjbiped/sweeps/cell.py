@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import digest_of
@@ -33,9 +33,7 @@ from mjbiped.terrain.files import FILE_KEY, parse_parameters
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, known_name
-
-Scalar: TypeAlias = bool | int | float | str
-"""A value of a cell."""
+from mjbiped.utils.draws import Scalar
 
 Row = dict[str, Any]
 """A row of the table: values by the names of columns."""

@@ -17,10 +17,20 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLACK, BLUE, GREEN, GROUND, GUIDE, ORANGE, VERMILLION, drawn
+from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, VERMILLION, drawn, told_apart
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
+from mjbiped.sweeps.bins import (
+    SHOWN,
+    Axis,
+    arranged,
+    known_of,
+    measure_label,
+    never_began,
+    spread,
+    tabulated,
+    values_of,
+)
 from mjbiped.sweeps.cell import Row
 from mjbiped.sweeps.plan import FINISHED, Study
 
@@ -33,8 +43,6 @@ _MOST_NUMBERED = 7  # columns of a heat map that has its numbers written in
 _LOG_RATIO = 30.0  # of greatest to least value, from which on a colour scale is logarithmic
 _MAP = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.95, 256)))
 _SHARES = (-0.03, 1.03)  # ends of an axis of shares
-_LINES = ((BLUE, "-", "o"), (VERMILLION, (0, (5, 1.2)), "s"), (GREEN, (0, (2.5, 1)), "^"), (ORANGE, (0, (1, 0.8)), "D"),
-          (BLACK, (0, (6, 1, 1, 1)), "v"))  # fmt: skip
 
 
 def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
@@ -99,15 +107,10 @@ def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Seq
 
 def _norm(tables: Sequence[Array], name: str) -> Normalize:
     """Make one colour scale for all groups."""
-    if name == FINISHED:
-        return Normalize(0.0, 1.0)
-    values = np.concatenate([table[~np.isnan(table)] for table in tables])
-    if not values.size:
+    values = known_of(np.ravel(tables))
+    if name == FINISHED or not values.size:
         return Normalize(0.0, 1.0)
     low, high = float(values.min()), float(values.max())
-    if low == high:
-        around = 0.5 * abs(low) or 0.5
-        return Normalize(low - around, high + around)
     return LogNorm(low, high) if low > 0.0 and high / low > _LOG_RATIO else Normalize(low, high)
 
 
@@ -153,11 +156,11 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str
     panels = _panels(figure, measures, 3.2)
     for axes, name in zip(panels[0], measures, strict=True):
         values = values_of(rows, name)
-        styles = zip(groups.ticks, itertools.cycle(_LINES), strict=False)
-        for k, (kind, (colour, style, marker)) in enumerate(styles):
-            bins = [values[axis.within(i, groups.bin == k)] for i in range(axis.count)]
-            middles, low, high = spread(bins, name)
-            axes.plot(axis.at, middles, color=colour, linestyle=style, marker=marker, markersize=3.5, label=plain(kind))
+        for k, kind in enumerate(groups.ticks):
+            colour, marker, style = told_apart(k)
+            middles, low, high = spread([values[axis.within(i, groups.bin == k)] for i in range(axis.count)], name)
+            looks = {"color": colour, "linestyle": style, "marker": marker, "markersize": 3.5}
+            axes.plot(axis.at, middles, label=plain(kind), **looks)
             axes.fill_between(axis.at, low, high, color=colour, alpha=0.2, linewidth=0)
         titled(axes, "", measure_label(name))
         if name == FINISHED:
@@ -193,8 +196,7 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
     shown = [name for name in measures if name != FINISHED] or ["cost_of_transport"]
     panels = _panels(figure, shown, 2.9)
     for axes, name in zip(panels[0], shown, strict=True):
-        values = values_of(rows, name)
-        values = values[~np.isnan(values)]
+        values = known_of(values_of(rows, name))
         if values.size:
             half = float(np.median(values))
             axes.hist(values, bins=int(np.clip(math.sqrt(values.size), 5, 40)), color=BLUE, edgecolor="white")
@@ -213,5 +215,6 @@ def _write_none(axes: Axes) -> None:
 
 def _note(figure: Figure, rows: Sequence[Row], meaning: str) -> None:
     """Write the number of walks and the meaning of the marks above the figure."""
-    finished = sum(row["outcome"] == "finished" for row in rows)
-    head(figure, wrapped(f"{len(rows)} walks, {finished} finished; {meaning}"))
+    finished, failed = sum(row["outcome"] == FINISHED for row in rows), sum(map(never_began, rows))
+    began = f", {failed} could not begin" if failed else ""
+    head(figure, wrapped(f"{len(rows)} walks, {finished} finished{began}; {meaning}"))

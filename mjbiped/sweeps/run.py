@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import queue
+import random
 import time
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from functools import lru_cache, partial
+from functools import cache, partial
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -23,20 +25,21 @@ from mjbiped.engines.mujoco import scene
 from mjbiped.engines.plan import versions
 from mjbiped.errors import MjbipedError
 from mjbiped.sweeps.cell import Cell, Row
-from mjbiped.sweeps.parquet import Trajectories, forget, write_samples
 from mjbiped.sweeps.plan import Study
-from mjbiped.sweeps.store import Store, opened
+from mjbiped.sweeps.store import join_samples, opened, sampled, save_samples, write_samples
+from mjbiped.utils.packages import needed
 from mjbiped.utils.parallel import cluster, cores, processes
 from mjbiped.utils.progress import progress_bar
 
-_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "sweeps")
+_NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "reproduction", "robustness", "sweeps", "viewing")
 _NUMBERS = ("cell.py", "traces.py")
 """Packages that change no number of a walk, apart from these files of theirs, which define walks and measures."""
 
 TRIED = 5
-"""Walks that are made, evenly spread over the table."""
+"""Walks of each engine that are made for an estimate, evenly spread over the table."""
 
-_LONGEST = 20.0  # s after which no further walk is tried
+_LONGEST = 20.0  # s after which no further walk of an engine is tried
+_SMOOTHING = 0.05  # of the rate from which the time left is told: that of some twenty arrivals, of all kinds of walks
 
 AnyCell = TypeVar("AnyCell")
 
@@ -72,7 +75,7 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         study: The study.
         folder: Folder of the table.
         fresh: Delete all rows in the folder and start again.
-        trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.parquet.FILE`; cells whose samples were
+        trajectories: Also keep the samples of all walks, in `mjbiped.sweeps.store.FILE`; cells whose samples were
             not kept are walked again.
         **walking: The arguments workers, scheduler and progress of `walk_cells`.
 
@@ -82,27 +85,32 @@ def run(study: Study, folder: Path, *, fresh: bool = False, trajectories: bool =
         MjbipedError: Workers died, or run other versions than this process; finished rows are kept.
         KeyboardInterrupt: Ctrl-C was pressed; finished rows are kept.
     """
+    if trajectories:
+        needed("pyarrow.parquet", "data", "keeping trajectories")
     laws = {name: digest_of(place) for name, place in study.laws.items()}
     identity = {"study": dict(study.declared), **machinery(), "controllers": laws, "cells": study.digest}
     with opened(folder, "study", columns_of(study), identity, fresh=fresh) as store:
-        if fresh:
-            forget(folder)
         done = {row["cell"] for row in store.rows()}
-        samples = Trajectories(store, len(study.cells)) if trajectories else None
-        if samples is not None:
-            done &= samples.cells()
+        done &= sampled(folder, len(study.cells)) if trajectories else done
+
+        def save(rows: Sequence[Row]) -> None:
+            if trajectories:
+                save_samples(folder, rows)
+            store.save(rows)
+
         todo = [cell for cell in study.cells if cell.index not in done]
+        random.Random(0).shuffle(todo)  # the time left is told from walks of all kinds, not from the quick ones first
         started = time.monotonic()
         walked = partial(Cell.row, trajectory=trajectories, laws=laws)
-        walk_cells(walked, todo, samples or store, ended=len(done), **walking)
+        walk_cells(walked, todo, save, ended=len(done), **walking)
         seconds = time.monotonic() - started
-        if samples is not None:
-            samples.join()
+        if trajectories:
+            join_samples(folder, len(study.cells))
         return Swept(store.rows(), store.export(), len(todo), seconds)
 
 
 def estimate(study: Study, *, workers: int | None = None, trajectories: bool = False) -> dict[str, float]:
-    """Make some walks of a study, and infer the time and the size of all.
+    """Make some walks of a study in each of its engines, and infer the time and the size of all.
 
     Nothing is kept. Each is walked twice, since the first time may compile.
 
@@ -115,30 +123,34 @@ def estimate(study: Study, *, workers: int | None = None, trajectories: bool = F
         Number of `walks` and of `workers` that will walk, the `seconds` that they take without compilation, the
         `bytes` of the table and of the samples if they are kept, and the number of walks `tried` for this.
     """
-    count = len(study.cells)
-    spread = np.unique(np.linspace(0, count - 1, min(TRIED, count)).round().astype(int)).tolist()
-    began, times, sizes = time.monotonic(), [], []
-    for place in spread:
-        study.cells[place].row(trajectory=trajectories)
-        started = time.perf_counter()
-        row = study.cells[place].row(trajectory=trajectories)
-        times.append(time.perf_counter() - started)
-        sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in columns_of(study)))
-        if trajectories:
+    kinds: dict[object, list[Cell]] = defaultdict(list)
+    for cell in study.cells:
+        kinds[cell.values["engine"]].append(cell)
+    seconds, size, tried = 0.0, 0.0, 0
+    for cells in kinds.values():
+        began, times, sizes = time.monotonic(), [], []
+        for place in np.unique(np.linspace(0, len(cells) - 1, TRIED).round().astype(int)).tolist():
+            cells[place].row(trajectory=trajectories)
+            started = time.perf_counter()
+            row = cells[place].row(trajectory=trajectories)
+            times.append(time.perf_counter() - started)
             samples = BytesIO()
-            write_samples(row, samples)
-            sizes[-1] += samples.tell()
-        if time.monotonic() - began > _LONGEST:
-            break
-    used = min(workers or cores(), count)
-    seconds, size = float(np.mean(times)) * count / used, float(np.mean(sizes)) * count
-    return {"walks": count, "workers": used, "seconds": seconds, "bytes": size, "tried": len(times)}
+            if trajectories:
+                write_samples(row, samples)
+            sizes.append(2.0 * sum(len(f"{row.get(name)},") for name in columns_of(study)) + samples.tell())
+            if time.monotonic() - began > _LONGEST:
+                break
+        seconds += float(np.mean(times)) * len(cells)
+        size += float(np.mean(sizes)) * len(cells)
+        tried += len(times)
+    used = min(workers or cores(), len(study.cells))
+    return {"walks": len(study.cells), "workers": used, "seconds": seconds / used, "bytes": size, "tried": tried}
 
 
 def walk_cells(
     walked: Callable[[AnyCell], Row],
     todo: Sequence[AnyCell],
-    store: Store | Trajectories,
+    save: Callable[[Sequence[Row]], None],
     *,
     ended: int,
     workers: int | None = None,
@@ -150,7 +162,7 @@ def walk_cells(
     Args:
         walked: Function that walks a cell in a worker and returns its row.
         todo: Cells to walk.
-        store: Store of the rows.
+        save: Puts rows on disk.
         ended: Number of cells finished earlier, for the progress bar.
         workers: Number of processes on this machine; by default one per core.
         scheduler: Address of a Dask scheduler, whose workers are used instead.
@@ -165,7 +177,8 @@ def walk_cells(
         return
     back: queue.SimpleQueue[Future[Row]] = queue.SimpleQueue()
     count = min(workers or cores(), len(todo))
-    bar = progress_bar(total=ended + len(todo), initial=ended, desc="walks", unit="walk", progress=progress)
+    told: dict[str, Any] = {"desc": "walks", "unit": "walk", "smoothing": _SMOOTHING, "progress": progress}
+    bar = progress_bar(total=ended + len(todo), initial=ended, **told)
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
             for cell in todo:
@@ -173,7 +186,7 @@ def walk_cells(
             left = len(todo)
             while left:
                 arrived = [back.get() for _ in range(max(1, back.qsize()))]
-                store.save([future.result() for future in arrived if future.exception() is None])
+                save([future.result() for future in arrived if future.exception() is None])
                 for future in arrived:
                     future.result()
                 bar.update(len(arrived))
@@ -183,8 +196,8 @@ def walk_cells(
     except Exception as error:
         raise MjbipedError(
             f"the workers failed ({type(error).__name__}: {error}): a process died, of lack of memory perhaps, or a "
-            f"scheduler is gone. What had ended is in {store.folder}: the same command goes on from there; with fewer "
-            "--workers where memory was short"
+            "scheduler is gone. What had ended is kept, and the same command goes on from there; with fewer --workers "
+            "where memory was short"
         ) from error
 
 
@@ -209,16 +222,11 @@ def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[st
         AHEAD.reset(before)
 
 
-@lru_cache(maxsize=1)
+@cache
 def machinery() -> Mapping[str, object]:
-    """Digest of the sources, and versions, of everything that computes the rows."""
-    return {"sources": sources(), "versions": dict(versions())}
-
-
-@lru_cache(maxsize=1)
-def sources() -> str:
-    """Digest of all source files that a walk's numbers can depend on."""
-    return digest(Path(errors.__file__).parent, law_folders(), scene.models_folder())
+    """Digest of all source files on which a walk's numbers can depend, and versions of all that computes them."""
+    sources = digest(Path(errors.__file__).parent, law_folders(), scene.models_folder())
+    return {"sources": sources, "versions": dict(versions())}
 
 
 def law_folders() -> list[Path]:

@@ -16,7 +16,7 @@ from mjbiped.control.registry import controller_names, settings_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robustness import plan as robustness
 from mjbiped.sweeps import plan as sweeps
-from mjbiped.sweeps.sections import SCUFFING
+from mjbiped.sweeps.plan import SCUFFING
 from mjbiped.terrain.presets import PRESETS
 
 PUBLIC: tuple[Callable[..., Any], ...] = (

@@ -12,10 +12,9 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
 from mjbiped.robots.compass import Compass
-from mjbiped.robustness import walks
-from mjbiped.robustness.limits import MARGINS
-from mjbiped.robustness.plan import BASIN_RATES, plan, read_plan
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL
+from mjbiped.robustness import plan as plans
+from mjbiped.robustness.limits import DISTURBANCES, MARGINS
+from mjbiped.robustness.plan import BASIN, BASIN_RATES, LEVEL, SURVIVAL, plan, read_plan
 from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {
@@ -71,6 +70,15 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
     assert [cell.values["test"] for cell in without.study.cells] == [LEVEL]
 
 
+def test_a_file_that_names_grounds_alone_tries_no_single_disturbances() -> None:
+    content: dict[str, Any] = {"seeds": 2, "grounds": ["treads"]}
+    assert [c.values["test"] for c in plan(Path("x.toml"), content).study.cells] == [LEVEL, SURVIVAL, SURVIVAL]
+    neither, both = plan(Path("x.toml"), {"seeds": 1}), plan(Path("x.toml"), content | {"limits": {}})
+    assert (len(neither.grounds), len(neither.limits.magnitudes)) == (1, len(DISTURBANCES))
+    assert both.limits.magnitudes == neither.limits.magnitudes
+    assert both.limits.basin == neither.limits.basin == BASIN_RATES
+
+
 def test_all_margins_can_be_walked_in_both_engines() -> None:
     wanted = plan(
         Path("x.toml"), {"engine": ["hybrid", "mujoco"], "seeds": 1, "limits": {"basin": False}, "margins": {}}
@@ -82,7 +90,7 @@ def test_all_margins_can_be_walked_in_both_engines() -> None:
 
 
 def test_a_basin_is_that_of_its_own_module(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(walks, "BASIN_WIDTH", 1.0)  # from all of the wide one this controller falls
+    monkeypatch.setattr(plans, "BASIN_WIDTH", 1.0)  # from all of the wide one this controller falls
     limits = {"step up": False, "basin": 6, "steps_after": 8}
     wanted = plan(Path("x.toml"), {"seeds": 1, "limits": limits, "controller": [{"name": "passivity"}]})
     cells = [cell for cell in wanted.study.cells if cell.values["test"] == BASIN]

@@ -14,11 +14,9 @@ from mjbiped.cli.main import main
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
-from mjbiped.robustness.figures import plot_limits, plot_survival
-from mjbiped.robustness.plan import plan
+from mjbiped.robustness.plan import BASIN, LEVEL, SURVIVAL, Plan, plan
+from mjbiped.robustness.report import plot_limits, plot_survival, robustness_tables, texts_of, write_tables
 from mjbiped.robustness.result import Robustness
-from mjbiped.robustness.tables import robustness_tables, texts_of, write_tables
-from mjbiped.robustness.walks import BASIN, LEVEL, SURVIVAL, Plan
 
 CONTENT: dict[str, Any] = {
     "steps": 100,
@@ -152,6 +150,20 @@ def test_pictures_of_a_controller_that_never_fell(wanted: Plan) -> None:
     plot_survival(result, "hybrid")
     _, cells = texts_of(robustness_tables(result)[1])
     assert [row[3:5] for row in cells] == [["0", "no fall (> 51.5)"]] * 2  # 190 steps / -ln 0.025
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_a_dry_run_tells_the_number_of_walks_and_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
+    with pytest.raises(SystemExit):
+        main(["robustness", str(study), "--dry-run", "--workers", "1"])
+    told = capsys.readouterr().out
+    assert told.startswith("14 walks: about 0:0")
+    assert "inferred from 5 of them" in " ".join(told.split())
+    assert [*tmp_path.iterdir()] == [study]
 
 
 @pytest.mark.slow

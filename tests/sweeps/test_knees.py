@@ -45,6 +45,7 @@ def test_a_robots_name_can_vary_with_its_parameters() -> None:
     assert (study.measures, planned("").measures) == (KNEES_MEASURES, MEASURES)
     assert parameter_label("robot.thigh_centre") == "robot thigh centre (m)"
     assert measure_label("peak_knee_torque_Nm") == "peak torque, swing knee (N m)"
+    assert measure_label("foot_length_99_percent_m") == "foot that holds it 99 % of the time, length (m)"
 
 
 @pytest.mark.parametrize(

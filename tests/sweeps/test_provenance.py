@@ -7,7 +7,7 @@ import pytest
 import controllers
 import mjbiped
 from mjbiped.engines.mujoco import scene
-from mjbiped.sweeps.run import digest, sources
+from mjbiped.sweeps.run import digest, machinery
 
 COUNTED = (
     "mjbiped/engines/a.py",
@@ -30,7 +30,7 @@ def folders(tmp_path: Path) -> tuple[Path, list[Path], Path]:
 
 def test_sources_are_those_that_are_imported() -> None:
     package, laws = Path(mjbiped.__file__).parent, Path(controllers.__file__).parent
-    assert sources() == digest(package, [laws], scene.models_folder())
+    assert machinery()["sources"] == digest(package, [laws], scene.models_folder())
 
 
 @pytest.mark.parametrize("place", [*COUNTED, "own_laws.py"])

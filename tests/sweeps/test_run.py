@@ -95,7 +95,7 @@ def test_cells_are_walked_once_whoever_walks_them(file: Path, tmp_path: Path, mo
         run(study, tmp_path / "out", workers=1)
     broken_at = 10**9
     assert run(study, tmp_path / "out", workers=1)[1].read_bytes() == whole
-    assert walked == list(range(24))
+    assert sorted(walked) == list(range(24))
     run(study, tmp_path / "out", workers=1)
     assert len(walked) == 24
 
@@ -146,7 +146,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
     study, real = read_study(file), Cell.row
 
     def failing(cell: Cell, **settings: Any) -> Row:
-        if cell.index >= 20:
+        if cell.index == 20:
             raise MemoryError("too much")
         return real(cell, **settings)
 
@@ -155,7 +155,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
         run(study, tmp_path / "out", workers=1)
     monkeypatch.undo()
     rows, _ = read_table(tmp_path / "out" / "study.sqlite")
-    assert [row["cell"] for row in rows] == list(range(20))
+    assert 20 not in {row["cell"] for row in rows}
 
 
 def test_worker_of_another_version_is_refused(file: Path) -> None:

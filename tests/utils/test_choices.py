@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from mjbiped.errors import InputError
-from mjbiped.sweeps.sections import generator, read_choice
-from mjbiped.utils.draws import Draw
+from mjbiped.utils.draws import Draw, generator, read_choice
 
 
 @pytest.mark.parametrize(

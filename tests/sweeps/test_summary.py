@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.sweeps.cell import Row
-from mjbiped.sweeps.comparison import best, by_value
 from mjbiped.sweeps.plan import Study, plan
+from mjbiped.sweeps.summary import best, by_value
 
 COSTS = {"plot": {"measures": ["cost_of_transport", "finished"]}}
 GRID = {"controller": {"position_gain": [3, 5], "replanning_delay": [0.8, "none"]}}
