@@ -14,8 +14,8 @@ from mjbiped.cli.files import Results
 from mjbiped.cli.sections import SectionCommand, refuse, results, section
 from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import shown
-from mjbiped.exchange.formats import MODULES, check_format
 from mjbiped.exchange.mjcf import export_scene
+from mjbiped.exchange.records import MODULES, check_format
 from mjbiped.exchange.urdf import export_urdf
 from mjbiped.records.record import Walk
 

@@ -12,7 +12,7 @@ from mjbiped.control.loading import FORMS, is_reference
 from mjbiped.control.registry import controller_names, parse_reference
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
-from mjbiped.exchange.formats import MODULES, check_format
+from mjbiped.exchange.records import MODULES, check_format
 from mjbiped.plotting.width import figure_width
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.robots.kinds import KINDS, NAMED, named

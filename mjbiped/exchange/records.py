@@ -3,17 +3,38 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-from mjbiped.exchange.formats import MCAP, PARQUET, check_format
-from mjbiped.exchange.mcap import write_recording
+from mjbiped.errors import InputError, shown
 from mjbiped.records.columns import Columns, tables_of
 from mjbiped.records.frames import Flat, attributes, flat_samples, flat_touchdowns, units_of
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
+
+CSV, PARQUET, MCAP = ".csv", ".parquet", ".mcap"
+
+MODULES: Mapping[str, tuple[str, str] | None] = {
+    CSV: None,
+    PARQUET: ("pyarrow.parquet", "data"),
+    MCAP: ("mcap_ros2.writer", "ros"),
+}
+"""Suffixes of the formats, with the module that each needs, and the extra that has it."""
+
+
+def check_format(path: Path) -> Path:
+    """Return the path of a record in a foreign format that can be written here.
+
+    Raises:
+        InputError: The suffix is unknown, or the extra of its format is not installed.
+    """
+    if path.suffix not in MODULES:
+        raise InputError(f"{shown(str(path))} must end in {' or '.join(MODULES)}")
+    if (extra := MODULES[path.suffix]) is not None:
+        needed(*extra, f"a file {path.name}")
+    return path
 
 
 def export_walk(walk: Walk, path: str | Path) -> None:
@@ -35,6 +56,8 @@ def export_walk(walk: Walk, path: str | Path) -> None:
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:
     """Return what a record becomes, by kind: files, and the functions that write them."""
     if path.suffix == MCAP:
+        from mjbiped.exchange.mcap import write_recording  # for recordings alone
+
         return {"record": (path, partial(write_recording, walk))}
     samples, touchdowns = tables_of(type(walk.robot))
     beside = path.with_stem(f"{path.stem}_touchdowns")
