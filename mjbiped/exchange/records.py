@@ -14,7 +14,7 @@ from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
 
-CSV, PARQUET, MCAP = ".csv", ".parquet", ".mcap"
+OWN, CSV, PARQUET, MCAP = ".npz", ".csv", ".parquet", ".mcap"
 
 MODULES: Mapping[str, tuple[str, str] | None] = {
     CSV: None,
@@ -54,7 +54,9 @@ def export_walk(walk: Walk, path: str | Path) -> None:
 
 
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:
-    """Return what a record becomes, by kind: files, and the functions that write them."""
+    """Return what a record becomes in the format of a path, by kind: files, and the functions that write them."""
+    if path.suffix == OWN:
+        return {"record": (path, walk.save)}
     if path.suffix == MCAP:
         from mjbiped.exchange.mcap import write_recording  # for recordings alone
 

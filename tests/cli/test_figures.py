@@ -9,7 +9,7 @@ import click
 import pytest
 from command_line import run
 
-from mjbiped.cli import figures
+from mjbiped.cli import export as figures
 from mjbiped.cli.main import main
 
 CHEAP = {"gait": "gait --slope-deg 2", "wheel": "return-map --robot wheel --slope-deg 5 --points 20"}
