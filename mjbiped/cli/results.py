@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:  # what prints is loaded when there are results: no help and n
     from rich.console import RenderableType
 
     from mjbiped.records.record import Walk
+
+Summary = dict[str, Any]
+"""Results in plain JSON types, by names that end with the unit, if there is one."""
 
 _PIPED = 200  # characters: no line of our tables is longer
 
