@@ -138,7 +138,6 @@ def test_a_further_robot_has_its_options() -> None:
         """Show."""
         print(robot["stretch"])
 
-    show.__annotations__["robot"] = Annotated[Given, [*parameter_options({"sprung": Sprung})]]
     command = Command("show", show)
     assert "Robot:" in (text := CliRunner().invoke(command, ["--help"]).output)
     assert "--stretch X  Length that the springs add, over all of the spokes, m." in text
