@@ -12,7 +12,7 @@ from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.exchange.records import MODULES, check_format
 from mjbiped.rendering.look import SUFFIXES
-from mjbiped.robots.kinds import KINDS, NAMED
+from mjbiped.robots.kinds import NAMED
 from mjbiped.terrain.files import parse_number
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, Ends, Words
@@ -125,8 +125,7 @@ def pair(value: str, separator: str = "=") -> tuple[str, str]:
 def _initial_state(value: str) -> str | tuple[float, ...]:
     if value in INITIAL_STATES:
         return value
-    numbers = [parse_number(part) for part in value.split(",")]
-    return tuple(domains.check_states("", numbers, (len(numbers) if len(numbers) in _STATES else 4,)).tolist())
+    return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (None,)).tolist())
 
 
 def _push(value: str) -> tuple[float, float]:
@@ -151,7 +150,6 @@ def _video_size(value: str) -> str:
     return value.lower()
 
 
-_STATES = [2 * len(kind.angles) for kind in KINDS.values()]  # how many numbers one has
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
 FILE = click.Path(path_type=Path)

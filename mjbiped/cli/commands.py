@@ -1,10 +1,20 @@
 """Commands made of annotated functions.
 
-Positional-only parameters become arguments, others options: `Annotated[type, valid]`, where `valid` is a type of
-`mjbiped.cli.choices` or a domain; or a `bool`. A parameter whose type is a dataclass stands for options of its fields,
-and `Annotated[Given, options]` for a list of options. The docstring has the help of the options, under headings that
-are the sections of the help. A function receives the options that were given: for the others the signature or the
-dataclass has defaults, which the help shows.
+```python
+@command("walk")
+def walk(terrain: str = "mixed", /, *, steps: Annotated[int, domains.STEPS] = 60, video: Video) -> None:
+    '''Simulate a walk.
+
+    Walk:
+        steps: End after this many steps.
+    '''
+```
+
+Positional-only parameters become arguments, the others options: of a `bool`, or of `Annotated[type, valid]`, where
+`valid` is a domain or a type of `mjbiped.cli.choices`. A parameter whose type is a dataclass stands for an option of
+each of its fields, and `Annotated[Given, options]` for a list of options. Docstrings hold the help of the options,
+under headings that are the sections of the help. A function receives the options that were given; for the others the
+signature or the dataclass has defaults, which the help shows.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "unknown engine": (("--engine", "bullet"), "'--engine'"),
     "unknown controller": (("--controller", "pid"), "unknown controller 'pid': valid are adaptive"),
     "unknown state": (("--initial", "run"), "'gait', 'rest' or four numbers"),
-    "three numbers": (("--initial", "1,2,3"), "'gait', 'rest' or four numbers"),
+    "three numbers": (("--initial", "1,2,3"), "an initial state is four finite numbers"),
     "state not a number": (("--initial", "0,0,nan,0"), "'gait', 'rest' or four numbers"),
     "no timestep": (("--timestep", 0), "expected a number from 1e-06 to 0.004 s"),
     "long timestep": (("--timestep", 0.1), "expected a number from 1e-06 to 0.004 s"),
