@@ -10,6 +10,7 @@ from typing import Annotated
 
 import click
 
+import mjbiped
 from mjbiped.cli import choices
 from mjbiped.cli.commands import Option, filled, options_of
 from mjbiped.control.loading import FORMS
@@ -17,16 +18,13 @@ from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_name
 from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
-from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
-from mjbiped.records.record import Walk
 from mjbiped.rendering.look import ALL, ELEMENTS, look
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Words
 
@@ -63,7 +61,8 @@ def _all_gains() -> str:
     return "; ".join(known)
 
 
-_DEFAULTS = {each.name: each.default for each in fields(Disturbances) if each.name != "pushes"}
+DISTURBANCES = {each.name: each.default for each in fields(mjbiped.Disturbances) if each.name != "pushes"}
+"""Names and defaults of what `--disturb` sets."""
 
 
 @filled(
@@ -72,7 +71,7 @@ _DEFAULTS = {each.name: each.default for each in fields(Disturbances) if each.na
     compared=", ".join(COMPARED),
     forms=FORMS,
     gains=_all_gains(),
-    settings=", ".join(f"{name}={'none' if value is None else f'{value:g}'}" for name, value in _DEFAULTS.items()),
+    settings=", ".join(f"{name}={'none' if value is None else f'{value:g}'}" for name, value in DISTURBANCES.items()),
     robots=" ".join(f"'{name}': {str(inspect.getdoc(make)).splitlines()[0]}" for name, make in NAMED.items()),
 )
 class _Walk:
@@ -119,7 +118,7 @@ class _Walk:
     initial: Annotated[str, choices.INITIAL_STATE] = "gait"
     controller: Annotated[str, choices.CONTROLLER] = DEFAULT_CONTROLLER
     gain: Annotated[tuple[str, ...], choices.SETTING] = ()
-    scuffing_reach: Annotated[float, domains.REACH] = ScuffingRule.reach
+    scuffing_reach: Annotated[float, domains.REACH] = mjbiped.ScuffingRule.reach
     imitate_slope_deg: Annotated[float, domains.SLOPE_DEG] = SHARED["imitate_slope_deg"]
     reference: Annotated[str | None, choices.REFERENCE] = SHARED["reference"]
     initial_slope_estimate_deg: Annotated[float, domains.SLOPE_DEG] = SHARED["initial_slope_estimate_deg"]
@@ -202,7 +201,7 @@ class Video:
         if self.start is not None and self.stop is not None and self.start > self.stop:
             raise click.UsageError(f"--start {self.start:g} comes after --stop {self.stop:g}; swap them.")
 
-    def render(self, walk: Walk, path: Path, *, progress: bool) -> None:
+    def render(self, walk: mjbiped.Walk, path: Path, *, progress: bool) -> None:
         """Draw the video of a walk."""
         from mjbiped.rendering.video import render_video
 

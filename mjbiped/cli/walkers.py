@@ -15,14 +15,12 @@ from mjbiped.cli.commands import Given
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, make_controller
 from mjbiped.control.settings import value_of
-from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
 from mjbiped.engines import names
 from mjbiped.engines.base import Engine
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import KINDS, NAMED, named, robot_named
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters, parse_toml
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
@@ -48,9 +46,9 @@ def walker(text: str, given: Given) -> tuple[Controller, Terrain]:
     return controller, terrain
 
 
-def scuffing_of(given: Given) -> ScuffingRule:
+def scuffing_of(given: Given) -> mjbiped.ScuffingRule:
     """Make the scuffing rule of a command."""
-    return ScuffingRule(reach=given.pop("scuffing_reach", ScuffingRule.reach))
+    return mjbiped.ScuffingRule(reach=given.pop("scuffing_reach", mjbiped.ScuffingRule.reach))
 
 
 def robot_of(given: Given) -> Robot:
@@ -110,7 +108,9 @@ def controller_of(robot: Robot, given: Given, usual: str = DEFAULT_CONTROLLER) -
     return make_controller(name, robot, settings)
 
 
-def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
+def disturbances_of(
+    given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]
+) -> mjbiped.Disturbances | None:
     """Make the disturbances of a command; None if there are none.
 
     Args:
@@ -123,11 +123,11 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
     values: dict[str, Any] = {"pushes": pushes} if pushes else {}
     for name, text in given:
         with prefixed("--disturb "):
-            known_name("disturbance", name, SETTINGS)
+            known_name("disturbance", name, options.DISTURBANCES)
             if name in values:
                 raise InputError(f"{name} is given twice; give it once")
-            values[name] = value_of(Disturbances, name, text)
-    return Disturbances(**values) if values else None
+            values[name] = value_of(mjbiped.Disturbances, name, text)
+    return mjbiped.Disturbances(**values) if values else None
 
 
 def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
