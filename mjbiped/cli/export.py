@@ -163,7 +163,10 @@ def figures(folder: Annotated[Path, choices.FOLDER], /, *, results: Figures) -> 
       mjbiped figures slides
       mjbiped figures paper --plot-width single
     """  # noqa: D301 (click reads the backspace)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{shown(str(folder))} cannot be made: {error.strerror}; give another folder") from error
     done: list[dict[str, str | float]] = []
     with progress_bar(total=len(SET), desc="figures", progress=not results.quiet) as bar:
         for name, words in SET.items():

@@ -103,7 +103,7 @@ def controller_of(robot: Robot, given: Given, usual: str = DEFAULT_CONTROLLER) -
     for key, text in dict(given.pop("gain", ())).items():
         with prefixed(f"--gain {shortened(key)}: "):
             if key in settings:
-                raise InputError("is given twice; give it once")
+                raise InputError(f"--{key.replace('_', '-')} is given, too; give one of them")
             settings[key] = value_of(controller_class(name, robot), key, text)
     return make_controller(name, robot, settings)
 

@@ -120,7 +120,10 @@ def test_the_adaptive_controller_has_gains_too() -> None:
             "Imitating 'position_gain'",
         ),
         (("--controller", "passive", "--gain", "k=1"), "controller passive 'k': valid are none"),
-        (("--position-gain", 3, "--gain", "position_gain=3"), "--gain position_gain: is given twice; give it once"),
+        (
+            ("--position-gain", 3, "--gain", "position_gain=3"),
+            "--position-gain is given, too; give one of them",
+        ),
         (("level", "--controller", "spread.py:HipSpread"), 'give initial="rest" (--initial rest)'),
     ],
 )
