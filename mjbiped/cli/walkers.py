@@ -76,7 +76,7 @@ def _described(text: str) -> tuple[str, dict[str, Any]]:
         from mjbiped.exchange.foreign import read_robot  # for such files alone
 
         written = read_robot(text).to_dict()
-        return written.pop("kind"), written
+        return written.pop("kind", Compass.kind), written  # records name no compass
     with prefixed(f"{shown(text)}: "):
         written = parse_toml(read_text(Path(text)))
         if "kind" not in written and (foreign := sorted(written.keys() - {*Compass.parameters()})):
