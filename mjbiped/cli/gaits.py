@@ -1,34 +1,44 @@
-"""The commands `mjbiped gait`, `reference` and `stability`."""
+"""The commands `gait`, `reference` and `stability`.
+
+A name in their results ends with its unit, if it has one. `mjbiped.cli.results.Results` prints a result as a table or
+as JSON.
+"""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import click
+import numpy as np
 
-from mjbiped.cli import kinds, options, sections, summaries
-from mjbiped.cli.files import Results
-from mjbiped.cli.sections import results
+from mjbiped.cli import choices, options
+from mjbiped.cli.commands import Given, command, options_of
+from mjbiped.cli.results import Plotted, Summary
 from mjbiped.cli.walkers import robot_of
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.gaits.optimised import FRICTION, SPEED, find_reference
+from mjbiped.gaits.optimised import FRICTION, SPEED, OptimisedGait, find_reference
 from mjbiped.gaits.steps import Goal
 from mjbiped.records.record import Walk
 from mjbiped.utils import domains
 
+if TYPE_CHECKING:
+    from mjbiped.analysis.stability import Stability
 
-@click.command("gait", cls=sections.SectionCommand)
-@sections.options("Gait", ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0))
-@options.robot_options
-@results(*options.PLOT, *options.PRINTED)
-@click.pass_context
-def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: object) -> None:
+_GOAL = options_of(Goal, "Gait", speed=SPEED, clearance=0.06, retraction=True, torque_limit=None, friction=FRICTION)
+
+
+@command("gait")
+def gait(
+    *, slope_deg: Annotated[float, domains.SLOPE_DEG] = 2.0, chosen: Annotated[Given, options.ROBOT], results: Plotted
+) -> None:
     """Find the passive gait on a slope, its limit cycle and its stability.
 
     With straight legs the swing foot passes through the ground while it is beside the stance foot; with knees it clears
     the ground. A rimless wheel rolls.
+
+    Gait:
+        slope_deg: Slope of the plane, positive downhill.
 
     \b
     Examples:
@@ -37,18 +47,13 @@ def gait(ctx: click.Context, /, results: Results, slope_deg: float, **values: ob
       mjbiped gait --robot kneed --slope-deg 2.5 --plot knees.png
       mjbiped gait --robot wheel --slope-deg 5
     """  # noqa: D301 (click reads the backspace)
-    robot, slope = robot_of(ctx, values), math.radians(slope_deg)
-    found: Any = passive_gait_of(robot, slope)
+    found: Any = passive_gait_of(robot_of(chosen), math.radians(slope_deg))
     results.draw("gait:plot_gait", found)
-    results.end(summaries.gait_summary(found))
+    results.end(_gait_summary(found))
 
 
-@click.command("reference", cls=sections.SectionCommand)
-@options.field_options("Gait", Goal, speed=SPEED, clearance=0.06, retraction=True, torque_limit=None, friction=FRICTION)
-@options.robot_options
-@results(*options.PLOT, *options.PRINTED)
-@click.pass_context
-def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
+@command("reference")
+def reference(*, goal: Annotated[Given, _GOAL], chosen: Annotated[Given, options.ROBOT], results: Plotted) -> None:
     """Find the cheapest gait on level ground that lifts its swing foot to a given height.
 
     Controllers track it with `mjbiped walk --reference`. Results are kept in the user's cache folder, or in
@@ -61,23 +66,27 @@ def reference(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped reference --robot kneed --clearance 0.08 --plot knees.png
       mjbiped walk stairs:rise=0.05 --reference clearance=0.06 --gain replanning=additive
     """  # noqa: D301 (click reads the backspace)
-    robot: Any = robot_of(ctx, values)
-    found = find_reference(robot, **values)
+    robot: Any = robot_of(chosen)
+    found = find_reference(robot, **goal)
     results.draw("gait:plot_gait", found)
-    results.end(summaries.reference_summary(found))
+    results.end(_reference_summary(found))
 
 
-_OWN = "Your own controller class, if it made the walk: a record never decides which code is loaded."
-
-
-@click.command("stability", cls=sections.SectionCommand)
-@click.argument("record", type=click.Path(path_type=Path))
-@sections.options("Walk", ("--controller", kinds.OWN_CONTROLLER, _OWN))
-@results(*options.PLOT, *options.PRINTED)
-def stability(record: Path, results: Results, controller: str | None) -> None:
+@command("stability")
+def stability(
+    record: Annotated[Path, choices.FILE],
+    /,
+    *,
+    controller: Annotated[str | None, choices.OWN_CONTROLLER] = None,
+    results: Plotted,
+) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 
-    The walk is an adaptive controller's, of either engine. docs/stability.md explains the numbers.
+    The walk is an adaptive controller's, of either engine. The page "stability" of the documentation explains the
+    numbers.
+
+    Walk:
+        controller: Your own controller class, if it made the walk: a record never decides which code is loaded.
 
     \b
     Examples:
@@ -92,4 +101,76 @@ def stability(record: Path, results: Results, controller: str | None) -> None:
     done = Walk.load(record)
     found = evaluated(done, recorded_controller(done, controller))
     results.draw("stability:plot_stability", {record.stem: found})
-    results.end(summaries.stability_summary(found))
+    results.end(_stability_summary(found))
+
+
+def _gait_summary(gait: Any) -> Summary:
+    """Report a passive gait; states are the robot's angles (rad), then their rates (rad/s)."""
+    if "knee" in gait.robot.joints:
+        own = {
+            "state_after_heel_strike": gait.start.tolist(),
+            "rates_before_knee_strike": gait.knee_rates.tolist(),
+            "state_before_heel_strike": gait.end.tolist(),
+            "knee_strike_s": gait.knee_strike,
+            "clearance_m": gait.clearance,
+            "greatest_flexion_deg": math.degrees(gait.greatest_flexion),
+        }
+    else:
+        states = {"state_after_impact": gait.start.tolist(), "state_before_impact": gait.end.tolist()}
+        own = {**states, "energy_J": gait.energy}
+    found: list[complex] = gait.multipliers.tolist()
+    return {
+        "slope_deg": math.degrees(gait.slope),
+        **own,
+        **{"period_s": gait.period, "step_length_m": gait.step_length, "speed_m_per_s": gait.speed},
+        "multipliers": [{"real": each.real, "imaginary": each.imag, "modulus": abs(each)} for each in found],
+        "stable": gait.stable,
+    }
+
+
+def _reference_summary(gait: OptimisedGait) -> Summary:
+    """Report an optimised gait; states are the robot's angles (rad), then their rates (rad/s)."""
+    found = gait.measures
+    return {
+        "speed_m_per_s": gait.speed,
+        "cost_of_transport": found.cost_of_transport,
+        "period_s": gait.period,
+        "step_length_m": gait.step_length,
+        "half_angle_rad": float(gait.end[0]),
+        **{f"peak_{joint}_torque_Nm": found.peak_torque[k] for k, joint in enumerate(gait.robot.joints)},
+        "least_normal_force_weights": found.normal_force / gait.robot.weight,
+        "friction": found.friction,
+        "clearance_phase": gait.clearance_phase if gait.goal.clearance else None,
+        "clearance_m": found.clearance if gait.goal.clearance else None,
+        "greatest_clearance_m": found.greatest_clearance,
+        "state_after_impact": gait.start.tolist(),
+        "state_before_impact": gait.end.tolist(),
+        **({"knee_strike_s": gait.knee_strike} if gait.knee_strike else {}),
+    }
+
+
+def _stability_summary(found: Stability) -> Summary:
+    """Report on Theorem 1 along a walk; results that need more than one step are None for a walk of one."""
+    norms = np.linalg.norm(found.end, axis=1)
+    compared = found.ratio[np.isfinite(found.ratio)]
+    left = found.condition[1:]
+    within = np.diff(found.step) == 0
+    return {
+        "steps": found.steps,
+        "excitation_smallest_eigenvalue": float(found.excitation[:, 0].min()),
+        "excitation_largest_eigenvalue": float(found.excitation[:, 1].max()),
+        "excitation_weak_direction_from_cosine_deg": math.degrees(float(found.weak_direction.max())),
+        "transition_norm_smallest": float(found.contraction.min()),
+        "transition_norm_largest": float(found.contraction.max()),
+        "condition_24_smallest": float(left.min()) if left.size else None,
+        "condition_24_smallest_for_any_constants": float(found.condition_floor.min()),
+        "condition_24_holds_steps": int((left < 1.0).sum()),
+        "errors_26_compared_steps": int(compared.size),
+        "errors_26_holds_steps": int((compared < 1.0).sum()),
+        "lyapunov_largest_rise_within_a_step": max(0.0, float(np.diff(found.lyapunov)[within].max())),
+        "lyapunov_largest_jump_at_a_touchdown": float(found.lyapunov_jump[1:].max()) if found.steps > 1 else None,
+        "lyapunov_balance_largest": float(np.abs(found.balance).max()),
+        "estimate_error_largest_rise_within_a_step": float(found.estimate_rise.max()),
+        "error_before_last_touchdown": float(norms[-1]),
+        "residual_largest": float(found.residual.max()),
+    }

@@ -1,4 +1,4 @@
-"""The command line: its commands, each of which is imported when it is called.
+"""The command line: its commands, each of which is imported when it is called, and the end of each.
 
 Exit status: 0 for a walk that came to an end, a fall included; 2 for anything that the user can correct, told in one
 line; 1 for a walk or a drawing that failed by itself; 130 after Ctrl-C, 143 after SIGTERM.
@@ -6,17 +6,26 @@ line; 1 for a walk or a drawing that failed by itself; 130 after Ctrl-C, 143 aft
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import signal
+import threading
+from collections import UserDict
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any
+from types import FrameType
+from typing import Any, NoReturn
 
 import click
 
-from mjbiped.cli.ending import INTERRUPTED, LONGEST_LINE, end, terminable
 from mjbiped.errors import MjbipedError, shortened
 from mjbiped.version import __version__
+
+INTERRUPTED, TERMINATED = 130, 143
+"""Exit status after Ctrl-C and after SIGTERM, as shells have it."""
+
+LONGEST_LINE = 1000
+"""Greatest number of characters in an error message."""
 
 _COMMANDS = {
     "walk": "walks:walk",
@@ -27,17 +36,51 @@ _COMMANDS = {
     "bifurcation": "maps:bifurcation",
     "basin": "maps:basin",
     "stability": "gaits:stability",
-    "figures": "figures:figures",
+    "figures": "export:figures",
     "render": "walks:render",
     "export": "export:export",
-    "view": "view:view",
-    "report": "studies:report",
+    "view": "walks:view",
+    "report": "export:report",
     "sweep": "studies:sweep",
     "robustness": "studies:robustness",
     "reproduce": "studies:reproduce",
     "compile": "studies:compile_",
 }
 """Where each command is, as "module:name" of this package."""
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Let SIGTERM act like Ctrl-C with an exit status of its own: what has been done is kept, and reported.
+
+    A second SIGTERM ends the process at once.
+    """
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield  # the calling program handles signals
+        return
+    received = []
+
+    def interrupt(number: int, _: FrameType | None) -> NoReturn:
+        received.append(number)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except click.exceptions.Exit as stop:
+        if received:
+            raise click.exceptions.Exit(TERMINATED) from stop
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def end(status: int, *messages: str) -> NoReturn:
+    """Print errors and end with an exit status."""
+    for message in messages:
+        click.echo(f"Error: {shortened(' '.join(message.splitlines()), LONGEST_LINE)}", err=True)
+    raise click.exceptions.Exit(status)
 
 
 def _sentence(place: str) -> str:
@@ -47,21 +90,12 @@ def _sentence(place: str) -> str:
     return source.partition(f"\ndef {name}(")[2].partition('"""')[2].partition("\n")[0]
 
 
-class _ByName(Mapping[str, click.Command]):
-    """The commands by their names; each is imported when it is first looked up."""
+class _ByName(UserDict[str, Any]):
+    """The commands by their names; each is imported when it is looked up."""
 
-    def __getitem__(self, name: str) -> click.Command:
+    def __getitem__(self, name: str) -> Any:
         """Import a command."""
-        command: click.Command = resolve_name(f"mjbiped.cli.{_COMMANDS[name]}")
-        return command
-
-    def __iter__(self) -> Iterator[str]:
-        """Return the names, in the order in which the help lists them."""
-        return iter(_COMMANDS)
-
-    def __len__(self) -> int:
-        """Return the number of commands."""
-        return len(_COMMANDS)
+        return resolve_name(f"mjbiped.cli.{self.data[name]}")
 
 
 class _Commands(click.Group):
@@ -109,7 +143,7 @@ def _told_shortly() -> Iterator[None]:
 
 @click.group(
     cls=_Commands,
-    commands=_ByName(),
+    commands=_ByName(_COMMANDS),
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 @click.version_option(__version__, prog_name="mjbiped")

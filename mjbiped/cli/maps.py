@@ -1,46 +1,61 @@
-"""The commands `mjbiped return-map`, `bifurcation` and `basin`: maps of many walks."""
+"""The commands `return-map`, `bifurcation` and `basin`: maps of many walks."""
 
 from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from mjbiped.cli import kinds, options, sections, summaries
-from mjbiped.cli.ending import INTERRUPTED
-from mjbiped.cli.files import Results
-from mjbiped.cli.sections import results, taken
-from mjbiped.cli.walkers import controller_of, robot_of
+from mjbiped.cli import choices, options
+from mjbiped.cli.commands import Given, command, filled
+from mjbiped.cli.main import INTERRUPTED
+from mjbiped.cli.results import Plotted, Summary
+from mjbiped.cli.walkers import controller_of, robot_of, scuffing_of
 from mjbiped.control.loading import FORMS
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.rules.scuffing import ScuffingRule
+from mjbiped.records.arrays import write_arrays
 from mjbiped.utils import domains
 
+if TYPE_CHECKING:
+    from mjbiped.limit_cycles.basin import Basin
+    from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
+    from mjbiped.limit_cycles.map_slices import MapSlices
+
+Data = Annotated[Path | None, choices.DATA]
+Ends = tuple[float, float]
+Rates = Annotated[Ends | None, choices.span(domains.RATE)]
+
 _MULTIPLIERS_EVERY = math.radians(0.02)
-_MULTIPLIERS: sections.Row = ("--plot-multipliers", kinds.PLOT, "Write a figure of the multipliers.")
 
 
-@click.command("return-map", cls=sections.SectionCommand)
-@sections.options(
-    "Map",
-    ("--slope-deg", domains.SLOPE_DEG, "Slope of the plane, positive downhill.", 2.0),
-    ("--points", domains.SLOPES, "Number of steps in each slice of the map.", 400),
-    ("--steps", domains.MAP_STEPS, "Number of steps of the walk.", 40),
-)
-@options.scuffing_option("Map")
-@options.robot_options
-@results(options.DATA, *options.PLOT, *options.PRINTED)
-@click.pass_context
-def return_map(ctx: click.Context, /, results: Results, **values: object) -> None:
+@command("return-map")
+def return_map(
+    *,
+    slope_deg: Annotated[float, domains.SLOPE_DEG] = 2.0,
+    points: Annotated[int, domains.SLOPES] = 400,
+    steps: Annotated[int, domains.MAP_STEPS] = 40,
+    chosen: Annotated[Given, options.MAP_ROBOT],
+    out: Data = None,
+    results: Plotted,
+) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
     Angle and rates of the legs after a step, over the same before it; the gait, where the map meets the diagonal; its
     multipliers; and a walk that begins 2 % off the gait.
+
+    Map:
+        slope_deg: Slope of the plane, positive downhill.
+        points: Number of steps in each slice of the map.
+        steps: Number of steps of the walk.
+
+    Results:
+        out: Write the data, an .npz file.
 
     \b
     Examples:
@@ -51,33 +66,41 @@ def return_map(ctx: click.Context, /, results: Results, **values: object) -> Non
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.limit_cycles.map_slices import map_slices
 
-    slope_deg, points, steps, reach = taken(ctx, values, "Map").values()
-    robot = robot_of(ctx, values)
-    found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach))
-    columns = ("components", "fixed_point", "before", "after", "walk")
-    results.save_arrays({name: getattr(found, name) for name in columns})
+    robot, rule = robot_of(chosen), scuffing_of(chosen)
+    found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=rule)
+    _save(results, out, found, "components", "fixed_point", "before", "after", "walk")
     results.draw("return_map:plot_return_map", found)
-    results.end(summaries.map_summary(found))
+    results.end(_map_summary(found))
 
 
-@click.command("bifurcation", cls=sections.SectionCommand)
-@sections.options(
-    "Diagram",
-    ("--slope-deg", kinds.span(domains.SLOPE_DEG), "Slopes of the diagram; around the period doublings if left out."),
-    ("--slopes", domains.SLOPES, "Number of slopes; half of them where the period keeps doubling.", 1000),
-    ("--steps", domains.MAP_STEPS, "Steps on each slope.", 600),
-    ("--keep", domains.MAP_STEPS, "Number of last steps that are kept.", 100),
-    ("--doublings", domains.DOUBLINGS, "Period doublings to look for.", 4),
-)
-@options.scuffing_option("Diagram")
-@options.robot_options
-@results(options.DATA, *options.PLOT, _MULTIPLIERS, *options.PRINTED)
-@click.pass_context
-def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> None:
+@command("bifurcation")
+def bifurcation(
+    *,
+    slope_deg: Annotated[Ends | None, choices.span(domains.SLOPE_DEG)] = None,
+    slopes: Annotated[int, domains.SLOPES] = 1000,
+    steps: Annotated[int, domains.MAP_STEPS] = 600,
+    keep: Annotated[int, domains.MAP_STEPS] = 100,
+    doublings: Annotated[int, domains.DOUBLINGS] = 4,
+    chosen: Annotated[Given, options.MAP_ROBOT],
+    out: Data = None,
+    plot_multipliers: Annotated[Path | None, choices.PLOT] = None,
+    results: Plotted,
+) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
     The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is
     walked, slope by slope.
+
+    Map:
+        slope_deg: Slopes of the diagram; around the period doublings if left out.
+        slopes: Number of slopes; half of them where the period keeps doubling.
+        steps: Steps on each slope.
+        keep: Number of last steps that are kept.
+        doublings: Period doublings to look for.
+
+    Results:
+        out: Write the data, an .npz file.
+        plot_multipliers: Write a figure of the multipliers.
 
     \b
     Examples:
@@ -89,13 +112,12 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
     from mjbiped.limit_cycles.bifurcation import bifurcation_diagram, find_cascade
     from mjbiped.limit_cycles.periodic import check_biped, check_scuffing, follow
 
-    slope_deg, slopes, steps, keep, doublings, reach = taken(ctx, values, "Diagram").values()
     if slope_deg is not None and math.radians(slope_deg[0]) < domains.DOWNHILL.low:
         raise click.UsageError("--slope-deg: slopes must be above 0, downhill.")
     if keep > steps:
         raise click.UsageError(f"--keep {keep} is more than the {steps} steps that are walked.")
     domains.KEPT.check("--keep times --slopes", keep * slopes)
-    robot, rule = robot_of(ctx, values), ScuffingRule(reach=reach)
+    robot, rule = robot_of(chosen), scuffing_of(chosen)
     check_biped(robot)
     check_rule(robot, rule)
     if slope_deg is not None:  # before the search
@@ -114,7 +136,7 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
     diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not results.quiet)
     ended = time.perf_counter()
     columns = ("slopes", "states", "periods", "step_lengths", "outcomes")
-    results.save_arrays({**{name: getattr(diagram, name) for name in columns}, "onsets": cascade.onsets})
+    _save(results, out, diagram, *columns, onsets=cascade.onsets)
 
     def draw_multipliers(path: Path) -> None:
         from mjbiped.plotting import gaits as plot_gaits
@@ -125,14 +147,31 @@ def bifurcation(ctx: click.Context, /, results: Results, **values: object) -> No
         plot_gaits.plot_multipliers([one, *(branch.gaits for branch in cascade.branches[1:4])], path)
 
     results.draw("gaits:plot_bifurcation", diagram, cascade)
-    results.write("multipliers", results.plot_multipliers, draw_multipliers)
-    results.end(summaries.bifurcation_summary(cascade, diagram, steps, (searched - began, ended - searched)))
+    results.write("multipliers", plot_multipliers, draw_multipliers)
+    results.end(_bifurcation_summary(cascade, diagram, steps, (searched - began, ended - searched)))
 
 
-class _Basin:
-    """Options of a map of starts.
+@command("basin")
+@filled(forms=FORMS)
+def basin(
+    *,
+    slope_deg: Annotated[float | None, domains.SLOPE_DEG] = None,
+    controller: Annotated[str, choices.CONTROLLER] = "passive",
+    stance_rates: Rates = None,
+    swing_rates: Rates = None,
+    grid: Annotated[int | None, domains.GRID] = None,
+    limit: Annotated[int | None, domains.LIMIT] = None,
+    threads: Annotated[int | None, domains.WORKERS] = None,
+    law: Annotated[Given, [*options.MAP_LAW, *options.MAP_ROBOT]],
+    out: Data = None,
+    results: Plotted,
+) -> None:
+    """Map the initial rates of the legs from which the robot settles into walking, or falls.
 
-    Attributes:
+    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
+    controller's torques are not bounded; the map shows the greatest.
+
+    Map:
         slope_deg: Slope of the plane; 2 for the passive robot, 0 with a controller.
         controller: 'passive', or a controller that imitates a gait, such as 'adaptive'; your own by its class: {forms}.
         stance_rates: Initial rates of the stance leg, rad/s; around the gait's if left out.
@@ -140,29 +179,9 @@ class _Basin:
         grid: Number of starts along each side; 300, or 100 with a controller.
         limit: Greatest number of steps; 100, or 10 with a controller.
         threads: Number of threads; one for each core unless given.
-    """
 
-    slope_deg = domains.SLOPE_DEG
-    controller = kinds.CONTROLLER, "passive"
-    stance_rates = swing_rates = kinds.span(domains.RATE)
-    grid = domains.GRID
-    limit = domains.LIMIT
-    threads = domains.WORKERS
-
-
-@click.command("basin", cls=sections.SectionCommand)
-@sections.options("Map", *sections.rows_of(_Basin, forms=FORMS))
-@sections.options(options.ADAPTIVE, options.IMITATE, options.REFERENCE)
-@options.gain_option("Map")
-@options.scuffing_option("Map")
-@options.robot_options
-@results(options.DATA, *options.PLOT, *options.PRINTED)
-@click.pass_context
-def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **values: Any) -> None:
-    """Map the initial rates of the legs from which the robot settles into walking, or falls.
-
-    Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
-    controller's torques are not bounded; the map shows the greatest.
+    Results:
+        out: Write the data, an .npz file.
 
     \b
     Examples:
@@ -173,43 +192,96 @@ def basin(ctx: click.Context, /, results: Results, scuffing_reach: float, **valu
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.limit_cycles.basin import BasinInterrupted, BasinStopped, Fate, basin_of_attraction, basin_of_control
 
-    robot = robot_of(ctx, values)
-    controlled = values["controller"] != "passive"
-    law = controller_of(ctx, robot, values)
-    slope_deg, grid, limit = (values.pop(name) for name in ("slope_deg", "grid", "limit"))
+    robot = robot_of(law)
+    controlled = controller != "passive"
+    driver = controller_of(robot, law, controller)
     slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
-    gait = law.gait if controlled else passive_gait_of(robot, slope)
-    settings: dict[str, Any] = {"scuffing": ScuffingRule(reach=scuffing_reach), "progress": not results.quiet}
-    settings |= {"limit": limit or (10 if controlled else 100), "threads": values["threads"]}
-    settings |= _rates(gait, grid or (100 if controlled else 300), controlled, values)
-    began, trouble = time.perf_counter(), (0, "")
+    found_gait = driver.gait if controlled else passive_gait_of(robot, slope)
+    settings: dict[str, Any] = {"limit": limit or (10 if controlled else 100), "threads": threads}
+    settings |= {"scuffing": scuffing_of(law), "progress": not results.quiet}
+    usual, count = _usual_rates(found_gait, controlled=controlled), grid or (100 if controlled else 300)
+    settings["stance_rates"] = np.linspace(*(stance_rates or usual[0]), count)
+    settings["swing_rates"] = np.linspace(*(swing_rates or usual[1]), count)
+    began, status, trouble = time.perf_counter(), 0, ""
     try:
         if controlled:
-            found = basin_of_control(law, slope, robot=robot, **settings)
+            found = basin_of_control(driver, slope, robot=robot, **settings)
         else:
             found = basin_of_attraction(robot, slope, **settings)
     except BasinInterrupted as stop:
-        found, trouble = stop.basin, (INTERRUPTED, "the map was interrupted")
+        found, status, trouble = stop.basin, INTERRUPTED, "the map was interrupted"
     except BasinStopped as stop:
-        found, trouble = stop.basin, (1, str(stop))
+        found, status, trouble = stop.basin, 1, str(stop)
     seconds = time.perf_counter() - began
     columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
-    names = [fate.name.lower() for fate in Fate]
-    results.save_arrays({**{name: getattr(found, name) for name in columns}, "fate_names": names})
-    status, reason = trouble
-    if reason:
-        results.fail(status, f"{reason}; what was not computed counts as undecided")
+    _save(results, out, found, *columns, fate_names=[fate.name.lower() for fate in Fate])
+    if trouble:
+        results.fail(status, f"{trouble}; what was not computed counts as undecided")
     results.draw("gaits:plot_basins", [found])
-    results.end(summaries.basin_summary(found, seconds))
+    results.end(_basin_summary(found, seconds))
 
 
-def _rates(gait: Any, count: int, controlled: bool, values: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
-    """Return the initial rates along both sides of the map, rad/s; by default a range around the gait's rates."""
-    rates = gait.start[len(gait.start) // 2 :] if gait is not None else np.zeros(1)  # refused later
-    greatest = float(np.abs(rates).max())
-    around = ((-2.0, 11.0), (-25.0, 25.0)) if controlled else ((0.7, 1.45), (-1.5, 2.2))
-    sides = {}
-    for name, (low, high) in zip(("stance_rates", "swing_rates"), around, strict=True):
-        first, last = values[name] or (low * greatest, high * greatest)
-        sides[name] = np.linspace(first, last, count)
-    return sides
+def _usual_rates(gait: Any, *, controlled: bool) -> tuple[Ends, Ends]:
+    """Return the ranges of initial rates of stance and swing leg around a gait's, rad/s; of no gait zero."""
+    greatest = 0.0 if gait is None else float(np.abs(gait.start[len(gait.start) // 2 :]).max())
+    if controlled:
+        return (-2.0 * greatest, 11.0 * greatest), (-25.0 * greatest, 25.0 * greatest)
+    return (0.7 * greatest, 1.45 * greatest), (-1.5 * greatest, 2.2 * greatest)
+
+
+def _save(results: Plotted, path: Path | None, found: object, *names: str, **arrays: ArrayLike) -> None:
+    """Write attributes of a result and other arrays into an .npz file."""
+    arrays = {**{name: getattr(found, name) for name in names}, **arrays}
+    results.write("data", path, partial(write_arrays, arrays=arrays))
+
+
+def _map_summary(found: MapSlices) -> Summary:
+    """Report the fixed point of a return map, its multipliers, and the period on which a walk from near it settles."""
+    gait: Any = found.gait
+    return {
+        "slope_deg": math.degrees(gait.slope),
+        "fixed_point": dict(zip(found.components, found.fixed_point.tolist(), strict=True)),
+        "multipliers": [[value.real, value.imag] for value in gait.multipliers.tolist()],
+        "stable": gait.stable,
+        "outcome": found.outcome,
+        "settled_period": 1 if found.settled is None and gait.stable else found.settled and len(found.settled.states),
+    }
+
+
+def _bifurcation_summary(
+    cascade: Cascade, diagram: BifurcationDiagram, steps: int, seconds: tuple[float, float]
+) -> Summary:
+    """Report period doublings, and the slope from which the robot falls.
+
+    Args:
+        cascade: The onsets of the doublings.
+        diagram: The walks.
+        steps: Steps on each slope.
+        seconds: Time of the search and of the walks, s.
+    """
+    return {
+        "onsets_deg": np.degrees(cascade.onsets).tolist(),
+        "ratios": cascade.ratios.tolist(),
+        "accumulation_deg": math.degrees(cascade.accumulation),
+        "cascade_end": cascade.end,
+        "lost_deg": math.degrees(diagram.lost),
+        "slopes": len(diagram.slopes),
+        "steps": steps,
+        "search_s": seconds[0],
+        "diagram_s": seconds[1],
+    }
+
+
+def _basin_summary(found: Basin, seconds: float) -> Summary:
+    """Report the share of a basin's starts by their fate, and the duration of the computation, s."""
+    from mjbiped.limit_cycles.basin import Fate
+
+    shares = {fate.name.lower(): found.share(fate) for fate in Fate}
+    return {
+        "walker": found.walker,
+        "slope_deg": math.degrees(found.slope),
+        "starts": found.fates.size,
+        "shares": shares,
+        "mean_steps_to_settle": float(found.steps[found.fates == Fate.SETTLED].mean()) if shares["settled"] else None,
+        "seconds": seconds,
+    }

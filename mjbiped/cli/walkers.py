@@ -8,124 +8,109 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import click
-
 import mjbiped
 from mjbiped.cli import options
-from mjbiped.cli.kinds import MODEL, OWNERS
-from mjbiped.cli.sections import is_given, refuse, section, taken
+from mjbiped.cli.choices import MODEL
+from mjbiped.cli.commands import Given
 from mjbiped.control.controller import Controller
-from mjbiped.control.loading import is_reference
-from mjbiped.control.registry import SHARED, controller_class, make_controller, settings_of
-from mjbiped.control.settings import shown_defaults, value_of, why_none
-from mjbiped.disturbances.disturbances import SETTINGS, Disturbances
+from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, make_controller
+from mjbiped.control.settings import value_of
 from mjbiped.engines import names
 from mjbiped.engines.base import Engine
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.kinds import NAMED, named, robot_named
+from mjbiped.robots.kinds import KINDS, NAMED, named, robot_named
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.files import parse_parameters, parse_toml
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain, parse_terrain
-from mjbiped.utils.domains import known_name, nearest
+from mjbiped.utils.domains import known_name
 from mjbiped.utils.files import read_text
 
 _Robot = TypeVar("_Robot", bound=Robot)
 
 
-def walker(ctx: click.Context, values: dict[str, Any]) -> tuple[Controller, Terrain]:
-    """Make the controller and the terrain of a command, and remove their options from `values`.
+def walker(text: str, given: Given) -> tuple[Controller, Terrain]:
+    """Make the controller and the terrain of a walk.
 
-    Robot, scuffing rule and disturbances replace their options in `values`.
+    Robot, scuffing rule and disturbances replace their options in `given`; those of controller and terrain are removed.
 
     Raises:
-        click.UsageError: An option is given that the controller does not have.
         MjbipedError: Terrain, robot or controller cannot be as the options say.
     """
-    terrain = terrain_of(values.pop("terrain"), values.pop("seed"))
-    values["robot"] = robot_of(ctx, values)
-    values["disturbances"] = disturbances_of(values.pop("disturb"), values.pop("pushes"))
-    controller = controller_of(ctx, model_of(values["robot"], values.pop("model_error")), values)
-    values["scuffing"] = ScuffingRule(reach=values.pop("scuffing_reach"))
+    terrain = terrain_of(text, given.pop("seed", None))
+    robot = robot_of(given)
+    disturbances = disturbances_of(given.pop("disturb", ()), given.pop("push", ()))
+    controller = controller_of(model_of(robot, given.pop("model_error", ())), given)
+    given |= {"robot": robot, "disturbances": disturbances, "scuffing": scuffing_of(given)}
     return controller, terrain
 
 
-def robot_of(ctx: click.Context, values: dict[str, Any]) -> Robot:
-    """Make the robot of a command, and remove its options from `values`.
+def scuffing_of(given: Given) -> mjbiped.ScuffingRule:
+    """Make the scuffing rule of a command."""
+    return mjbiped.ScuffingRule(reach=given.pop("scuffing_reach", mjbiped.ScuffingRule.reach))
+
+
+def robot_of(given: Given) -> Robot:
+    """Make the robot of a command, and remove its options from `given`.
 
     Raises:
         click.UsageError: An option is given that the robot does not have.
         InputError: The file cannot be read, or a number is outside its domain.
     """
-    text = values.pop("robot")
-    name, written = _described(text)
-    kind, _ = named(name)
-    for each in ctx.command.params:
-        if each.name in OWNERS.keys() - kind.parameters():
-            refuse(ctx, [each], f"--robot {', '.join(OWNERS[str(each.name)])}", text)
-    numbers = {key: values.pop(key) for key in OWNERS}
-    given = {key: value for key, value in numbers.items() if is_given(ctx, key)}
-    with prefixed("" if text in NAMED else f"--robot {shown(text)}: "):
-        return robot_named(name, {**written, **given})
+    text = given.pop("robot", Compass.kind)
+    with prefixed("--robot "):
+        name, written = _described(text)
+        for key in given.keys() & {*options.PARAMETERS} - {*named(name)[0].parameters()}:
+            owners = ", ".join(each for each in NAMED if key in named(each)[0].parameters())
+            given.refuse({key}, f"--robot {owners}", text)
+        with prefixed(f"{shown(text)}: "):
+            return robot_named(name, {**written, **given.take(options.PARAMETERS)})
 
 
 def _described(text: str) -> tuple[str, dict[str, Any]]:
     """Return a robot's name, and its parameters where they stand in a file."""
     if text in NAMED:
         return text, {}
-    with prefixed("--robot "):
-        if text.endswith(MODEL):
-            from mjbiped.exchange.foreign import read_robot  # for such files alone
+    if text.endswith(MODEL):
+        from mjbiped.exchange.foreign import read_robot  # for such files alone
 
-            written = read_robot(text).to_dict()
-        else:
-            with prefixed(f"{shown(text)}: "):
-                written = parse_toml(read_text(Path(text)))
+        written = read_robot(text).to_dict()
+        return written.pop("kind", Compass.kind), written  # records name no compass
+    with prefixed(f"{shown(text)}: "):
+        written = parse_toml(read_text(Path(text)))
+        if "kind" not in written and (foreign := sorted(written.keys() - {*Compass.parameters()})):
+            raise InputError(
+                f"its kind is missing; without one it is a {Compass.kind}, which has no {shortened(foreign[0])}: write "
+                f"kind = one of {', '.join(KINDS)}"
+            )
     return written.pop("kind", Compass.kind), written
 
 
-def controller_of(ctx: click.Context, robot: Robot, values: dict[str, Any]) -> Controller:
-    """Make the controller of a command, and remove its options from `values`.
+def controller_of(robot: Robot, given: Given, usual: str = DEFAULT_CONTROLLER) -> Controller:
+    """Make the controller of a command, and remove its options from `given`.
+
+    Args:
+        robot: The robot model of the law.
+        given: Options of the command.
+        usual: Name of the controller if none is given.
 
     Raises:
-        click.UsageError: An option is given that the controller does not have.
-        MjbipedError: There is no such controller, a gain is outside its domain, or the slope to be imitated has no
-            passive gait.
+        MjbipedError: There is no such controller, it has no such setting, a gain is outside its domain, or the slope
+            to be imitated has no passive gait.
     """
-    name, gains = values.pop("controller"), dict(values.pop("gain"))
-    settings = taken(ctx, values, options.ADAPTIVE, options.COMPARISON)
-    valid = settings_of(name, robot)
-    _refuse_options(ctx, name, valid)
-    fields = options.gains_of(name, robot)
-    for unknown in gains.keys() - fields.keys():
-        said = f"valid are {shown_defaults(fields)}" if fields else f"it has none{why_none(controller_class(name))}"
-        raise click.UsageError(
-            f"--gain {shortened(unknown)}: {name} has no such gain; {said}{nearest(unknown, fields) or '.'}"
-        )
-    given = {key: value for key, value in settings.items() if key in valid and is_given(ctx, key)}
-    for twice in given.keys() & gains.keys():
-        raise click.UsageError(f"--gain {twice} and --{twice.replace('_', '-')} say the same; give one of them.")
-    with prefixed("--gain "):
-        chosen = {key: value_of(controller_class(name, robot), key, text) for key, text in gains.items()}
-    return make_controller(name, robot, {**given, **chosen})
+    name, settings = given.pop("controller", usual), given.take(options.LAW)
+    for key, text in dict(given.pop("gain", ())).items():
+        with prefixed(f"--gain {shortened(key)}: "):
+            if key in settings:
+                raise InputError(f"--{key.replace('_', '-')} is given, too; give one of them")
+            settings[key] = value_of(controller_class(name, robot), key, text)
+    return make_controller(name, robot, settings)
 
 
-def _refuse_options(ctx: click.Context, name: str, valid: Iterable[str]) -> None:
-    """Refuse options for other controllers.
-
-    Raises:
-        click.UsageError: One is given.
-    """
-    own = is_reference(name)  # whatever its fields are called, their domains are its own: --gain sets them
-    known = {*valid} & {*SHARED, "slope_source"} if own else {*valid}
-    for part, owners in ((options.ADAPTIVE, "adaptive"), (options.COMPARISON, ", ".join(options.COMPARED))):
-        owner = "controllers of this project, and --gain sets what yours has" if own else f"--controller {owners}"
-        refuse(ctx, [each for each in section(ctx, part) if each.name not in known], owner, name)
-
-
-def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]) -> Disturbances | None:
+def disturbances_of(
+    given: Iterable[tuple[str, str]], pushes: Sequence[tuple[float, float]]
+) -> mjbiped.Disturbances | None:
     """Make the disturbances of a command; None if there are none.
 
     Args:
@@ -138,11 +123,11 @@ def disturbances_of(given: Iterable[tuple[str, str]], pushes: Sequence[tuple[flo
     values: dict[str, Any] = {"pushes": pushes} if pushes else {}
     for name, text in given:
         with prefixed("--disturb "):
-            known_name("disturbance", name, SETTINGS)
+            known_name("disturbance", name, options.DISTURBANCES)
             if name in values:
                 raise InputError(f"{name} is given twice; give it once")
-            values[name] = value_of(Disturbances, name, text)
-    return Disturbances(**values) if values else None
+            values[name] = value_of(mjbiped.Disturbances, name, text)
+    return mjbiped.Disturbances(**values) if values else None
 
 
 def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
@@ -155,14 +140,13 @@ def model_of(robot: _Robot, errors: Sequence[tuple[str, float]]) -> _Robot:
     Raises:
         InputError: A name is given twice, or the model is not a valid robot.
     """
-    if len(dict(errors)) < len(errors):
-        raise InputError("--model-error: a name is given twice; give it once")
-    if not errors:
-        return robot
-    for name, _ in errors:
-        known_name("parameter of the robot", name, robot.numbers())
+    with prefixed("--model-error: "):
+        if len(dict(errors)) < len(errors):
+            raise InputError("a name is given twice; give it once")
+        for name, _ in errors:
+            known_name("parameter of the robot", name, robot.numbers())
     changed = {name: factor * getattr(robot, name) for name, factor in errors}
-    return replace(robot, **changed)  # type: ignore[type-var]  # every robot is a dataclass
+    return replace(robot, **changed) if changed else robot  # type: ignore[type-var]  # every robot is a dataclass
 
 
 def terrain_of(text: str, seed: int | None) -> Terrain:
@@ -204,20 +188,19 @@ def _random(text: str) -> tuple[str, dict[str, Any]]:
     return name.strip(), parse_parameters(rest) if rest.strip() else {}
 
 
-def engine_of(ctx: click.Context, name: str, values: dict[str, Any]) -> Engine:
-    """Make the engine of a command, and remove its options from `values`.
+def engine_of(name: str, given: Given) -> Engine:
+    """Make the engine of a command, and remove its options from `given`.
 
     Raises:
         click.UsageError: An option is given that the engine does not have.
         InputError: One is outside its domain.
     """
-    mujoco = mujoco_of(ctx, values)
-    if name == mujoco.name:
-        return mujoco
-    refuse(ctx, section(ctx, options.MUJOCO), f"--engine {mujoco.name}", name)
+    if name == mjbiped.Mujoco.name:
+        return mujoco_of(given)
+    given.refuse(options.MUJOCO, f"--engine {mjbiped.Mujoco.name}", name)
     return names.engine_of(name)
 
 
-def mujoco_of(ctx: click.Context, values: dict[str, Any]) -> mjbiped.Mujoco:
-    """Make the MuJoCo engine of a command, and remove its options from `values`."""
-    return mjbiped.Mujoco(**taken(ctx, values, options.MUJOCO))
+def mujoco_of(given: Given) -> mjbiped.Mujoco:
+    """Make the MuJoCo engine of a command, and remove its options from `given`."""
+    return mjbiped.Mujoco(**given.take(options.MUJOCO))

@@ -1,35 +1,55 @@
-"""The commands `walk`, `compare` and `render`."""
+"""The commands `walk`, `compare`, `render` and `view`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 import mjbiped
-from mjbiped.cli import kinds, options, sections
-from mjbiped.cli.ending import INTERRUPTED
-from mjbiped.cli.files import Results
-from mjbiped.cli.sections import results, taken
-from mjbiped.cli.walkers import engine_of, mujoco_of, walker
+from mjbiped.cli import choices, options
+from mjbiped.cli.commands import Command, Given, command, filled
+from mjbiped.cli.main import INTERRUPTED, end
+from mjbiped.cli.options import Video
+from mjbiped.cli.results import Plotted
+from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
+from mjbiped.engines.names import DEFAULT_ENGINE
+from mjbiped.errors import shown
+from mjbiped.rendering.look import ALL, look
+from mjbiped.utils import domains
+
+if TYPE_CHECKING:  # the help does not need it
+    from mjbiped.viewing.sources import Source
 
 
-@click.command("walk", cls=sections.SectionCommand)
-@click.argument("terrain", default="mixed")
-@options.walker_options
-@options.engine_option
-@results(options.RECORD, *options.PLOT, options.VIDEO_FILE, *options.PRINTED)
-@options.video_options
-@click.pass_context
-def walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
+@command("walk")
+def walk(
+    terrain: str = "mixed",
+    /,
+    *,
+    walker_options: Annotated[Given, options.WALKER],
+    engine: Annotated[str, options.ENGINE] = DEFAULT_ENGINE,
+    out: Annotated[Path | None, choices.RECORD] = None,
+    results: Plotted,
+    video: Annotated[Path | None, choices.VIDEO] = None,
+    pictures: Video,
+) -> None:
     """Simulate a walk on TERRAIN, and report how it went.
 
     TERRAIN is a preset, a preset with parameters, or a file; "mixed" if left out. Slopes are positive downhill, steps
     positive up. A file is a .csv of elevations, columns x,z in m, or a .toml or .yaml with segments = [[length_m,
     slope_deg, step_m], ...].
+
+    Walk:
+        engine: The physics: MuJoCo's contacts, or the paper's impact map.
+
+    Results:
+        out: Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs.
+        video: Write a video, .mp4 or .gif; see below.
 
     \b
     Presets: level, incline, slopes, stairs, mixed, random, treads, waves, recorded; with parameters:
@@ -45,40 +65,44 @@ def walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped walk stairs:rise=0.04 --robot kneed --engine hybrid --plot knees.png
       mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
-    pictures = taken(ctx, values, options.VIDEO)
-    _check_part(pictures)
-    law, ground = walker(ctx, values)
-    engine = engine_of(ctx, values.pop("engine"), values)
-    if results.video is not None and not results.quiet:
+    law, ground = walker(terrain, walker_options)
+    physics = engine_of(engine, walker_options)
+    if video is not None and not results.quiet:
         _warn_without_gl()
     status, trouble = 0, ""
     try:
-        done = mjbiped.walk(law, ground, engine=engine, progress=not results.quiet, **values)
+        done = mjbiped.walk(law, ground, engine=physics, progress=not results.quiet, **walker_options)
     except mjbiped.WalkInterrupted as stop:
         done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
     except mjbiped.WalkStopped as stop:
         done, status, trouble = stop.walk, 1, str(stop)
-    done = replace(done, settings={**done.settings, "command": ctx.obj})
-    results.save(done)
+    done = replace(done, settings={**done.settings, "command": click.get_current_context().obj})
+    results.save(done, out)
     if trouble:
-        results.fail(status, trouble + (f"; what was walked is in {results.out}" if results.written else ""))
+        results.fail(status, trouble + (f"; what was walked is in {out}" if results.written else ""))
     else:
         results.draw("walk:plot_walk", done)
-        results.render(done, pictures)
+        results.write("video", video, partial(pictures.render, done, progress=not results.quiet))
     summary = done.summary()
     results.end({**summary, "settings": dict(done.settings)}, [summary])
 
 
-@click.command("compare", cls=sections.SectionCommand)
-@click.argument("terrain", default="mixed")
-@options.walker_options
-@results(options.RECORDS, *options.PLOT, *options.PRINTED)
-@click.pass_context
-def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
+@command("compare")
+def compare(
+    terrain: str = "mixed",
+    /,
+    *,
+    walker_options: Annotated[Given, options.WALKER],
+    out: Annotated[Path | None, choices.DATA] = None,
+    results: Plotted,
+) -> None:
     """Simulate a walk on TERRAIN in both engines, and report where they diverge and why.
 
     The same controller walks in MuJoCo (contacts resolved in time) and in the hybrid engine (the paper's equations and
     impact map). TERRAIN is as for `mjbiped walk`. A fall is a result: the exit status stays 0.
+
+    Results:
+        out: Write both records: a.npz gives a_mujoco.npz and a_hybrid.npz.
 
     \b
     Examples:
@@ -87,20 +111,18 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
       mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
-    from rich.text import Text
-
     from mjbiped.cli.tables import comparison_tables
 
-    law, ground = walker(ctx, values)
-    mujoco = mujoco_of(ctx, values)
+    law, ground = walker(terrain, walker_options)
+    mujoco = mujoco_of(walker_options)
 
     def write(*walks: mjbiped.Walk) -> None:
         for record in walks:
-            name, out = record.settings["engine"], results.out
+            name = record.settings["engine"]
             results.write(f"record_{name}", out and out.with_stem(f"{out.stem}_{name}"), record.save)
 
     try:
-        done = mjbiped.compare(law, ground, mujoco=mujoco, progress=not results.quiet, **values)
+        done = mjbiped.compare(law, ground, mujoco=mujoco, progress=not results.quiet, **walker_options)
     except (mjbiped.WalkStopped, mjbiped.WalkInterrupted) as stop:
         write(*stop.before, stop.walk)
         kept = f"; what was walked is in {' and '.join(results.written.values())}" if results.written else ""
@@ -110,18 +132,25 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
     write(done.mujoco, done.hybrid)
     results.draw("comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
-    results.end(done.to_dict(), [who, *comparison_tables(done), Text(done.verdict)])
+    results.end(done.to_dict(), [who, *comparison_tables(done), done.verdict])
 
 
-@click.command("render", cls=sections.SectionCommand)
-@click.argument("record", type=click.Path(path_type=Path))
-@click.argument("video", required=False, type=kinds.VIDEO)
-@results(*options.PLOT, ("--no-video", bool, "Write the figure only."), options.QUIET)
-@options.video_options
-def render(record: Path, results: Results, **pictures: object) -> None:
+@command("render")
+def render(
+    record: Annotated[Path, choices.FILE],
+    video: Annotated[Path | None, choices.VIDEO] = None,
+    /,
+    *,
+    results: Plotted,
+    no_video: bool = False,
+    pictures: Video,
+) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.
 
     The video goes to VIDEO, an .mp4 or .gif file; if left out, to an .mp4 file beside the record, with its name.
+
+    Results:
+        no_video: Write the figure only.
 
     \b
     Examples:
@@ -130,26 +159,14 @@ def render(record: Path, results: Results, **pictures: object) -> None:
       mjbiped render walk.npz walk.gif --video-size 640x360 --fps 15 --hide chart,labels
       mjbiped render walk.npz --no-video --plot walk.svg
     """  # noqa: D301 (click reads the backspace)
-    if results.no_video and (results.plot is None or results.video is not None):
+    if no_video and (results.plot is None or video is not None):
         raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
-    _check_part(pictures)
     done = mjbiped.Walk.load(record)
-    if results.video is None and not results.no_video:
-        results.video = kinds.VIDEO(record.with_suffix(".mp4"))
     results.draw("walk:plot_walk", done)
-    results.render(done, pictures)
+    if not no_video:
+        file = video or choices.to_write(record.with_suffix(".mp4"), ".mp4")
+        results.write("video", file, partial(pictures.render, done, progress=not results.quiet))
     results.end({}, [])
-
-
-def _check_part(pictures: Mapping[str, Any]) -> None:
-    """Refuse a video that ends before it begins.
-
-    Raises:
-        click.UsageError: The video ends before it begins.
-    """
-    start, stop = pictures["start"], pictures["stop"]
-    if start is not None and stop is not None and start > stop:
-        raise click.UsageError(f"--start {start:g} comes after --stop {stop:g}; swap them.")
 
 
 def _warn_without_gl() -> None:
@@ -158,3 +175,95 @@ def _warn_without_gl() -> None:
 
     if gl_available() is None:
         click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
+
+
+@filled(marks=f"torque, force, ghost, estimate, traces, shadows, caption, or {ALL}")
+@dataclass
+class Window:
+    """What the window shows.
+
+    View:
+        slow_motion: Seconds in the window per second of the walk, at the start.
+        hide: Elements to hide, separated by commas: {marks}.
+        flags: A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be
+            repeated.
+        seconds: Time after which the window closes, s.
+    """
+
+    slow_motion: Annotated[float, domains.SLOW_MOTION] = 1.0
+    hide: Annotated[tuple[str, ...], choices.Choice("NAMES")] = ()
+    flags: Annotated[tuple[str, ...], choices.Choice("NAME"), "flag"] = ()
+    seconds: Annotated[float | None, domains.TIME, "for"] = None
+
+
+class _KeysInHelp(Command):
+    """A command whose help ends with the keys of the window."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options, then the keys and the mouse."""
+        from mjbiped.viewing.player import KEYS, MOUSE
+
+        super().format_options(ctx, formatter)
+        with formatter.section("Keys and mouse in the window"):
+            formatter.write_dl([*((key.name, key.does) for key in KEYS.values()), *MOUSE.items()])
+
+
+@partial(_KeysInHelp, "view")
+def view(
+    what: Annotated[str, str, "[TERRAIN | RECORD]"] = "mixed",
+    /,
+    *,
+    window: Window,
+    walker_options: Annotated[Given, options.WALKER],
+) -> None:
+    """Watch the biped walk on TERRAIN in a window, and push it; or watch the walk of RECORD, an .npz file, again.
+
+    The window is MuJoCo's viewer. As long as nobody pushes, the walk is that of `mjbiped walk` in MuJoCo, with the same
+    options. TERRAIN is as for `mjbiped walk`. Without a screen use `mjbiped render`. On macOS the window needs MuJoCo's
+    own Python: mjpython -m mjbiped view.
+
+    \b
+    Examples:
+      mjbiped view
+      mjbiped view random:seed=7 --slow-motion 4
+      mjbiped view incline:slope_deg=2 --controller passive --flag contactforce
+      mjbiped view walk.npz --hide ghost,traces
+    """  # noqa: D301 (click reads the backspace)
+    from mjbiped.viewing.player import Player
+    from mjbiped.viewing.sources import Replay
+    from mjbiped.viewing.window import ground, require_screen, view
+
+    shows = look(window.hide, window.flags)
+    if what.endswith(".npz"):
+        walker_options.refuse(walker_options, "walks that are made", f"the record {shown(what)}")
+        make: Callable[[], Source] = partial(Replay, mjbiped.Walk.load(what))
+    else:
+        make = _live(what, walker_options)
+    require_screen()
+    player = Player(make(), speed=1.0 / window.slow_motion)
+    try:
+        view(player, shows, seconds=window.seconds)
+    except mjbiped.WalkStopped as stop:
+        end(1, str(stop))
+    finally:
+        player.source.close()
+    source, moment = player.source, player.source.moment()
+    told = f"closed at {moment.time:.2f} s, step {moment.step}, of the walk on {ground(source.terrain)}"
+    click.echo(f"{told}: {source.ended or 'walking'}")
+
+
+def _live(text: str, given: Given) -> Callable[[], Source]:
+    """Check the options of a walk, and return a function that starts it."""
+    from mjbiped.engines.plan import Terms, make_plan
+    from mjbiped.viewing.sources import LiveWalk
+
+    grounds = next_ground(text, given.get("seed"))
+    controller, terrain = walker(text, given)
+    terms = Terms(mujoco_of(given), given.get("steps"), given.get("distance"), given["robot"], None, given["scuffing"])
+    initial, disturbances = given.get("initial", "gait"), given["disturbances"]
+    plan = make_plan(terms, controller, terrain, initial, disturbances=disturbances)
+    if grounds is None:
+        return partial(LiveWalk, plan)
+    return partial(
+        LiveWalk, plan, lambda: make_plan(terms, controller, grounds(), initial, plan.description, disturbances)
+    )

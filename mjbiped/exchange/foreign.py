@@ -11,8 +11,7 @@ import numpy as np
 
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
 from mjbiped.errors import InputError, prefixed, shown
-from mjbiped.exchange.guarded import compiled
-from mjbiped.exchange.parts import Part, Vector, check_lossless, parts_of
+from mjbiped.exchange.parts import Part, Vector, check_lossless, compiled, parts_of
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped

@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
-from mjbiped.exchange.links import WORLD, Link, links_of
-from mjbiped.exchange.urdf import urdf_of
+from mjbiped.exchange.urdf import WORLD, Link, links_of, urdf_of
 from mjbiped.records.record import Walk
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain

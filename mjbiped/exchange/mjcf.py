@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from string import Template
 from xml.etree import ElementTree
+
+import numpy as np
 
 from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import SHARED
@@ -16,8 +21,7 @@ from mjbiped.engines.mujoco.scene import first_state, scene_spec
 from mjbiped.engines.mujoco.setup import ground_needed
 from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError
-from mjbiped.exchange.exact import exact_xml
-from mjbiped.exchange.notes import notes_of
+from mjbiped.exchange.urdf import joined
 from mjbiped.gaits.described import passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
@@ -25,6 +29,7 @@ from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
 from mjbiped.utils.mujoco import mujoco
+from mjbiped.version import __version__
 
 TIMESTEP = 1e-4
 """Length of all physics steps, s: plain steps as long as this resolve impacts (docs/convergence.md)."""
@@ -146,3 +151,80 @@ def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int
             geom.conaffinity = _STANCE | _OTHERS
     for name in (name for limb in robot.bodies.limbs[1:] for name in robot.bodies.feet(limb)):
         spec.geom(name).contype = _OTHERS
+
+
+_ATTRIBUTES = {
+    "body": {"pos": "pos", "quat": "quat"},
+    "inertial": {"pos": "ipos", "mass": "mass", "diaginertia": "inertia"},
+    "geom": {"pos": "pos", "quat": "quat", "size": "size", "friction": "friction", "solref": "solref"},
+    "joint": {"pos": "pos", "ref": "qpos0", "range": "range"},
+    "hfield": {"size": "size", "elevation": "data"},
+    "key": {"qpos": "qpos", "qvel": "qvel"},
+}
+"""Attributes of elements whose numbers are written exactly, with their names in the compiled model."""
+
+_close = partial(math.isclose, rel_tol=1e-5, abs_tol=1e-12)  # a number and its first six digits
+
+
+def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element:
+    """Write a model as XML, with the exact numbers of all that moves or touches.
+
+    Args:
+        spec: The specification; all that matters in it has a name.
+        model: The model that it compiles to.
+    """
+    root = ElementTree.fromstring(spec.to_xml())
+    for section in ("asset", "worldbody", "keyframe"):
+        for parent in root.iter(section):
+            for element in parent.iter():
+                name = element.get("name")
+                if element.tag in _ATTRIBUTES and name is not None:
+                    _write(element, getattr(model, element.tag)(name))
+                for inertial in element.findall("inertial"):
+                    _write(inertial, model.body(name))
+    option = root.find("option")
+    if option is not None:
+        option.set("timestep", repr(float(model.opt.timestep)))
+        option.set("gravity", joined(model.opt.gravity))
+    return root
+
+
+def _write(element: ElementTree.Element, compiled: object) -> None:
+    """Write the numbers of an element of the compiled model over their first six digits."""
+    for name, field in _ATTRIBUTES[element.tag].items():
+        written = element.get(name)
+        if written is None:
+            continue
+        rounded = [float(number) for number in written.split()]
+        exact = np.ravel(getattr(compiled, field))[: len(rounded)].tolist()
+        # not by NumPy, whose `allclose` takes half of the time of a whole export
+        if len(exact) == len(rounded) and all(map(_close, exact, rounded)):
+            element.set(name, joined(exact))
+
+
+_WIDTH = 110  # characters of a line
+
+
+def notes_of(robot: Robot, terrain: Terrain, timestep: float) -> str:
+    """Describe an exported scene.
+
+    Args:
+        robot: The robot.
+        terrain: The ground.
+        timestep: Length of the file's steps, s.
+    """
+    behind, ahead = robot.sole or (0.0, 0.0)
+    numbers = {"timestep": timestep, "behind": behind, "ahead": ahead, "reach": ScuffingRule().reach * robot.leg_length}
+    words = {name: f"{number:g}" for name, number in numbers.items()}
+    words |= {"kind": robot.kind, "terrain": terrain.caption, "version": __version__}
+    left_out = {
+        "scuffing" if robot.collides_from_lift_off else "lift_off",
+        "" if "knee" in robot.joints else "knees",
+        "" if robot.sole is not None else "sole",
+    }
+    text = Path(__file__).with_name("notes.txt").read_text(encoding="utf-8")
+    notes = dict(line.split(": ", 1) for line in text.splitlines())
+    lines = [Template(note).substitute(words) for name, note in notes.items() if name not in left_out]
+    lines = ["".join(letter for letter in line if letter.isprintable()) for line in lines]  # XML holds no others
+    told = "\n".join(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    ") for line in lines)
+    return f"\n{told.replace('--', '- -')}\n  "  # no comment in XML holds two hyphens

@@ -3,16 +3,37 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-from mjbiped.exchange.formats import MCAP, PARQUET, check_format
-from mjbiped.exchange.mcap import write_recording
+from mjbiped.errors import InputError, shown
 from mjbiped.records.columns import Columns, Table, attributes, flat_samples, flat_touchdowns, tables_of, units_of
 from mjbiped.records.record import Walk
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
+
+OWN, CSV, PARQUET, MCAP = ".npz", ".csv", ".parquet", ".mcap"
+
+MODULES: Mapping[str, tuple[str, str] | None] = {
+    CSV: None,
+    PARQUET: ("pyarrow.parquet", "data"),
+    MCAP: ("mcap_ros2.writer", "ros"),
+}
+"""Suffixes of the formats, with the module that each needs, and the extra that has it."""
+
+
+def check_format(path: Path) -> Path:
+    """Return the path of a record in a foreign format that can be written here.
+
+    Raises:
+        InputError: The suffix is unknown, or the extra of its format is not installed.
+    """
+    if path.suffix not in MODULES:
+        raise InputError(f"{shown(str(path))} must end in {' or '.join(MODULES)}")
+    if (extra := MODULES[path.suffix]) is not None:
+        needed(*extra, f"a file {path.name}")
+    return path
 
 
 def export_walk(walk: Walk, path: str | Path) -> None:
@@ -32,8 +53,12 @@ def export_walk(walk: Walk, path: str | Path) -> None:
 
 
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:
-    """Return what a record becomes, by kind: files, and the functions that write them."""
+    """Return what a record becomes in the format of a path, by kind: files, and the functions that write them."""
+    if path.suffix == OWN:
+        return {"record": (path, walk.save)}
     if path.suffix == MCAP:
+        from mjbiped.exchange.mcap import write_recording  # for recordings alone
+
         return {"record": (path, partial(write_recording, walk))}
     samples, touchdowns = tables_of(type(walk.robot))
     beside = path.with_stem(f"{path.stem}_touchdowns")

@@ -109,7 +109,10 @@ def checked_slope(slope: float) -> float:
     """
     slope = domains.SLOPE.check("slope", slope)
     if slope < domains.DOWNHILL.low:
-        raise no_gait(slope, f"without torques the robot walks only downhill; give a slope {domains.DOWNHILL}")
+        steepest = math.degrees(domains.DOWNHILL.high)
+        raise no_gait(
+            slope, f"without torques the robot walks only downhill; give one above 0, to {steepest:.4g} degrees"
+        )
     return slope
 
 

@@ -98,7 +98,10 @@ MEASURES = measures_of(Compass)
 
 def in_words(value: float | None, factor: float, form: str) -> str:
     """Format a measure for display; a dash stands for one that does not exist."""
-    return "-" if value is None else "unbounded" if value == math.inf else format(value * factor, form)
+    if value is None or value == math.inf:
+        return "-" if value is None else "unbounded"
+    text = format(value * factor, form)
+    return text if text.strip("-0.") else text.lstrip("-")  # a small negative number is no "-0.00"
 
 
 def quantile_rows(finished: Mapping[str, Any]) -> list[list[str]]:

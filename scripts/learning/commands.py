@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from mjbiped.cli.ending import INTERRUPTED, end, terminable
+from mjbiped.cli.main import INTERRUPTED, end, terminable
 from mjbiped.errors import MjbipedError
 
 OUT = click.option(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 import pytest
-from command_line import run
+from command_line import assert_refused, run
 
-from mjbiped.cli import figures
+from mjbiped.cli import export as figures
 from mjbiped.cli.main import main
 
 CHEAP = {"gait": "gait --slope-deg 2", "wheel": "return-map --robot wheel --slope-deg 5 --points 20"}
@@ -53,6 +53,11 @@ def test_one_that_fails_does_not_stop_the_others(cheap: dict[str, str], tmp_path
     assert "Error: no passive gait on a slope of 80 degrees" in result.stderr
     assert "mjbiped gait failed" in result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gait.pdf", "wheel.pdf"]
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert_refused(run("figures", tmp_path / "file" / "folder"), "cannot be made: Not a directory; give another folder")
 
 
 @pytest.mark.slow

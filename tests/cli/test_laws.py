@@ -76,7 +76,7 @@ def test_basin_maps_what_imitates_a_gait_and_refuses_what_does_not() -> None:
     assert result.exit_code == 0, result.output
     assert '"walker": "Imitating"' in result.stdout
     assert_refused(run("basin", "--controller", "spread.py:HipSpread"), "HipSpread imitates no gait")
-    assert_refused(run("basin", "--imitate-slope-deg", 3), "--imitate-slope-deg is for --controller adaptive")
+    assert_refused(run("basin", "--imitate-slope-deg", 3), "controller passive 'imitate_slope_deg'")
 
 
 def test_a_basin_that_fails_is_written() -> None:
@@ -105,13 +105,25 @@ def test_the_adaptive_controller_has_gains_too() -> None:
         (("--controller", "spread.py:HipSpred"), "did you mean 'HipSpread'"),
         (("--controller", "gone.py:HipSpread"), "there is no such file"),
         (("--controller", "pasive"), "did you mean 'passive'?"),
-        (("--controller", "spread.py:HipSpread", "--gain", "k=1"), "valid are stiffness=0.5, spread=0.4."),
+        (("--controller", "spread.py:HipSpread", "--gain", "k=1"), "valid are stiffness=0.5, spread=0.4"),
         (("--controller", "spread.py:HipSpread", "--gain", "stifness=1"), "did you mean 'stiffness'?"),
-        (("--controller", "spread.py:HipSpread", "--gain", "spread=wide"), "--gain spread = 'wide': must be a finite"),
-        (("--controller", "spread.py:HipSpread", "--imitate-slope-deg", 1), "--imitate-slope-deg is for"),
-        (("--controller", "imitating.py:Imitating", "--position-gain", 1), "--gain sets what yours has"),
-        (("--controller", "passive", "--gain", "k=1"), "passive has no such gain; it has none."),
-        (("--position-gain", 3, "--gain", "position_gain=3"), "say the same; give one of them"),
+        (
+            ("--controller", "spread.py:HipSpread", "--gain", "spread=wide"),
+            "spread: spread = 'wide': must be a finite",
+        ),
+        (
+            ("--controller", "spread.py:HipSpread", "--imitate-slope-deg", 1),
+            "HipSpread 'imitate_slope_deg'",
+        ),
+        (
+            ("--controller", "imitating.py:Imitating", "--position-gain", 1),
+            "Imitating 'position_gain'",
+        ),
+        (("--controller", "passive", "--gain", "k=1"), "controller passive 'k': valid are none"),
+        (
+            ("--position-gain", 3, "--gain", "position_gain=3"),
+            "--position-gain is given, too; give one of them",
+        ),
         (("level", "--controller", "spread.py:HipSpread"), 'give initial="rest" (--initial rest)'),
     ],
 )

@@ -56,10 +56,11 @@ def test_help_groups_options_and_shows_defaults() -> None:
     sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)
     assert sections[-17:] == [
         "Walk",
-        "MuJoCo",
         "Adaptive controller",
         "Comparison controllers",
         "Robot",
+        "Disturbances",
+        "MuJoCo",
         "Robot compass, footed, round",
         "Robot compass, footed, kneed, round, round-kneed, halved-rods",
         "Robot compass, footed, kneed, halved-rods",
@@ -68,7 +69,6 @@ def test_help_groups_options_and_shows_defaults() -> None:
         "Robot wheel",
         "Robot round, round-kneed",
         "Robot round-kneed",
-        "Disturbances",
         "Results",
         "Video",
         "Options",

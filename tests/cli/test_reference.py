@@ -61,7 +61,7 @@ def test_walk_tracks_it(tmp_path: Path) -> None:
         (("--reference", "clearance=-1"), "clearance = -1.0: must be"),
         (("--reference", "clearance=0.1", "--imitate-slope-deg", "3"), "give one of them"),
         (("--reference", "clearance=0.1", "--controller", "kinetic-energy"), "needs a passive gait"),
-        (("--reference", "clearance=0.1", "--controller", "passive"), "--reference is for"),
+        (("--reference", "clearance=0.1", "--controller", "passive"), "of the controller passive 'reference'"),
         (("--gain", "replanning=sum"), "valid are paper, additive"),
     ],
 )

@@ -2,22 +2,19 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
-import click
 import pytest
 from click.testing import CliRunner
 from command_line import run
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
-from mjbiped.cli import kinds
+from mjbiped.cli.commands import Command, Given
 from mjbiped.cli.options import parameter_options
-from mjbiped.cli.sections import SectionCommand
 from mjbiped.control.registry import controller_from, make_controller
 from mjbiped.errors import InputError
 from mjbiped.exchange.mjcf import export_scene
-from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 
@@ -101,7 +98,11 @@ def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
             ("--robot", "wheel", "--sole", 0.1),
             "--sole is for --robot compass, footed, kneed, halved-rods; wheel has no such",
         ),
-        (("--model-error", "sole=2"), "expected NAME=FACTOR"),
+        (
+            ("--robot", "bare.toml"),
+            "its kind is missing; without one it is a compass, which has no thigh_mass",
+        ),
+        (("--model-error", "sole=2"), "--model-error: unknown parameter of the robot 'sole'"),
         (("--robot", "wheel", "--spokes", 4), "'--spokes': '4'; expected a whole number from 5 to 100."),
         (("--robot", "kneed", "--thigh-centre", 0.6), "thigh_centre = 0.6: must lie on the link"),
         (("--robot", "odd.toml"), "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'"),
@@ -112,6 +113,7 @@ def test_what_does_not_fit_is_refused(
     words: tuple[object, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("bare.toml").write_text("thigh_mass = 2.5\n", encoding="utf-8")
     Path("odd.toml").write_text('kind = "kneed"\nthigh = 3.5\n', encoding="utf-8")
     result = run("walk", "level", "--engine", "hybrid", "--controller", "passive", *words)
     assert result.exit_code == 2
@@ -131,10 +133,12 @@ class Sprung(mjbiped.RimlessWheel):
     stretch: Annotated[float, domains.LENGTH] = 0.25
 
 
-def test_a_further_robot_has_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(cast(dict[str, Any], NAMED), "sprung", Sprung)
-    monkeypatch.setitem(kinds.OWNERS, "stretch", ["sprung"])
-    command = click.command(cls=SectionCommand)(parameter_options(["sprung"])(lambda stretch: print(stretch)))
+def test_a_further_robot_has_its_options() -> None:
+    def show(*, robot: Annotated[Given, [*parameter_options({"sprung": Sprung})]]) -> None:
+        """Show."""
+        print(robot["stretch"])
+
+    command = Command("show", show)
     assert "Robot:" in (text := CliRunner().invoke(command, ["--help"]).output)
     assert "--stretch X  Length that the springs add, over all of the spokes, m." in text
     assert "[default: 0.25]" in text

@@ -84,7 +84,7 @@ def test_a_law_that_the_user_names_is_evaluated(folder: Path, walk: mjbiped.Walk
     assert result.exit_code == 0, result.stderr
     assert (folder / "elsewhere" / "ran").exists()
     for words, said in (
-        (("--controller", "adaptive"), "expected FILE.py:CLASS"),
+        (("--controller", "adaptive"), "'adaptive' is another class"),
         (("--controller", "elsewhere/mine.py:Other"), "is another class"),
     ):
         refused = run("stability", "walk.npz", *words)

@@ -151,7 +151,10 @@ def test_compare_shows_falls_of_both(tmp_path: Path) -> None:
         (("level", "--steps", 0), "--steps"),
         (("level", "--out", "walk.txt"), "must end in .npz"),
         (("level", "--engine", "hybrid"), "No such option"),
-        (("level", "--controller", "passive", "--position-gain", 3), "passive has no such thing"),
+        (
+            ("level", "--controller", "passive", "--position-gain", 3),
+            "controller passive 'position_gain'",
+        ),
         (("no.csv",), "no.csv"),
     ],
 )

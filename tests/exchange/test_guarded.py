@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mjbiped.errors import InputError
-from mjbiped.exchange import guarded
+from mjbiped.exchange import parts
 from mjbiped.exchange.foreign import read_robot
 
 MODEL = """
@@ -51,7 +51,7 @@ def refused(folder: Path, head: str, world: str = "") -> str:
 def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     head, world, words = GREAT[name]
     if name == "time":
-        monkeypatch.setattr(guarded, "_LONGEST", 1)  # s; it takes minutes
+        monkeypatch.setattr(parts, "_LONGEST", 1)  # s; it takes minutes
     message = refused(tmp_path, head, world)
     assert words in message
     assert "GiB of memory; expected the model of a robot alone" in message
@@ -59,7 +59,7 @@ def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch:
 
 def test_what_waits_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the clock: what waits for a pipe takes no processor time."""
-    monkeypatch.setattr(guarded, "_PATIENCE", 3.0)  # s
+    monkeypatch.setattr(parts, "_PATIENCE", 3.0)  # s
     os.mkfifo(tmp_path / "pipe")
     assert "has not come to an end" in refused(tmp_path, '<include file="pipe"/>')
 

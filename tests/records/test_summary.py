@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from command_line import run
+from mjbiped.records.summary import in_words
 from PIL import Image
 
 import mjbiped
@@ -90,3 +91,11 @@ def test_what_does_not_exist_has_no_unit() -> None:
     rows = {label: (value, unit) for label, value, unit in walked.summary().rows}
     assert rows["final estimate error"] == ("-", "")
     assert rows["speed"][1] == "m/s"
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "said"),
+    [(-1e-9, ".2f", "0.00"), (-0.004, ".2f", "-0.40"), (-0.0, "+.3g", "0"), (3, "d", "300"), (None, ".2f", "-")],
+)
+def test_a_small_negative_number_is_no_negative_zero(value: float | None, form: str, said: str) -> None:
+    assert in_words(value, 100, form) == said

@@ -48,6 +48,17 @@ def test_elsewhere_it_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) ->
         assert re.fullmatch(r"walks: \d of 4 after 00:00, +[\d.]+ ?walk/s, 00:00 left", line)
 
 
+def test_a_line_says_how_far_the_work_is_when_it_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "EVERY", 0.02)
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    for done, _ in enumerate(progress_bar(range(5), desc="walks", unit="walk")):
+        if done > 2:
+            assert stream.getvalue().splitlines()[-1].strip("\r").startswith(f"walks: {done} of 5 after")
+        time.sleep(0.03)
+    assert "?" not in stream.getvalue()
+
+
 def test_what_is_short_says_nothing_there(monkeypatch: pytest.MonkeyPatch) -> None:
     assert told(monkeypatch, io.StringIO()) == ""
 

@@ -35,9 +35,9 @@ REFUSED: dict[str, tuple[tuple[object, ...], str]] = {
     "no way": (("--distance", 0), "'--distance': '0'; expected a number from 1e-06"),
     "way not a number": (("--distance", "nan"), "'--distance': 'nan'; expected a number"),
     "unknown engine": (("--engine", "bullet"), "'--engine'"),
-    "unknown controller": (("--controller", "pid"), "'--controller'"),
+    "unknown controller": (("--controller", "pid"), "unknown controller 'pid': valid are adaptive"),
     "unknown state": (("--initial", "run"), "'gait', 'rest' or four numbers"),
-    "three numbers": (("--initial", "1,2,3"), "'gait', 'rest' or four numbers"),
+    "three numbers": (("--initial", "1,2,3"), "an initial state is four finite numbers"),
     "state not a number": (("--initial", "0,0,nan,0"), "'gait', 'rest' or four numbers"),
     "no timestep": (("--timestep", 0), "expected a number from 1e-06 to 0.004 s"),
     "long timestep": (("--timestep", 0.1), "expected a number from 1e-06 to 0.004 s"),
@@ -78,7 +78,7 @@ def test_walk_refuses_outputs_that_cannot_be_written(option: str, name: str, tmp
     (tmp_path / "file").write_text("")
     (tmp_path / name).mkdir()
     assert_refused(run("walk", option, tmp_path / "file" / name), "there is no folder")
-    assert_refused(run("walk", option, tmp_path / name), "is a folder")
+    assert_refused(run("walk", option, tmp_path / name), "Is a directory")
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs a folder that takes no file, from root neither")
