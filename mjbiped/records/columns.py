@@ -185,7 +185,7 @@ def index_of(columns: Columns, name: str) -> int:
     return int(row_type(columns).fields[name][1]) // 8  # type: ignore[index]  # a structured type has fields
 
 
-def split(columns: Columns, rows: ArrayLike) -> Table:
+def split(columns: Columns, rows: ArrayLike) -> dict[str, NDArray[Any]]:
     """Split rows of `width(columns)` floats into an array for each column, whole numbers where the column has them."""
     table = np.asarray(rows, dtype=np.float64).reshape(-1, width(columns))
     named = np.ascontiguousarray(table).view(row_type(columns))[:, 0]

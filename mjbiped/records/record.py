@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
-from mjbiped.records.columns import Frames, Table, frames
+from mjbiped.records.columns import Frames, frames
 from mjbiped.records.loads import unknown
 from mjbiped.records.schema import FORMAT, FORMAT_VERSION, checked_fields
 from mjbiped.records.summary import WalkSummary, html_table
@@ -53,8 +53,8 @@ class Walk:
             parameters, initial state, limits, versions.
     """
 
-    samples: Table
-    touchdowns: Table
+    samples: Mapping[str, NDArray[Any]]
+    touchdowns: Mapping[str, NDArray[Any]]
     outcome: str
     end: tuple[float, float]
     peak_torque: NDArray[np.float64]

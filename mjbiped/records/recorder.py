@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.records.columns import Columns, Table, index_of, split, tables_of, width
+from mjbiped.records.columns import Columns, index_of, split, tables_of, width
 from mjbiped.records.measures import Summary
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -106,7 +106,7 @@ class Recorder:
         assert self._summary is not None
         return self._summary
 
-    def samples(self) -> Table:
+    def samples(self) -> dict[str, NDArray[Any]]:
         """Return the samples so far; see `mjbiped.records.columns.SAMPLES`."""
         table = np.concatenate(self._samples) if self._samples else np.empty((0, self._sampled))
         if not self._keep_samples:
@@ -114,6 +114,6 @@ class Recorder:
         own = table[:, self._sampled :].copy()
         return {**split(self._columns.samples, table[:, : self._sampled]), "controller_states": own}
 
-    def touchdowns(self) -> Table:
+    def touchdowns(self) -> dict[str, NDArray[Any]]:
         """Return the touchdowns so far; see `mjbiped.records.columns.TOUCHDOWNS`."""
         return split(self._columns.touchdowns, np.concatenate(self._rows))
