@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
@@ -19,9 +20,11 @@ from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, dr
 from mjbiped.plotting.timelapse import Row, draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import Lines, lines_of, signals_of
+from mjbiped.records.signals import Lines, Signal, lines_of, signals_of, without_zeros
+from mjbiped.robots.robot import Array
 
 _LINES = 3  # greatest number of title lines for the terrain and controller, whose names may have any length
+_POINTS = 200  # of an imitated gait
 _MOST_TICKED = 60  # greatest number of touchdowns that are marked on time axes
 
 
@@ -52,7 +55,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
     with drawn(path) as figure:
         title = _title(walk)
         narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
-        panels = [lines for lines in lines_of(walk) if lines.panel.in_figure]
+        panels = without_zeros(lines for lines in lines_of(walk) if lines.panel.in_figure)
         portraits = len(walk.robot.angles)
         across = min(portraits, max(2, width().beside(portraits)))
         margin, history, portrait = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
@@ -68,7 +71,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
         handles = [Line2D([], [], color=colour, linewidth=size, label=leg) for colour, size, leg in legs]
         legend_above(grid[0], handles=handles)
         letters = iter("bcdefghijklm")
-        axes = histories.subplots(len(panels), 1, sharex=True)
+        axes = histories.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for below, lines in zip(axes, panels, strict=True):
             draw_over_time(below, walk, next(letters), lines)
         axes[-1].set_xlabel("time (s)")
@@ -143,37 +146,65 @@ def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str
         legend_above(axes)
 
 
+class Portrait(NamedTuple):
+    """Rate over angle of a segment, for a figure or a page.
+
+    Attributes:
+        angle: Signal of the angle.
+        rate: Signal of the rate.
+        motion: Angle (rad) and rate (rad/s) at the samples, shape (n, 2); rows of NaN stand between steps.
+        planned: The re-planned references, each of shape (points, 2).
+        gait: The gait that the controller imitated, shape (points, 2), or none.
+    """
+
+    angle: Signal
+    rate: Signal
+    motion: Array
+    planned: list[Array]
+    gait: Array | None
+
+
+def portraits(walk: Walk, keep: slice | NDArray[np.int64] = slice(None)) -> Iterator[Portrait]:
+    """Make the phase portrait of each angle of a walk.
+
+    Args:
+        walk: A record with samples.
+        keep: Samples that are drawn.
+    """
+    samples, angles = walk.samples, walk.robot.angles
+    q, dq = samples["q"].copy(), samples["dq"]
+    # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
+    nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(q) - 1)
+    q[nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]] = np.nan
+    steps = np.flatnonzero(np.diff(samples["stance"][keep])) + 1
+    motion = np.insert(np.stack([q[keep], dq[keep]], axis=2), steps, np.nan, axis=0)
+    gait, planned, signals = drawn_gait(walk), drawn_transitions(walk), signals_of(type(walk.robot))
+    cycle = None if gait is None else np.stack(gait.reference(np.linspace(0.0, gait.period, _POINTS))[:2], axis=2)
+    for k, part in enumerate(angles):
+        curves = [curve[:, [k, len(angles) + k]] for curve in planned]
+        own = None if cycle is None else cycle[:, k]
+        yield Portrait(signals[f"q_{part}"], signals[f"dq_{part}"], motion[:, k], curves, own)
+
+
 def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across: int) -> None:
     """Draw a panel per angle: a line per step, without the jumps between steps, over the re-planned reference."""
-    samples = walk.samples
-    first_of_step = np.flatnonzero(np.diff(samples["stance"])) + 1
-    # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
-    nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(samples["time"]) - 1)
-    at_impact = nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]
-    gait, replanned = drawn_gait(walk), drawn_transitions(walk)
-    signals, angles = signals_of(type(walk.robot)), walk.robot.angles
-    grid = figure.subplots(math.ceil(len(angles) / across), across, squeeze=False).ravel()
-    for unused in grid[len(angles) :]:
+    drawn_in = list(portraits(walk))
+    grid = figure.subplots(math.ceil(len(drawn_in) / across), across, squeeze=False).ravel()
+    for unused in grid[len(drawn_in) :]:
         unused.set_axis_off()
-    legs = [signals[f"q_{part}"].name for part in angles]
     entries: dict[str, Any] = {}
-    for k, (axes, part) in enumerate(zip(grid, angles, strict=False)):
-        angle, rate = signals[f"q_{part}"], signals[f"dq_{part}"]
-        q = samples["q"][:, k].copy()
-        q[at_impact] = np.nan
-        q = np.insert(q, first_of_step, np.nan)
-        dq = np.insert(samples["dq"][:, k], first_of_step, np.nan)
-        axes.plot(q, dq, color=angle.colour, linewidth=0.8, label=angle.name)
-        for number, planned in enumerate(replanned):
-            band = {**PLANNED, "label": "re-planned reference" if number == 0 else None}
-            axes.plot(planned[:, k], planned[:, len(angles) + k], **band)
-        if gait is not None:
-            reference, speed, _ = gait.reference(np.linspace(0.0, gait.period, 200))
-            axes.plot(reference[:, k], speed[:, k], label="imitated gait", **TRUTH, linewidth=1.4)
-        axes.plot(samples["q"][0, k], samples["dq"][0, k], "k.", markersize=6, label="start")
-        axes.set(xlabel=f"angle {angle.symbol} (rad)", ylabel=f"rate {rate.symbol} (rad/s)")
+    for axes, portrait in zip(grid, drawn_in, strict=False):
+        angle, (start, *_) = portrait.angle, portrait.motion
+        axes.plot(*portrait.motion.T, color=angle.colour, linewidth=0.8, label=angle.name)
+        for planned in portrait.planned:
+            axes.plot(*planned.T, label="re-planned reference", **PLANNED)
+        if portrait.gait is not None:
+            axes.plot(*portrait.gait.T, label="imitated gait", **TRUTH, linewidth=1.4)
+        axes.plot(*start, "k.", markersize=6, label="start")
+        axes.set(xlabel=f"angle {angle.symbol} (rad)", ylabel=f"rate {portrait.rate.symbol} (rad/s)")
         titled(axes, next(letters), f"Phase portrait, {angle.name}")
         handles, names = axes.get_legend_handles_labels()
         entries |= dict(zip(names, handles, strict=True))
+    legs = [portrait.angle.name for portrait in drawn_in]
     order = sorted(entries, key=lambda entry: entry not in legs)
     legend_below(figure, [entries[entry] for entry in order], order)

@@ -6,7 +6,7 @@ A new signal is a row of `SIGNALS`; walks of all robots that have its column the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -218,6 +218,12 @@ def lines_of(walk: Walk) -> Iterator[Lines]:
         missing = [signals[name].name for name in every if name not in values and not signals[name].optional]
         events = panel.events[1](walk) if panel.events else np.empty(0)
         yield Lines(panel, {signal: signals[signal] for signal in values}, values, missing, events)
+
+
+def without_zeros(every: Iterable[Lines]) -> list[Lines]:
+    """Leave out the panels that are zero throughout, such as the torques of a passive walk, but not all panels."""
+    panels = list(every)
+    return [lines for lines in panels if any(np.nan_to_num(line).any() for line in lines.values.values())] or panels[:1]
 
 
 def values_of(walk: Walk, name: str) -> Values:

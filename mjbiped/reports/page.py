@@ -28,9 +28,28 @@ _LAYOUT: dict[str, object] = {
     "margin": {"l": 70, "r": 20, "t": 40, "b": 50},
     "autosize": True,
 }
+LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.0, "xanchor": "left", "x": 0.0}
+"""A legend above the panels."""
+
 _AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
+_LINES = {"type": "scatter", "mode": "lines"}
 _HEADING: dict[str, object] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
-_LEAST_SPAN = 0.02  # of the values
+
+
+class Panel(NamedTuple):
+    """A panel of a figure, in plotly's own names.
+
+    Attributes:
+        traces: What is drawn; lines unless a trace has another type.
+        x: Settings of the horizontal axis; of the first panel alone where all panels have one axis.
+        y: Settings of the vertical axis.
+        heading: Title above the panel; none if empty.
+    """
+
+    traces: Sequence[dict[str, Any]]
+    x: dict[str, Any]
+    y: dict[str, Any]
+    heading: str = ""
 
 
 class Shown(NamedTuple):
@@ -51,91 +70,41 @@ class Shown(NamedTuple):
     height: int
 
 
-class Panels:
-    """A figure of plotly in panels, each with axes and a heading of its own.
+def plotted(panels: Sequence[Panel], *, columns: int = 1, shared: bool = False, **layout: Any) -> Any:
+    """Make a figure of plotly with panels in rows.
 
-    Attributes:
-        figure: The figure.
+    Args:
+        panels: The panels, row by row.
+        columns: Number of panels side by side.
+        shared: Whether all panels have the horizontal axis of the first one.
+        **layout: Further settings of its layout in plotly's own names, as the gaps in `grid`.
 
     Raises:
         InputError: Plotly is not installed.
     """
-
-    def __init__(self) -> None:
-        """Begin without panels."""
-        self.figure = needed("plotly.graph_objects", "report", "a report").Figure()
-        self._axes: dict[str, Any] = {}
-        self._count = 0
-
-    def add(
-        self,
-        across: tuple[float, float] = (0.0, 1.0),
-        down: tuple[float, float] = (0.0, 1.0),
-        *,
-        x: dict[str, Any] | None = None,
-        y: dict[str, Any],
-        heading: str = "",
-    ) -> dict[str, str]:
-        """Add a panel.
-
-        Args:
-            across: Left and right end, in shares of the figure's width.
-            down: Lower and upper end, in shares of the figure's height.
-            x: Settings of its horizontal axis; None if it shares that of the first panel, which stands below the last.
-            y: Settings of its vertical axis.
-            heading: Title above it; none if empty.
-
-        Returns:
-            The axes of its traces, in plotly's own names.
-        """
-        number = str(self._count + 1) if self._count else ""
-        self._count += 1
-        shared = x is None
-        own = "" if shared else number
-        settings = self._axes["xaxis"] if x is None else {**_AXIS, **x, "domain": across}
-        self._axes[f"xaxis{own}"] = {**settings, "anchor": f"y{number}"}
-        self._axes[f"yaxis{number}"] = {**_AXIS, **y, "domain": down, "anchor": f"x{own}"}
-        if heading:
-            self.figure.add_annotation(
-                text=heading, x=across[0], y=down[1], xref="paper", yref="paper", font={"size": 13}, **_HEADING
-            )
-        return {"xaxis": f"x{own}", "yaxis": f"y{number}"}
-
-    def shown(self, name: str, title: str, note: str, height: int, *, legend: float = 1.0, **layout: object) -> Shown:
-        """Return the figure for a page.
-
-        Args:
-            name: Name of its place in the page, letters and dashes.
-            title: Title above it.
-            note: Note under the title; may be empty.
-            height: Height, pixels.
-            legend: Lower end of the legend, in shares of the panels' height.
-            **layout: Further settings of its layout in plotly's own names.
-        """
-        above = {"orientation": "h", "yanchor": "bottom", "y": legend, "xanchor": "left", "x": 0.0}
-        self.figure.update_layout({**_LAYOUT, "legend": above, **self._axes, **layout})
-        return Shown(name, title, note, self.figure, height)
-
-
-def shares(count: int, gap: float) -> list[tuple[float, float]]:
-    """Divide a figure's width or height into equal parts with gaps between them."""
-    size = (1.0 - gap * (count - 1)) / count
-    return [(k * (size + gap), k * (size + gap) + size) for k in range(count)]
+    traces, axes, headings, places = [], dict[str, Any](), [], []
+    for k, panel in enumerate(panels, start=1):
+        y = f"y{k}" if k > 1 else "y"
+        x = "x" if shared else y.replace("y", "x")
+        places.append(x + y)
+        axes[y.replace("y", "yaxis")] = {**_AXIS, **panel.y}
+        axes.setdefault(x.replace("x", "xaxis"), {**_AXIS, **panel.x})
+        traces += [
+            {**(_LINES if "type" not in trace else {}), **trace, "xaxis": x, "yaxis": y} for trace in panel.traces
+        ]
+        if panel.heading:
+            at = {"x": 0.0, "y": 1.0, "xref": f"{x} domain", "yref": f"{y} domain"}
+            headings.append({"text": panel.heading, "font": {"size": 13}, **_HEADING, **at})
+    rows = [places[start : start + columns] for start in range(0, len(places), columns)]
+    grid = {"rows": len(rows), "columns": columns, "subplots": rows, **layout.pop("grid", {})}
+    graphs = needed("plotly.graph_objects", "report", "a report")
+    return graphs.Figure(traces, {**_LAYOUT, **axes, "annotations": headings, "grid": grid, **layout})
 
 
 def line(signal: str, **more: object) -> dict[str, Any]:
     """Look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
     row = SIGNALS[signal]
     return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
-
-
-def span(values: NDArray[np.floating]) -> dict[str, Any]:
-    """Range of an axis whose values hardly differ, so that rounding does not fill the panel; else nothing."""
-    known = values[np.isfinite(values)]
-    if not known.size or np.ptp(known) > _LEAST_SPAN * np.abs(known).max():
-        return {}
-    middle, half = float(known.mean()), _LEAST_SPAN * (float(np.abs(known).max()) or 1.0)
-    return {"range": [middle - half, middle + half]}
 
 
 def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, object]:
@@ -147,11 +116,10 @@ def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0)
         room: Room on both sides, as a share of their span.
     """
     known = values[np.isfinite(values)]
-    if not known.size or not (least or room):
-        return {"autorangeoptions": {"include": []}}
+    if not known.size:
+        return {}
     low, high = float(known.min()), float(known.max())
-    half = least / 2.0 if least else (0.5 + room) * (high - low)
-    middle = (low + high) / 2.0
+    middle, half = (low + high) / 2.0, max(least / 2.0, (0.5 + room) * (high - low))
     return {"autorangeoptions": {"include": [middle - half, middle + half]}}
 
 

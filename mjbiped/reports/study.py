@@ -54,8 +54,8 @@ def report_study(folder: Path, path: Path) -> None:
         "study.html",
         study_figures(rows, varied),
         {},
-        title=f"Study {folder.resolve().name}",
-        outcome=f"{len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
+        title=folder.resolve().name,
+        outcome=f"Study of {len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
         outcome_headings=["outcome", "walks", "%"],
         outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["verdicts"].items()],
         errors=[[each["error"], each["walks"], each["first_cell"]] for each in summary["errors"]],
@@ -65,7 +65,7 @@ def report_study(folder: Path, path: Path) -> None:
         headings=[listed.get(name, name) for name in names],
         rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
         parameters=list(flattened(declared)) if isinstance(declared, dict) else [],
-        command=f"mjbiped sweep STUDY.toml --out {shlex.quote(str(folder))}",
+        command=shlex.join(["mjbiped", "sweep", f"{folder}.toml", "--out", str(folder)]),
     )
 
 

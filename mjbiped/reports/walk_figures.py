@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
+from mjbiped.plotting.walk import portraits
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import SIGNALS, lines_of, signals_of
-from mjbiped.reports.page import Panels, Shown, include, line, shares, small
+from mjbiped.records.signals import SIGNALS, lines_of, without_zeros
+from mjbiped.reports.page import LEGEND, Panel, Shown, include, line, plotted, small
 from mjbiped.robots.robot import Array, Robot
 
 MOST_SAMPLES = 6000
 """Greatest number of drawn samples; of a longer walk every second, third ... sample is drawn, and the ends of steps."""
 
-_PANEL_HEIGHT = 165  # pixels
-_PANEL_GAP = 45  # below a panel, for the next one's title, pixels
+_PANEL = 210  # height of a panel over time with its title, pixels
+_GAP = 0.22  # of that height, between panels
 _ABOVE, _BELOW = 60, 50  # margins for the legend and for the axis of time, pixels
 _FIRST_VIEW = 5.0  # ground that is in view at first, m
-_POINTS = 200  # of a limit cycle
 _PORTRAIT_GAP = 0.08  # between phase portraits, of the figure's width
 _ROOM = 0.05  # around a phase portrait, of its span
 _BEYOND = 3.0  # ground that is drawn behind and ahead of the walk, m
-_MOMENT = {"text": "t = %{x:.3f} s"}
 
 
 def shown_samples(walk: Walk) -> NDArray[np.int64]:
@@ -54,128 +53,127 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
 
 def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
     """Draw the signals in panels over each other, with one axis of time."""
-    samples = walk.samples
-    breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
-    time, every = samples["time"][keep], list(lines_of(walk))
-    height = len(every) * (_PANEL_HEIGHT + _PANEL_GAP) - _PANEL_GAP
-    panels, named = Panels(), set[str]()
-    ends = [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)]
-    x_axis = {"title": {"text": "time (s)"}, "range": ends, "unifiedhovertitle": _MOMENT}
-    for number, lines in enumerate(every):
-        panel, top = lines.panel, 1.0 - number * (_PANEL_HEIGHT + _PANEL_GAP) / height
-        shown = {name: values[keep] for name, values in lines.values.items()}
-        down, reach = (max(0.0, top - _PANEL_HEIGHT / height), top), include(np.array([*shown.values()]), panel.least)
-        y = {"title": {"text": f"{panel.quantity} ({panel.unit})"}, **reach}
-        place = panels.add(down=down, x=None if number else x_axis, y=y, heading=f"<b>{panel.title}</b>")
+    time, every, panels, named = walk.samples["time"][keep], without_zeros(lines_of(walk)), list[Panel](), set[str]()
+    breaks = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
+    for lines in every:
+        panel, traces = lines.panel, list[dict[str, Any]]()
         at = breaks if panel.by_legs else breaks[:0]
-        for name, values in shown.items():
-            signal = lines.signals[name]
-            symbol = f"{signal.symbol} = " if signal.symbol else ""
-            panels.figure.add_scatter(
-                x=small(np.insert(time, at, time[at])), y=small(np.insert(values, at, np.nan)), name=signal.name,
-                legendgroup=signal.name, showlegend=signal.name not in named, mode="lines", line=line(name),
-                hovertemplate=f"{symbol}%{{y:.4f}} {panel.unit}", **place,
-            )  # fmt: skip
+        for name, signal in lines.signals.items():
+            values, symbol = lines.values[name][keep], f"{signal.symbol} = " if signal.symbol else ""
+            traces.append(
+                {
+                    "x": small(np.insert(time, at, time[at])),
+                    "y": small(np.insert(values, at, np.nan)),
+                    "name": signal.name,
+                    "legendgroup": signal.name,
+                    "showlegend": signal.name not in named,
+                    "line": line(name),
+                    "hovertemplate": f"{symbol}%{{y:.4f}} {panel.unit}",
+                }
+            )
             named.add(signal.name)
         if panel.events:
-            panels.figure.add_scatter(
-                x=lines.events, y=np.zeros_like(lines.events), name=panel.events[0], mode="markers", hoverinfo="skip",
-                marker={"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}, **place,
-            )  # fmt: skip
-    thin = math.ceil(len(samples["time"]) / MOST_SAMPLES)
-    thinned = f" Of the {len(samples['time'])} samples every {thin}th is drawn." if thin > 1 else ""
+            mark = {"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}
+            strikes = {"x": lines.events, "y": np.zeros_like(lines.events), "name": panel.events[0]}
+            traces.append({**strikes, "mode": "markers", "marker": mark, "hoverinfo": "skip"})
+        reach = include(np.array([*lines.values.values()]), panel.least)
+        y = {"title": {"text": f"{panel.quantity} ({panel.unit})"}, **reach}
+        ends = [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)]
+        x = {"title": {"text": "time (s)"}, "range": ends, "unifiedhovertitle": {"text": "t = %{x:.3f} s"}}
+        panels.append(Panel(traces, x, y, f"<b>{panel.title}</b>"))
+    thin = math.ceil(len(walk.samples["time"]) / MOST_SAMPLES)
+    thinned = f" Of the {len(walk.samples['time'])} samples every {thin}th is drawn." if thin > 1 else ""
     click = " Click to take the video there." if video else ""
     note = (
         "Point at a moment: the line is the same moment in every panel, on the ground and in the phase portraits."
         f"{click} Drag to zoom, double-click to see all.{thinned}"
     )
-    looks = {"hovermode": "x unified", "hoversubplots": "axis", "margin": {"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW}}
-    return panels.shown("time", "Over time", note, height + _ABOVE + _BELOW, legend=1.0 + 30 / height, **looks)
+    inner = len(panels) * _PANEL
+    looks: dict[str, Any] = {
+        "hovermode": "x unified",
+        "hoversubplots": "axis",
+        "margin": {"l": 70, "r": 20, "t": _ABOVE, "b": _BELOW},
+    }
+    legend = {**LEGEND, "y": 1.0 + 30 / inner}
+    plot = plotted(panels, shared=True, grid={"ygap": _GAP}, legend=legend, **looks)
+    return Shown("time", "Over time", note, plot, inner + _ABOVE + _BELOW)
 
 
 def _over_ground(walk: Walk) -> Shown:
     """Draw the ground, the posture at each touchdown, and the posture of the current moment."""
-    qpos, rows, panels = walk.samples["qpos"], walk.touchdowns, Panels()
+    qpos, rows = walk.samples["qpos"], walk.touchdowns
     low, high = float(qpos[:, 0].min()) - _BEYOND, float(qpos[:, 0].max()) + _BEYOND
     x, z = walk.terrain.outline(low, high)
     bottom, start = float(z.min()) - 0.25, float(qpos[0, 0]) - 0.8
-    panels.add(
-        x={"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]},
-        y={"title": {"text": "z (m)"}, "scaleanchor": "x", "range": [bottom, float(z.max()) + 1.2]},
-    )
-    figure = panels.figure
-    figure.add_scatter(
-        x=np.concatenate([[x[0]], x, [x[-1]]]), y=np.concatenate([[bottom], z, [bottom]]), fill="toself",
-        fillcolor=GROUND, mode="lines", line={"color": SHADE, "width": 1}, name="ground", hoverinfo="skip",
-    )  # fmt: skip
+    area: dict[str, Any] = {"x": [x[0], *x, x[-1]], "y": [bottom, *z, bottom], "fill": "toself", "fillcolor": GROUND}
+    silent = {"hoverinfo": "skip"}
+    traces = [{**area, **silent, "line": {"color": SHADE, "width": 1}, "name": "ground"}]
     starts = np.concatenate([qpos[:1], rows["qpos"]])
-    stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]])
+    stance = np.concatenate([walk.samples["stance"][:1], rows["stance"]]).astype(np.int64)
     legs = ("swing", (stance + 1) % len(walk.robot.bodies.limbs)), ("stance", stance)
     for leg, side in legs:
         points_x, points_z = _sticks(walk.robot, starts, side)
-        figure.add_scatter(
-            x=points_x, y=points_z, mode="lines", line=line(f"q_{leg}", width=1), opacity=0.45,
-            name=f"{leg} leg at touchdowns", hoverinfo="skip",
-        )  # fmt: skip
+        name, look = f"{leg} leg at touchdowns", line(f"q_{leg}", width=1)
+        traces.append({"x": points_x, "y": points_z, "line": look, "opacity": 0.45, "name": name, **silent})
     for leg, side in legs:  # the page moves these two
         now_x, now_z = _sticks(walk.robot, qpos[:1], side[:1])
         colour = SIGNALS[f"q_{leg}"].colour
-        figure.add_scatter(
-            x=now_x[:-1], y=now_z[:-1], mode="lines+markers", line={"color": colour, "width": 5},
-            marker={"size": 7, "color": colour}, name=f"{leg} leg now", hoverinfo="skip",
-        )  # fmt: skip
-    told = np.stack([np.arange(1, walk.steps + 1), rows["time"], np.degrees(rows["slope"])], axis=1)
+        look = {"mode": "lines+markers", "line": {"color": colour, "width": 5}, "marker": {"size": 7, "color": colour}}
+        traces.append({"x": now_x[:-1], "y": now_z[:-1], "name": f"{leg} leg now", **look, **silent})
     step, place = "step %{customdata[0]}, %{customdata[1]:.3f} s", "x %{x:.3f} m, z %{y:.4f} m"
-    figure.add_scatter(
-        x=rows["x"], y=rows["z"], mode="markers", marker={"size": 9, "color": SHADE, "symbol": "triangle-up"},
-        name="footholds", customdata=told,
-        hovertemplate=f"{step}<br>{place}<br>slope %{{customdata[2]:.2f}}°<extra></extra>",
-    )  # fmt: skip
+    footholds: dict[str, Any] = {
+        "x": rows["x"],
+        "y": rows["z"],
+        "name": "footholds",
+        "mode": "markers",
+        "marker": {"size": 9, "color": SHADE, "symbol": "triangle-up"},
+        "customdata": np.stack([np.arange(1, walk.steps + 1), rows["time"], np.degrees(rows["slope"])], axis=1),
+        "hovertemplate": f"{step}<br>{place}<br>slope %{{customdata[2]:.2f}}°<extra></extra>",
+    }
+    x_axis = {"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]}
+    y_axis = {"title": {"text": "z (m)"}, "scaleanchor": "x", "range": [bottom, float(z.max()) + 1.2]}
     note = (
         "Thin: the legs at each touchdown. Thick: the legs at the moment that the other figures point at; the view "
         "follows them. Drag to move along, scroll to zoom, double-click to see all."
     )
-    return panels.shown("ground", "Over the ground", note, 420, dragmode="pan")
+    plot = plotted([Panel([*traces, footholds], x_axis, y_axis)], legend=LEGEND, dragmode="pan")
+    return Shown("ground", "Over the ground", note, plot, 420)
 
 
-def _sticks(robot: Robot, qpos: Array, side: NDArray[np.floating]) -> tuple[Array, Array]:
+def _sticks(robot: Robot, qpos: Array, side: NDArray[np.int64]) -> tuple[Array, Array]:
     """Return one leg of several postures, each from hip to foot and a gap: x and z, m."""
-    legs = robot.outline(qpos)[np.arange(len(qpos)), np.asarray(side, dtype=np.int64)]
+    legs = robot.outline(qpos)[np.arange(len(qpos)), side]
     x, z = np.insert(legs, legs.shape[1], np.nan, axis=1).reshape(-1, 2).T
     return x, z
 
 
 def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
     """Draw rate over angle of each leg, with the imitated gait and the planned transitions to it."""
-    breaks = np.flatnonzero(np.diff(flat_samples(walk)["step"][keep])) + 1
-    gait, planned, signals = drawn_gait(walk), drawn_transitions(walk), signals_of(type(walk.robot))
-    angles, panels = walk.robot.angles, Panels()
-    for k, (part, across) in enumerate(zip(angles, shares(len(angles), _PORTRAIT_GAP), strict=True)):
-        angle, rate = signals[f"q_{part}"], signals[f"dq_{part}"]
-        q, dq = (walk.samples[name][keep][:, k] for name in ("q", "dq"))
-        x = {"title": {"text": f"angle {angle.symbol} (rad)"}, **include(q, room=_ROOM)}
-        y = {"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(dq, room=_ROOM)}
-        place = panels.add(across, x=x, y=y, heading=f"<b>{angle.name.capitalize()}</b>")
-
-        def add(
-            name: str, x: Array, y: Array, place: dict[str, str] = place, first: bool = not k, **looks: object
-        ) -> None:
-            usual = {"mode": "lines", "legendgroup": name, "showlegend": first, "hoverinfo": "skip", **place}
-            panels.figure.add_scatter(x=small(x), y=small(y), name=name, **{**usual, **looks})
-
-        if planned:
-            gap = np.full((1, 2 * len(angles)), np.nan)
-            curves = np.concatenate([part for curve in planned for part in (curve, gap)])
-            band = {"color": PLANNED["color"], "width": 5}
-            add("re-planned reference", curves[:, k], curves[:, len(angles) + k], line=band)
-        told = "%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>"
-        look = line(f"q_{part}", dash="solid", width=1)
-        path, rates = (np.insert(values, breaks, np.nan) for values in (q, dq))
-        add(angle.name, path, rates, line=look, showlegend=True, hoverinfo="all", hovertemplate=told)
-        if gait is not None:
-            cycle = gait.reference(np.linspace(0.0, gait.period, _POINTS))
-            add("imitated gait", cycle[0][:, k], cycle[1][:, k], line=line("slope", width=2))
+    panels = list[Panel]()
+    for part, (angle, rate, motion, planned, gait) in zip(walk.robot.angles, portraits(walk, keep), strict=True):
+        gap = np.full((1, 2), np.nan)
+        plans = [piece for curve in planned for piece in (curve, gap)]
         ring = {"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}
-        add("now", q[:1], dq[:1], mode="markers", meta="now", showlegend=False, marker=ring)  # the page moves it
-    note, margin = "The ring is the moment that the other figures point at.", {"l": 70, "r": 20, "t": 70, "b": 50}
-    return panels.shown("phases", "Phase portraits", note, 520, legend=1.07, margin=margin)
+        told = {"hoverinfo": "all", "hovertemplate": "%{x:.4f} rad, %{y:.4f} rad/s<extra></extra>"}
+        curves: list[tuple[str, Array | None, dict[str, Any]]] = [
+            (
+                "re-planned reference",
+                np.vstack(plans) if plans else None,
+                {"line": {"color": PLANNED["color"], "width": 5}},
+            ),
+            (angle.name, motion, {"line": line(f"q_{part}", dash="solid", width=1), "showlegend": True, **told}),
+            ("imitated gait", gait, {"line": line("slope", width=2)}),
+            ("now", motion[:1], {"mode": "markers", "meta": "now", "showlegend": False, "marker": ring}),
+        ]  # the page moves the last one
+        usual = {"hoverinfo": "skip", "showlegend": not panels}
+        traces = [
+            {**usual, "x": small(curve[:, 0]), "y": small(curve[:, 1]), "name": name, "legendgroup": name, **look}
+            for name, curve, look in curves
+            if curve is not None
+        ]
+        x = {"title": {"text": f"angle {angle.symbol} (rad)"}, **include(motion[:, 0], room=_ROOM)}
+        y = {"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(motion[:, 1], room=_ROOM)}
+        panels.append(Panel(traces, x, y, f"<b>{angle.name.capitalize()}</b>"))
+    looks: dict[str, Any] = {"margin": {"l": 70, "r": 20, "t": 70, "b": 50}, "legend": {**LEGEND, "y": 1.07}}
+    plot = plotted(panels, columns=len(panels), grid={"xgap": _PORTRAIT_GAP * len(panels)}, **looks)
+    return Shown("phases", "Phase portraits", "The ring is the moment that the other figures point at.", plot, 520)
