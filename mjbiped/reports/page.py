@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,20 +20,24 @@ from mjbiped.version import __version__
 
 _HERE = Path(__file__).parent / "page"
 _DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
+ABOVE, BELOW = 70, 60
+"""Margins of a figure, for its legend and the title of its axis, pixels."""
+
+UNIFIED: dict[str, Any] = {"hovermode": "x unified", "hoversubplots": "axis"}
+"""Settings of panels over each other, in which the reader points at one place in all."""
+
 _LAYOUT: dict[str, object] = {
     "template": "none",
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#222222"},
     "paper_bgcolor": "white",
     "plot_bgcolor": "white",
-    "margin": {"l": 70, "r": 20, "t": 40, "b": 50},
+    "margin": {"l": 80, "r": 30, "t": ABOVE, "b": BELOW},
     "autosize": True,
 }
-LEGEND = {"orientation": "h", "yanchor": "bottom", "y": 1.0, "xanchor": "left", "x": 0.0}
-"""A legend above the panels."""
-
 _AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
-_LINES = {"type": "scatter", "mode": "lines"}
 _HEADING: dict[str, object] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
+
+_MOST_LISTED = 12  # greatest number of listed numbers of a parameter; a ground may have thousands
 
 
 class Panel(NamedTuple):
@@ -70,41 +74,59 @@ class Shown(NamedTuple):
     height: int
 
 
-def plotted(panels: Sequence[Panel], *, columns: int = 1, shared: bool = False, **layout: Any) -> Any:
-    """Make a figure of plotly with panels in rows.
+def plotted(
+    panels: Sequence[Panel], *, columns: int = 1, shared: bool = False, legend: float = 1.0, **layout: Any
+) -> Any:
+    """Make a figure of plotly with panels in rows; of traces with one name the first is in the legend.
 
     Args:
         panels: The panels, row by row.
         columns: Number of panels side by side.
         shared: Whether all panels have the horizontal axis of the first one.
+        legend: Lower end of the legend, in shares of the panels' height.
         **layout: Further settings of its layout in plotly's own names, as the gaps in `grid`.
 
     Raises:
         InputError: Plotly is not installed.
     """
-    traces, axes, headings, places = [], dict[str, Any](), [], []
+    traces, named, axes, headings, places = [], set[str](), dict[str, Any](), [], []
     for k, panel in enumerate(panels, start=1):
-        y = f"y{k}" if k > 1 else "y"
-        x = "x" if shared else y.replace("y", "x")
+        number = str(k) if k > 1 else ""
+        x, y = "x" if shared else f"x{number}", f"y{number}"
         places.append(x + y)
-        axes[y.replace("y", "yaxis")] = {**_AXIS, **panel.y}
-        axes.setdefault(x.replace("x", "xaxis"), {**_AXIS, **panel.x})
-        traces += [
-            {**(_LINES if "type" not in trace else {}), **trace, "xaxis": x, "yaxis": y} for trace in panel.traces
-        ]
+        axes[f"yaxis{number}"] = {**_AXIS, **panel.y}
+        axes.setdefault(f"xaxis{x[1:]}", {**_AXIS, **panel.x})
+        for trace in panel.traces:
+            traces.append({"showlegend": trace["name"] not in named, **trace, "xaxis": x, "yaxis": y})
+            named.add(trace["name"])
         if panel.heading:
             at = {"x": 0.0, "y": 1.0, "xref": f"{x} domain", "yref": f"{y} domain"}
             headings.append({"text": panel.heading, "font": {"size": 13}, **_HEADING, **at})
+    above = {"orientation": "h", "yanchor": "bottom", "y": legend, "xanchor": "left", "x": 0.0}
     rows = [places[start : start + columns] for start in range(0, len(places), columns)]
     grid = {"rows": len(rows), "columns": columns, "subplots": rows, **layout.pop("grid", {})}
     graphs = needed("plotly.graph_objects", "report", "a report")
-    return graphs.Figure(traces, {**_LAYOUT, **axes, "annotations": headings, "grid": grid, **layout})
+    return graphs.Figure(traces, {**_LAYOUT, **axes, "annotations": headings, "legend": above, "grid": grid, **layout})
 
 
 def line(signal: str, **more: object) -> dict[str, Any]:
     """Look of a line that shows a signal of `mjbiped.records.signals.SIGNALS`, in plotly's own names."""
     row = SIGNALS[signal]
     return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
+
+
+def curve(name: str, x: Any, y: Any, told: str = "", /, **look: Any) -> dict[str, Any]:
+    """Make a trace.
+
+    Args:
+        name: Name in the legend.
+        x: Horizontal places.
+        y: Vertical places.
+        told: Words where the reader points at the curve, in plotly's notation; none if empty.
+        **look: Further settings in plotly's own names.
+    """
+    hover = {"hovertemplate": told} if told else {"hoverinfo": "skip"}
+    return {"type": "scatter", "mode": "lines", "name": name, "legendgroup": name, "x": x, "y": y, **hover, **look}
 
 
 def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, object]:
@@ -126,6 +148,19 @@ def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0)
 def small(values: NDArray[np.floating]) -> NDArray[np.float32]:
     """Convert numbers to the seven digits that a page needs, in half the bytes."""
     return np.asarray(values, dtype=np.float32)
+
+
+def flattened(settings: Mapping[str, object], beginning: str = "") -> Iterator[tuple[str, str, str]]:
+    """Flatten nested settings into lines: name with dots, value, no unit."""
+    for key, value in settings.items():
+        name = f"{beginning}{key}"
+        if isinstance(value, Mapping) and value:
+            yield from flattened(value, f"{name}.")
+            continue
+        if isinstance(value, list | tuple) and len(value) > _MOST_LISTED:
+            yield name, f"{', '.join(map(str, value[:_MOST_LISTED]))}, ... ({len(value)} in all)", ""
+        else:
+            yield name, ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value), ""
 
 
 def check_installed() -> None:

@@ -28,7 +28,7 @@ from mjbiped.records import measures
 from mjbiped.records.record import FORMAT_VERSION, Walk
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.video import render_frame
-from mjbiped.reports.walk import flattened
+from mjbiped.reports.page import flattened
 
 Members: TypeAlias = dict[str, bytes]
 """The members of a record's archive."""

@@ -16,7 +16,7 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.records import measures
 from mjbiped.rendering.gl import gl_available
-from mjbiped.reports import walk_figures as figures
+from mjbiped.reports import walk as figures
 from mjbiped.reports.walk import report_walk
 
 
