@@ -241,7 +241,7 @@ def draw_multipliers(axes: Axes, letter: str, course: Any) -> None:
     axes.plot(multipliers.real, multipliers.imag, "o", color=BLUE, markersize=6)
     axes.set(xlim=(-reach, reach), ylim=(-reach, 2.1 * reach), xlabel="real part", ylabel="imaginary part")
     axes.set_aspect("equal")
-    titled(axes, letter, "Floquet multipliers, unit circle")
+    titled(axes, letter, "Floquet multipliers")
     lines = [f"λ{k} = {_complex(value)}" for k, value in enumerate(multipliers, start=1)]
     text = "\n".join([*lines, f"|λ| ≤ {abs(multipliers[0]):.5f}"])
     axes.text(0.02, 0.98, text, transform=axes.transAxes, va="top", fontsize=width().small)

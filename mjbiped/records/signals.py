@@ -113,9 +113,10 @@ PANELS: Mapping[str, Panel] = {
 
 
 def _pressure(walk: Walk) -> Values:
-    """Centre of pressure, m, clipped where it would dwarf the rest."""
-    most = _FARTHEST_PRESSURE * walk.robot.leg_length
-    return np.clip(centre_of_pressure(walk), -most, most)
+    """Centre of pressure, m; NaN where it would dwarf the rest, as where a fall takes the load off the foot."""
+    pressure = centre_of_pressure(walk)
+    near = np.abs(pressure) <= _FARTHEST_PRESSURE * walk.robot.leg_length
+    return np.where(near, pressure, np.nan)
 
 
 def _asked(walk: Walk) -> Values:

@@ -151,7 +151,11 @@ def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: in
         shown = [k for k, (table, _) in enumerate(drawn) if not np.isnan(table).all()]
         for k, (table, count) in enumerate(drawn):
             cells = {"type": "heatmap", "name": "", "x": x.centres, "y": y.centres, "z": table, "customdata": count}
-            traces = [{**cells, **scale, "hovertemplate": told, "showscale": k == shown[0]}] if k in shown else []
+            traces = (
+                [{**cells, **scale, "hovertemplate": told, "showscale": k == shown[0], "showlegend": False}]
+                if k in shown
+                else []
+            )
             words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
             axes = _map_axis(x, k == groups.count - 1), _map_axis(y, column == 0)
             panels[k, column] = Panel(traces, *axes, words)
