@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +20,6 @@ from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, draw
 from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
 from mjbiped.robots.robot import Array
-from mjbiped.robots.shape import ARC
 from mjbiped.rules.scuffing import ScuffingRule
 
 APART = 0.5  # distance between two postures of a step, leg lengths
@@ -83,7 +81,8 @@ def _course(gait: Any) -> _Course:
     """Sample a step of a gait."""
     strike = gait.knee_strike
     if strike is None:
-        times = [np.linspace(0.0, gait.period, _SAMPLES)]
+        end = np.nextafter(gait.period, 0.0)  # a reference may stand still from there on
+        times = [np.linspace(0.0, end, _SAMPLES)]
         motions = [gait.reference(times[0])]
     else:
         times = [np.linspace(0.0, strike, _SAMPLES), np.linspace(strike, gait.period, _SAMPLES)]
@@ -118,29 +117,29 @@ def _title(gait: Any) -> str:
 def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     """Panel (a): the robot at equal times, and at the knee strike if there is one, each beside the one before."""
     gait, robot, leg = course.gait, course.gait.robot, course.gait.robot.leg_length
+    parts = robot.angles if len(robot.angles) > 1 else ("stance", "swing")
+    colours = [look(f"q_{part}")["color"] for part in parts]
     strike = course.times[[phase.start for phase in course.phases[1:]]].tolist()
     times = np.sort([*np.linspace(0.0, gait.period, count - len(strike)), *strike])
     at = np.searchsorted(course.times, times - 1e-12).clip(max=len(course.times) - 1)
-    places = APART * leg * np.arange(count)
     down = np.array([math.cos(gait.slope), -math.sin(gait.slope)])
     raised = robot.radius * down[::-1] * [-1.0, 1.0]  # of the centre of a round foot over the ground
-    solid: dict[str, Any] = {"linewidth": 2.2, "solid_capstyle": "round"}
-    for foot, q, time in zip(np.outer(places, down), course.q[at] + gait.slope, times.tolist(), strict=True):
-        posture = robot.posture(foot + raised, 0, q.tolist())
-        stance, swing = robot.limbs(posture)[:2]
-        for line, part in zip(robot.outline(posture) if robot.radius else (), ("stance", "swing"), strict=False):
-            axes.plot(*line[len(stance) - 1 :].T, color=look(f"q_{part}")["color"], **solid)
-        axes.plot(*stance.T, color=look("q_stance")["color"], **solid)
-        for part, ends in zip(robot.angles[1:] or ("swing",), pairwise(swing), strict=True):
-            axes.plot(*np.transpose(ends), color=look(f"q_{part}")["color"], **solid)
-        knees = np.concatenate([stance[1:-1], swing[1:-1]])
+    ends = [-0.62 * leg]
+    for foot, q, time in zip(
+        np.outer(APART * leg * np.arange(count), down), course.q[at] + gait.slope, times, strict=True
+    ):
+        stance, swing, *_ = robot.outline(robot.posture(foot + raised, 0, q.tolist()))
+        bends = len(robot.bodies.leg)  # points of a leg from the hip down, before its foot
+        for line, colour in zip((stance, swing[:2], swing[1:]), (*colours[:2], colours[-1]), strict=True):
+            axes.plot(*line.T, color=colour, linewidth=2.2, solid_capstyle="round")
+        knees = np.concatenate([stance[1:bends], swing[1:bends]])
         axes.plot(*knees.T, "o", color="white", markeredgecolor=SHADE, markersize=3.5)
         axes.plot(*stance[0], "o", color=SHADE, markersize=5)
         words = f"{time:.3f} s" + ("\nknee strike" if time in strike else "")
         hip_x, hip_z = stance[0].tolist()
         note_at(axes, words, hip_x, hip_z, (0, 5), xycoords="data", ha="center")
-    room = 0.62 * leg + ARC * robot.radius
-    x, z = np.outer(down, [-room, places.max() + room])
+        ends.append(max(foot[0] + 0.62 * leg, float(swing[:, 0].max()) + 0.1 * leg))
+    x, z = np.outer(down / down[0], [min(ends), max(ends)])
     low = float(z.min()) - 0.12 * leg
     axes.fill_between(x, z, low, color=GROUND, linewidth=0)
     axes.plot(x, z, color=SHADE, linewidth=0.8)
