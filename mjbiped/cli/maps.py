@@ -56,7 +56,7 @@ def return_map(ctx: click.Context, /, results: Results, **values: object) -> Non
     found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=ScuffingRule(reach=reach))
     columns = ("components", "fixed_point", "before", "after", "walk")
     results.save_arrays({name: getattr(found, name) for name in columns})
-    results.draw("return_map:plot_return_map", found)
+    results.draw("gaits:plot_return_map", found)
     results.end(summaries.map_summary(found))
 
 

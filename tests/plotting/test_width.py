@@ -27,8 +27,7 @@ from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.plotting.gait import plot_gait
-from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
-from mjbiped.plotting.return_map import plot_return_map
+from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
 from mjbiped.plotting.stability import plot_stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
