@@ -35,6 +35,7 @@ class Results:
         plot: File of a figure.
         plot_multipliers: File of a figure of multipliers.
         plot_width: Name of the figures' width, which is already set.
+        panels: Panels of the figure of a walk; None for the usual ones.
         video: File of a video.
         no_video: Whether there is to be no video.
         json: Whether the results are printed as JSON.
@@ -47,6 +48,7 @@ class Results:
     plot: Path | None = None
     plot_multipliers: Path | None = None
     plot_width: str = ""
+    panels: tuple[str, ...] | None = None
     video: Path | None = None
     no_video: bool = False
     json: bool = False
@@ -81,7 +83,8 @@ class Results:
                 here, since Matplotlib takes long to load.
             *shown: Arguments of that function before the path.
         """
-        self.write("plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
+        chosen = {} if self.panels is None else {"panels": self.panels}
+        self.write("plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file, **chosen))
 
     def render(self, walk: Walk, pictures: dict[str, Any]) -> None:
         """Write the video of a walk; `pictures` are the options in the section "Video"."""

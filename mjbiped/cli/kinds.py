@@ -182,6 +182,12 @@ def _robot(value: object) -> str:
     return text
 
 
+def _panels(value: str) -> tuple[str, ...]:
+    from mjbiped.records.signals import check_panels  # for this option alone
+
+    return check_panels(value.split(","))
+
+
 def _video_size(value: str) -> tuple[int, int]:
     width, height = (number(part, domains.PIXELS) for part in pair(value.lower(), "x"))
     if width % 2 or height % 2:  # H.264 accepts even numbers only
@@ -210,6 +216,7 @@ _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 FOLDER = click.Path(file_okay=False, path_type=Path)  # which need not exist
 FOLDER.metavar = "FOLDER"  # type: ignore[attr-defined]  # as `Kind` has it
 RECORD = _record(*MODULES)
+PANELS = Kind("NAMES", _panels)
 PLOT = output(".png", ".pdf", ".svg")
 VIDEO = output(*SUFFIXES)
 _STATE = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"

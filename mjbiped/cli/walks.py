@@ -21,7 +21,7 @@ from mjbiped.cli.walkers import engine_of, mujoco_of, walker
 @click.argument("terrain", default="mixed")
 @options.walker_options
 @options.engine_option
-@results(options.RECORD, *options.PLOT, options.VIDEO_FILE, *options.PRINTED)
+@results(options.RECORD, *options.PLOT, options.PANELS, options.VIDEO_FILE, *options.PRINTED)
 @options.video_options
 @click.pass_context
 def walk(ctx: click.Context, /, results: Results, **values: Any) -> None:
@@ -116,7 +116,7 @@ def compare(ctx: click.Context, /, results: Results, **values: Any) -> None:
 @click.command("render", cls=sections.SectionCommand)
 @click.argument("record", type=click.Path(path_type=Path))
 @click.argument("video", required=False, type=kinds.VIDEO)
-@results(*options.PLOT, ("--no-video", bool, "Write the figure only."), options.QUIET)
+@results(*options.PLOT, options.PANELS, ("--no-video", bool, "Write the figure only."), options.QUIET)
 @options.video_options
 def render(record: Path, results: Results, **pictures: object) -> None:
     """Draw the walk of RECORD, an .npz file: a video, a figure.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,12 +16,12 @@ from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.errors import RenderError
-from mjbiped.plotting.panels import draw_signals, head, labelled, legend_above, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, widen, zero_line
+from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, look, widen, zero_line
 from mjbiped.plotting.timelapse import Row, draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import Lines, Signal, lines_of, signals_of, without_zeros
+from mjbiped.records.signals import PANELS, Lines, Signal, Values, check_panels, lines_of, signals_of, without_zeros
 from mjbiped.robots.robot import Array
 
 _LINES = 3  # greatest number of title lines for the terrain and controller, whose names may have any length
@@ -28,55 +29,96 @@ _POINTS = 200  # of an imitated gait
 _MOST_TICKED = 60  # greatest number of touchdowns that are marked on time axes
 
 
-def plot_walk(walk: Walk, path: str | Path | None = None) -> Figure:
+def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[str] | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
-    (a) Time lapse over the ground, in rows if it is long, with x and z in one scale; slopes and steps are written under
-    the ground. (b) and on: the signals of `mjbiped.records.signals` over time: slope and its estimate, torques, the
-    centre of pressure that the ankle's torque requires, up to half a leg; with knees also torque and flexion of the
-    swing knee, and the torque that holds the stance knee, negative where its stop bears it. The last panels: phase
+    Time lapse over the ground, in rows if it is long, with x and z in one scale; slopes and steps are written under
+    the ground. Signals of `mjbiped.records.signals` over time, without those that are zero throughout: slope and its
+    estimate, torques, the centre of pressure that the ankle's torque requires, up to half a leg; with knees also torque
+    and flexion of the swing knee, and the torque that holds the stance knee, negative where its stop bears it. Phase
     portraits of all angles, with the limit cycle of the gait that the controller imitates and the re-planned
     transitions to it.
 
-    For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`.
+    For a journal's column: `with mjbiped.plotting.width.figure_width("single"): plot_walk(walk, "walk.pdf")`. The width
+    "slide" makes a figure of 16:9, with time lapse and torques unless other panels are named.
 
     Args:
         walk: Any record, including a fall in the first step.
         path: File to write as well, `.png`, `.pdf` or `.svg`.
+        panels: Names of its panels, of `mjbiped.records.signals.FIGURE`, as ("torque", "phase"); unless given, those
+            above.
 
     Returns:
         The figure.
 
     Raises:
-        InputError: The path has another suffix; nothing has been drawn then.
+        InputError: The path has another suffix, or there is no such panel; nothing has been drawn then.
         RenderError: The record holds no samples, or the file cannot be written.
     """
-    rows = _sampled_rows(walk)
+    rows, letters = _sampled_rows(walk), iter(ascii_lowercase)
+    named = check_panels(width().panels if panels is None else panels)
+    every = list(lines_of(walk))
+    chosen = [PANELS.get(name) for name in named]
+    lines = [each for each in every if (each.panel in chosen if named else each.panel.in_figure)]
+    lines = without_zeros(lines) if panels is None else lines
+    portraits_across = min(len(walk.robot.angles), max(2, width().beside(len(walk.robot.angles))))
+    portrait_lines = math.ceil(len(walk.robot.angles) / portraits_across)
+    narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
+    margin, history, portrait = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
+    parts: list[tuple[float, Callable[[FigureBase], None]]] = []  # heights, inches, and what is drawn there
+    if "lapse" in named or not named:
+        height = sum(row.height + 0.25 for row in rows) + margin
+        parts.append((height, lambda part: _draw_lapse(part, walk, rows, next(letters))))
+    if lines:
+        parts.append((history * len(lines), lambda part: _draw_histories(part, walk, lines, letters)))
+    if "phase" in named or not named:
+        parts.append((portrait * portrait_lines, lambda part: _draw_phases(part, walk, letters, portraits_across)))
     with drawn(path) as figure:
-        title = _title(walk)
-        narrow = width().beside(2) == 1  # titles stand over legends, labels take two lines, panels are smaller
-        panels = without_zeros(lines for lines in lines_of(walk) if lines.panel.in_figure)
-        portraits = len(walk.robot.angles)
-        across = min(portraits, max(2, width().beside(portraits)))
-        margin, history, portrait = (0.8, 1.15, 2.0) if narrow else (0.45, 1.65, 3.3)
-        histories_height, phases_height = history * len(panels), portrait * math.ceil(portraits / across)
-        heights = [sum(row.height + 0.25 for row in rows) + margin, histories_height, phases_height]
-        figure.set_figheight(sum(heights) + 0.1 + head(figure, title))
-        parts: Any = figure.subfigures(3, 1, height_ratios=heights)
-        lapse, histories, phases = parts
-        grid = _draw_rows(lapse, walk, rows)
-        titled(grid[0], "a", "Time lapse")
-        labelled(grid[-1], "x (m);  under the ground: step height and slope, positive downhill")
-        legs = (BLUE, 1.8, "stance leg"), (ORANGE, 1.2, "swing leg")
-        handles = [Line2D([], [], color=colour, linewidth=size, label=leg) for colour, size, leg in legs]
-        legend_above(grid[0], handles=handles)
-        letters = iter("bcdefghijklm")
-        axes = histories.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for below, lines in zip(axes, panels, strict=True):
-            draw_over_time(below, walk, next(letters), lines)
-        axes[-1].set_xlabel("time (s)")
-        _draw_phases(phases, walk, letters, across)
+        heights = [height for height, _ in parts]
+        natural = sum(heights) + 0.1 + head(figure, _title(walk))
+        figure.set_figheight(width().height or natural)
+        places: Any = figure.subfigures(len(parts), 1, squeeze=False, height_ratios=heights)
+        for place, (_, draw) in zip(places[:, 0], parts, strict=True):
+            draw(place)
     return figure
+
+
+def _draw_lapse(figure: FigureBase, walk: Walk, rows: list[Row], letter: str) -> None:
+    """Draw the time lapse with title and legend."""
+    grid = _draw_rows(figure, walk, rows)
+    titled(grid[0], letter, "Time lapse")
+    labelled(grid[-1], "x (m);  under the ground: step height and slope, positive downhill")
+    legs = (BLUE, 1.8, "stance leg"), (ORANGE, 1.2, "swing leg")
+    legend_above(grid[0], handles=[Line2D([], [], color=c, linewidth=size, label=leg) for c, size, leg in legs])
+
+
+def curves_over_time(
+    walk: Walk, lines: Lines, keep: slice | NDArray[np.int64] = slice(None)
+) -> Iterator[tuple[str, Signal, Values, Values]]:
+    """Make the curves of a panel, with a gap between steps where the values jump because the legs change roles.
+
+    Args:
+        walk: The record.
+        lines: Signals of the panel.
+        keep: Samples that are drawn.
+
+    Yields:
+        Name in `mjbiped.records.signals.SIGNALS`, signal, times (s) and values in the panel's unit.
+    """
+    time = walk.samples["time"][keep]
+    steps = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
+    gaps = steps if lines.panel.by_legs else steps[:0]
+    for name, signal in lines.signals.items():
+        values = np.insert(lines.values[name][keep], gaps, np.nan)
+        yield name, signal, np.insert(time, gaps, time[gaps]), values
+
+
+def _draw_histories(figure: FigureBase, walk: Walk, every: list[Lines], letters: Iterator[str]) -> None:
+    """Draw panels of signals over each other, with one axis of time."""
+    grid = figure.subplots(len(every), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, lines in zip(grid, every, strict=True):
+        draw_over_time(axes, walk, next(letters), lines)
+    grid[-1].set_xlabel("time (s)")
 
 
 def time_lapse_picture(walk: Walk) -> bytes:
@@ -132,7 +174,8 @@ def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str
     axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
     for moment in walk.touchdowns["time"] if few else ():
         axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
-    draw_signals(axes, time, lines)
+    for name, signal, times, values in curves_over_time(walk, lines):
+        axes.plot(times, values, label=signal.label, **look(name))
     if panel.events and few:
         axes.plot(lines.events, np.zeros_like(lines.events), "k|", markersize=5, label=panel.events[0])
     widen(axes, panel.least)

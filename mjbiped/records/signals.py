@@ -17,6 +17,7 @@ from mjbiped.records.columns import tables_of
 from mjbiped.records.frames import flat_samples, units_of
 from mjbiped.records.pressure import centre_of_pressure
 from mjbiped.robots.robot import Robot
+from mjbiped.utils.domains import known_name
 from mjbiped.utils.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ PANELS: Mapping[str, Panel] = {
     "pressure": Panel(
         "Centre of pressure that the ankle's torque requires, positive forward", "from the ankle", "cm", 0.01
     ),
-    "knee torque": Panel("Torque of the swing knee", "torque", "N m", in_words=True),  # a hundredth of the others
+    "knee_torque": Panel("Torque of the swing knee", "torque", "N m", in_words=True),  # a hundredth of the others
     "flexion": Panel(
         "Flexion of the swing knee", "flexion", "°", math.radians(1.0), events=("knee strike", knee_strikes)
     ),
@@ -110,6 +111,18 @@ PANELS: Mapping[str, Panel] = {
     "power": Panel("Mechanical power of the joints", "power", "W", in_figure=False),
 }
 """All panels, in the order in which they are drawn."""
+
+FIGURE = ("lapse", *PANELS, "phase")
+"""Names of all panels of a walk's figure: its time lapse, its signals, and its phase portraits."""
+
+
+def check_panels(names: Iterable[str]) -> tuple[str, ...]:
+    """Check names of panels of a walk's figure, and return them.
+
+    Raises:
+        InputError: There is no such panel.
+    """
+    return tuple(known_name("panel", name.strip(), FIGURE) for name in names)
 
 
 def _pressure(walk: Walk) -> Values:
@@ -151,7 +164,7 @@ SIGNALS: Mapping[str, Signal] = {
     "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
     "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, stance_knee.torque, "stance_knee_torque"),
-    "torque_knee": Signal("knee torque", "swing knee", "τ₃", SKY, SOLID),
+    "torque_knee": Signal("knee_torque", "swing knee", "τ₃", SKY, SOLID),
     "pressure": Signal("pressure", "ankle", "", PURPLE, SOLID, _pressure, "torque_ankle"),
     "toe": Signal("pressure", "toe", "", BLACK, DASHED, _end_of_sole(1, 1.0), "torque_ankle", optional=True),
     "heel": Signal("pressure", "heel", "", BLUE, DOTTED, _end_of_sole(0, -1.0), "torque_ankle", optional=True),

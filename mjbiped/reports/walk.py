@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import RenderError
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
-from mjbiped.plotting.walk import portraits
+from mjbiped.plotting.walk import curves_over_time, portraits
 from mjbiped.records import measures
 from mjbiped.records.frames import flat_samples
 from mjbiped.records.record import Walk
@@ -162,17 +162,13 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
 def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
     """Draw the signals in panels over each other, with one axis of time."""
     time, panels = walk.samples["time"][keep], list[Panel]()
-    breaks = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
     ends = [float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)]
     x = {"title": {"text": "time (s)"}, "range": ends, "unifiedhovertitle": {"text": "t = %{x:.3f} s"}}
     for lines in without_zeros(lines_of(walk)):
         panel, traces = lines.panel, []
-        at = breaks if panel.by_legs else breaks[:0]
-        moments = small(np.insert(time, at, time[at]))
-        for name, signal in lines.signals.items():
-            values = small(np.insert(lines.values[name][keep], at, np.nan))
+        for name, signal, times, values in curves_over_time(walk, lines, keep):
             told = f"{signal.symbol} = %{{y:.4f}} {panel.unit}".removeprefix(" = ")
-            traces.append(curve(signal.name, moments, values, told, line=line(name)))
+            traces.append(curve(signal.name, small(times), small(values), told, line=line(name)))
         if panel.events:
             mark = {"symbol": "line-ns", "size": 8, "line": {"width": 1.6, "color": BLACK}}
             strikes = lines.events, np.zeros_like(lines.events)

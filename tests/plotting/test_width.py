@@ -157,14 +157,14 @@ def test_a_width_holds_in_its_block_alone() -> None:
     with figure_width("double"), figure_width("single"):
         assert width().inches == 3.5
     assert width().inches == 9.6
-    with pytest.raises(InputError, match="unknown figure width 'singel': valid are page, double, single; did you mean"):
+    with pytest.raises(InputError, match=r"unknown figure width 'singel': valid are page, .*; did you mean 'single'"):
         figure_width("singel").__enter__()
     assert width().inches == 9.6
 
 
 def test_panels_stand_below_each_other_where_they_would_be_too_narrow() -> None:
-    assert [size.beside(3) for size in WIDTHS.values()] == [3, 2, 1]
-    assert [size.beside(2) for size in WIDTHS.values()] == [2, 2, 1]
+    assert [size.beside(3) for size in WIDTHS.values()] == [3, 2, 1, 3]
+    assert [size.beside(2) for size in WIDTHS.values()] == [2, 2, 1, 2]
 
 
 def test_of_a_controller_without_an_estimate_none_is_drawn() -> None:
