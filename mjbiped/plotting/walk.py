@@ -15,13 +15,12 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
-from mjbiped.errors import RenderError
-from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, look, widen, zero_line
+from mjbiped.plotting.panels import draw_signals, head, labelled, legend_above, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, PLANNED, TRUTH, drawn, figure_png, widen, zero_line
 from mjbiped.plotting.timelapse import Row, draw_row, rows_of
 from mjbiped.plotting.width import width
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import PANELS, Lines, Signal, Values, check_panels, lines_of, signals_of, without_zeros
+from mjbiped.records.signals import PANELS, Lines, Signal, check_panels, lines_of, signals_of, without_zeros
 from mjbiped.robots.robot import Array
 
 _LINES = 3  # greatest number of title lines for the terrain and controller, whose names may have any length
@@ -55,7 +54,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
         InputError: The path has another suffix, or there is no such panel; nothing has been drawn then.
         RenderError: The record holds no samples, or the file cannot be written.
     """
-    rows, letters = _sampled_rows(walk), iter(ascii_lowercase)
+    rows, letters = rows_of(walk), iter(ascii_lowercase)
     named = check_panels(width().panels if panels is None else panels)
     every = list(lines_of(walk))
     chosen = [PANELS.get(name) for name in named]
@@ -92,27 +91,6 @@ def _draw_lapse(figure: FigureBase, walk: Walk, rows: list[Row], letter: str) ->
     legend_above(grid[0], handles=[Line2D([], [], color=c, linewidth=size, label=leg) for c, size, leg in legs])
 
 
-def curves_over_time(
-    walk: Walk, lines: Lines, keep: slice | NDArray[np.int64] = slice(None)
-) -> Iterator[tuple[str, Signal, Values, Values]]:
-    """Make the curves of a panel, with a gap between steps where the values jump because the legs change roles.
-
-    Args:
-        walk: The record.
-        lines: Signals of the panel.
-        keep: Samples that are drawn.
-
-    Yields:
-        Name in `mjbiped.records.signals.SIGNALS`, signal, times (s) and values in the panel's unit.
-    """
-    time = walk.samples["time"][keep]
-    steps = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
-    gaps = steps if lines.panel.by_legs else steps[:0]
-    for name, signal in lines.signals.items():
-        values = np.insert(lines.values[name][keep], gaps, np.nan)
-        yield name, signal, np.insert(time, gaps, time[gaps]), values
-
-
 def _draw_histories(figure: FigureBase, walk: Walk, every: list[Lines], letters: Iterator[str]) -> None:
     """Draw panels of signals over each other, with one axis of time."""
     grid = figure.subplots(len(every), 1, sharex=True, squeeze=False)[:, 0]
@@ -127,22 +105,11 @@ def time_lapse_picture(walk: Walk) -> bytes:
     Raises:
         RenderError: The record holds no samples.
     """
-    rows = _sampled_rows(walk)
+    rows = rows_of(walk)
     with drawn(None) as figure:
         figure.set_figheight(sum(row.height + 0.25 for row in rows) + 0.25)
         _draw_rows(figure, walk, rows)[-1].set_xlabel("x (m)")
     return figure_png(figure)
-
-
-def _sampled_rows(walk: Walk) -> list[Row]:
-    """Rows of the time lapse.
-
-    Raises:
-        RenderError: The record holds no samples.
-    """
-    if not len(walk.samples["time"]):
-        raise RenderError("the record holds no samples: there is nothing to draw")
-    return rows_of(walk)
 
 
 def _draw_rows(figure: FigureBase, walk: Walk, rows: list[Row]) -> list[Axes]:
@@ -174,8 +141,7 @@ def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str
     axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
     for moment in walk.touchdowns["time"] if few else ():
         axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
-    for name, signal, times, values in curves_over_time(walk, lines):
-        axes.plot(times, values, label=signal.label, **look(name))
+    draw_signals(axes, walk, lines)
     if panel.events and few:
         axes.plot(lines.events, np.zeros_like(lines.events), "k|", markersize=5, label=panel.events[0])
     widen(axes, panel.least)
