@@ -41,7 +41,7 @@ class Panel(NamedTuple):
         scale: Value of the unit in SI units.
         least: Least span of the axis, in the unit; smaller differences are rounding.
         by_legs: Whether the values jump where the legs change roles, so that no line joins two steps.
-        in_figure: Whether the figure of a walk has the panel; reports have all panels.
+        in_figure: Whether the figure of a walk has the panel unless its panels are named; reports have all panels.
         in_words: Whether the report states the values at the current moment in words.
         events: Name of the events that are marked on the zero line, and a function for their times, s.
     """
