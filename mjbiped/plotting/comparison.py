@@ -159,7 +159,7 @@ def _draw_slopes(axes: Axes, walks: Sequence[Walk], estimated: bool) -> None:
     places = np.linspace(0.0, reached, 2001)
     axes.plot(places, np.degrees(walks[0].terrain.slope(places)), label="ground", zorder=1, linewidth=1.0, **TRUTH)
     axes.set(ylabel="slope (°)", xlim=(0.0, 1.02 * reached))
-    words = "Slope estimate from touchdown to touchdown, and slope of the ground"
+    words = "Slope estimate at touchdown, and slope of the ground"
     titled(axes, "c", words if estimated else "Slope of the ground (the controller makes no estimate)")
     widen(axes, _SLOPE_SPAN)
     legend_above(axes)
