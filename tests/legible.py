@@ -32,7 +32,7 @@ def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
         assert -ROUNDING < box.x0 < box.x1 < width + ROUNDING, words
         assert -ROUNDING < box.y0 < box.y1 < height + ROUNDING, words
         assert "c_mt" not in words, words
-        if name != "page":
+        if name in ("double", "single"):  # in print
             assert smallest <= float(text.get_fontsize()) <= 8.0, words
     for (one, first), (other, second) in combinations(boxes, 2):
         across = min(first.x1, second.x1) - max(first.x0, second.x0)

@@ -54,12 +54,8 @@ class Comparison:
     def __repr__(self) -> str:
         """Return a summary in one line; the tables are long."""
         found = "they agree" if self.divergence is None else f"they part at touchdown {self.divergence.touchdown}"
-        ends = (
-            f"{walk.outcome} after {walk.steps} steps, {walk.distance:.3f} m" for walk in (self.mujoco, self.hybrid)
-        )
-        return "<Comparison on {}: MuJoCo {}; hybrid {}; {}>".format(
-            self.mujoco.settings["terrain"]["name"], *ends, found
-        )
+        one, other = (f"{w.outcome} after {w.steps} steps, {w.distance:.3f} m" for w in (self.mujoco, self.hybrid))
+        return f"<Comparison on {self.mujoco.settings['terrain']['name']}: MuJoCo {one}; hybrid {other}; {found}>"
 
     @property
     def verdict(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -184,20 +184,13 @@ def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Ite
 
 def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
     """Footholds so close to a break of the ground that the foot may meet its edge."""
-    breaks = np.array(there.terrain.x[1:])
-    if not len(breaks):
-        return
-    for walk in (there, here):
-        for row in steps:
-            if row < walk.steps:
-                x = float(walk.touchdowns["x"][row])
-                nearest = float(breaks[np.abs(breaks - x).argmin()])
-                if abs(nearest - x) < EDGE:
-                    yield (
-                        f"an edge: touchdown {row + 1} in {_engine(walk)} is {1e3 * abs(nearest - x):.3f} mm from the "
-                        f"break of the ground at x = {nearest:.3f} m"
-                    )
-                    return
+    for walk, row in product((there, here), steps):
+        for at in there.terrain.x[1:] if row < walk.steps else ():
+            off = abs(at - float(walk.touchdowns["x"][row]))
+            if off < EDGE:
+                touchdown = f"touchdown {row + 1} in {_engine(walk)}"
+                yield f"an edge: {touchdown} is {1e3 * off:.3f} mm from the break of the ground at x = {at:.3f} m"
+                return
 
 
 def _grazing(there: Walk, here: Walk, k: int) -> Iterator[str]:

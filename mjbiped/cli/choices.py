@@ -152,6 +152,15 @@ def _video_size(value: str) -> str:
 _PIXELS = f"even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each"
 
 FILE = click.Path(path_type=Path)
+
+
+def _panels(value: str) -> tuple[str, ...]:
+    from mjbiped.records.signals import check_panels  # for this option alone
+
+    return check_panels(value.split(","))
+
+
+PANELS = Choice("NAMES", _panels)
 FOLDER = click.Path(file_okay=False, path_type=Path)  # which need not exist
 FOLDER.metavar = "FOLDER"  # type: ignore[attr-defined]  # as `Choice` has it
 RECORD = output(".npz", *MODULES)

@@ -69,7 +69,7 @@ def return_map(
     robot, rule = robot_of(chosen), scuffing_of(chosen)
     found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=rule)
     _save(results, out, found, "components", "fixed_point", "before", "after", "walk")
-    results.draw("return_map:plot_return_map", found)
+    results.draw("gaits:plot_return_map", found)
     results.end(_map_summary(found))
 
 

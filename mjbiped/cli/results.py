@@ -117,7 +117,7 @@ class Figures(Results):
     """Results with figures.
 
     Results:
-        plot_width: Width of figures: {widths}; page is for the screen, double and single are columns in print.
+        plot_width: Width of figures: {widths}; page is for the screen, double and single are columns in print, slide is 16:9.
     """
 
     plot_width: Annotated[str, Words(tuple(WIDTHS))] = DEFAULT_WIDTH
@@ -146,7 +146,30 @@ class Plotted(Figures):
                 here, since Matplotlib takes long to load.
             *shown: Arguments of that function before the path.
         """
-        self.write("plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file))
+
+        def draw(file: Path) -> None:
+            resolve_name(f"mjbiped.plotting.{function}")(*shown, file, **self.chosen())
+
+        self.write("plot", self.plot, draw)
+
+    def chosen(self) -> dict[str, object]:
+        """Arguments of that function that the user chose."""
+        return {}
+
+
+@dataclass
+class Drawn(Plotted):
+    """Results with the figure of a walk.
+
+    Results:
+        panels: Panels of the figure, as torque,phase; all that have values unless given.
+    """
+
+    panels: Annotated[tuple[str, ...] | None, choices.PANELS] = None
+
+    def chosen(self) -> dict[str, object]:
+        """The panels."""
+        return {} if self.panels is None else {"panels": self.panels}
 
 
 def _print(result: RenderableType) -> None:

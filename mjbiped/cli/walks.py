@@ -15,7 +15,7 @@ from mjbiped.cli import choices, options
 from mjbiped.cli.commands import Command, Given, command, filled
 from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.cli.options import Video
-from mjbiped.cli.results import Plotted
+from mjbiped.cli.results import Drawn, Plotted
 from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
 from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.errors import shown
@@ -34,7 +34,7 @@ def walk(
     walker_options: Annotated[Given, options.WALKER],
     engine: Annotated[str, options.ENGINE] = DEFAULT_ENGINE,
     out: Annotated[Path | None, choices.RECORD] = None,
-    results: Plotted,
+    results: Drawn,
     video: Annotated[Path | None, choices.VIDEO] = None,
     pictures: Video,
 ) -> None:
@@ -141,7 +141,7 @@ def render(
     video: Annotated[Path | None, choices.VIDEO] = None,
     /,
     *,
-    results: Plotted,
+    results: Drawn,
     no_video: bool = False,
     pictures: Video,
 ) -> None:

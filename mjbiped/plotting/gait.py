@@ -21,7 +21,6 @@ from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, draw
 from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
 from mjbiped.robots.robot import Array
-from mjbiped.robots.shape import ARC
 from mjbiped.rules.scuffing import ScuffingRule
 
 APART = 0.5  # distance between two postures of a step, leg lengths
@@ -31,16 +30,22 @@ _PANEL = 2.9  # height, inches
 
 
 class _Course(NamedTuple):
-    """A step of a gait: times (s), angles, rates, and torques if known, one row per time.
+    """A step of a gait: times (s), angles and rates, one row per time, in phases without an impact.
 
-    `phases` are the rows before and after the knee strike, or all rows without knees.
+    Attributes:
+        gait: The gait.
+        times: Times since the heel strike, s.
+        q: Angles, rad.
+        dq: Their rates, rad/s.
+        motions: Trajectory of each phase: angles, rates and accelerations.
+        phases: Rows of each phase: those before and after the knee strike, or all rows without knees.
     """
 
     gait: Any
     times: Array
     q: Array
     dq: Array
-    torques: Array | None
+    motions: list[tuple[Array, Array, Array]]
     phases: tuple[slice, ...]
 
 
@@ -64,7 +69,7 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
     course = _course(gait)
     panels: list[Callable[[Axes, str, _Course], None]] = [_draw_cycle, _draw_foot]
     panels += [_draw_flexion] if len(course.phases) > 1 else []
-    panels += [draw_multipliers] if course.torques is None else [_draw_torques]
+    panels.append(_draw_torques if hasattr(gait, "goal") else lambda axes, k, _: draw_multipliers(axes, k, gait))
     with drawn(path) as figure:
         across = min(width().beside(3), len(panels) if len(panels) != 4 else 2)
         lines = math.ceil(len(panels) / across)
@@ -81,66 +86,62 @@ def plot_gait(gait: Gait, path: str | Path | None = None) -> Figure:
 
 def _course(gait: Any) -> _Course:
     """Sample a step of a gait."""
-    strike = gait.knee_strike
-    if strike is None:
-        times = [np.linspace(0.0, gait.period, _SAMPLES)]
-        motions = [gait.reference(times[0])]
-    else:
-        times = [np.linspace(0.0, strike, _SAMPLES), np.linspace(strike, gait.period, _SAMPLES)]
-        motions = [gait.branch(phase, bent=bent) for phase, bent in zip(times, (True, False), strict=True)]
-    torques = [gait.model.course(*motion).torques for motion in motions] if hasattr(gait, "model") else []
+    last = np.nextafter(gait.period, 0.0)  # a reference may stand still from the period on
+    ends = [0.0, *([] if gait.knee_strike is None else [gait.knee_strike]), last]
+    times = [np.linspace(*span, _SAMPLES) for span in pairwise(ends)]
+    motions = [gait.branch(phase, bent=k == 0) for k, phase in enumerate(times)]
     columns = np.arange(len(gait.robot.angles))  # a leg with a locked knee has one angle, which its shank has too
-    q, dq = (
+    q, dq, _ = (
         np.concatenate([values[:, columns.clip(max=values.shape[1] - 1)] for values in parts])
-        for parts in list(zip(*motions, strict=True))[:2]
+        for parts in zip(*motions, strict=True)
     )
     phases = tuple(slice(k * _SAMPLES, (k + 1) * _SAMPLES) for k in range(len(times)))
-    return _Course(gait, np.concatenate(times), q, dq, np.concatenate(torques) if torques else None, phases)
+    return _Course(gait, np.concatenate(times), q, dq, motions, phases)
 
 
 def _title(gait: Any) -> str:
     """Kind of the gait and its main numbers."""
-    knees = " with knees" if gait.knee_strike else ""
-    strike = [f"knee strike at {gait.knee_strike:.4f}\u00a0s"] if knees else []
-    parts = [f"period {gait.period:.4f}\u00a0s", *strike]
-    parts += [f"step {gait.step_length:.4f}\u00a0m", f"speed {gait.speed:.4f}\u00a0m/s"]
-    if hasattr(gait, "goal"):
-        parts.append(f"clearance {100 * gait.goal.clearance:.3g}\u00a0cm")
-        return f"Optimised gait{knees}: {C_MT} {gait.measures.cost_of_transport:.4f}, {', '.join(parts)}"
-    if not knees:
-        parts.append(f"energy {gait.energy:.3f}\u00a0J")
-    if hasattr(gait, "clearance"):
-        parts.append(f"clearance {100 * gait.clearance:.2f}\u00a0cm")
-    stable = "stable" if gait.stable else "unstable"
-    return f"Passive gait{knees} on {math.degrees(gait.slope):.3g}°, {stable}: {', '.join(parts)}"
+    optimised, knees = hasattr(gait, "goal"), gait.knee_strike is not None
+    kind = ("Optimised gait" if optimised else "Passive gait") + (" with knees" if knees else "")
+    numbers = [f"period {gait.period:.4f} s", f"step {gait.step_length:.4f} m", f"speed {gait.speed:.4f} m/s"]
+    if knees:
+        numbers.insert(1, f"knee strike at {gait.knee_strike:.4f} s")
+    if optimised:
+        kind += f": {C_MT} {gait.measures.cost_of_transport:.4f}, "
+        numbers.append(f"clearance {100 * gait.goal.clearance:.3g} cm")
+    else:
+        kind += f" on {math.degrees(gait.slope):.3g}°, {'stable' if gait.stable else 'unstable'}: "
+        numbers += [] if knees else [f"energy {gait.energy:.3f} J"]
+        numbers += [f"clearance {100 * gait.clearance:.2f} cm"] if hasattr(gait, "clearance") else []
+    return kind + ", ".join("\u00a0".join(number.rsplit(" ", 1)) for number in numbers)  # units stay beside numbers
 
 
 def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     """Panel (a): the robot at equal times, and at the knee strike if there is one, each beside the one before."""
     gait, robot, leg = course.gait, course.gait.robot, course.gait.robot.leg_length
+    parts = robot.angles if len(robot.angles) > 1 else ("stance", "swing")
+    colours = [look(f"q_{part}")["color"] for part in parts]
     strike = course.times[[phase.start for phase in course.phases[1:]]].tolist()
     times = np.sort([*np.linspace(0.0, gait.period, count - len(strike)), *strike])
     at = np.searchsorted(course.times, times - 1e-12).clip(max=len(course.times) - 1)
-    places = APART * leg * np.arange(count)
     down = np.array([math.cos(gait.slope), -math.sin(gait.slope)])
     raised = robot.radius * down[::-1] * [-1.0, 1.0]  # of the centre of a round foot over the ground
-    solid: dict[str, Any] = {"linewidth": 2.2, "solid_capstyle": "round"}
-    for foot, q, time in zip(np.outer(places, down), course.q[at] + gait.slope, times.tolist(), strict=True):
-        posture = robot.posture(foot + raised, 0, q.tolist())
-        stance, swing = robot.limbs(posture)[:2]
-        for line, part in zip(robot.outline(posture) if robot.radius else (), ("stance", "swing"), strict=False):
-            axes.plot(*line[len(stance) - 1 :].T, color=look(f"q_{part}")["color"], **solid)
-        axes.plot(*stance.T, color=look("q_stance")["color"], **solid)
-        for part, ends in zip(robot.angles[1:] or ("swing",), pairwise(swing), strict=True):
-            axes.plot(*np.transpose(ends), color=look(f"q_{part}")["color"], **solid)
-        knees = np.concatenate([stance[1:-1], swing[1:-1]])
+    ends = [-0.62 * leg]
+    for foot, q, time in zip(
+        np.outer(APART * leg * np.arange(count), down), course.q[at] + gait.slope, times, strict=True
+    ):
+        stance, swing, *_ = robot.outline(robot.posture(foot + raised, 0, q.tolist()))
+        bends = len(robot.bodies.leg)  # points of a leg from the hip down, before its foot
+        for line, colour in zip((stance, swing[:2], swing[1:]), (*colours[:2], colours[-1]), strict=True):
+            axes.plot(*line.T, color=colour, linewidth=2.2, solid_capstyle="round")
+        knees = np.concatenate([stance[1:bends], swing[1:bends]])
         axes.plot(*knees.T, "o", color="white", markeredgecolor=SHADE, markersize=3.5)
         axes.plot(*stance[0], "o", color=SHADE, markersize=5)
         words = f"{time:.3f} s" + ("\nknee strike" if time in strike else "")
         hip_x, hip_z = stance[0].tolist()
         note_at(axes, words, hip_x, hip_z, (0, 5), xycoords="data", ha="center")
-    room = 0.62 * leg + ARC * robot.radius
-    x, z = np.outer(down, [-room, places.max() + room])
+        ends.append(max(foot[0] + 0.62 * leg, float(swing[:, 0].max()) + 0.1 * leg))
+    x, z = np.outer(down / down[0], [min(ends), max(ends)])
     low = float(z.min()) - 0.12 * leg
     axes.fill_between(x, z, low, color=GROUND, linewidth=0)
     axes.plot(x, z, color=SHADE, linewidth=0.8)
@@ -188,23 +189,18 @@ def _draw_flexion(axes: Axes, letter: str, course: _Course) -> None:
 def _draw_foot(axes: Axes, letter: str, course: _Course) -> None:
     """Path of the swing foot over the ground; dotted, how it continues where no ground meets it."""
     gait, robot, goal = course.gait, course.gait.robot, getattr(course.gait, "goal", None)
-    along, height = np.array([robot.swing_foot(q) for q in course.q]).T * [[1.0], [100.0]]  # m, cm
+    along, height = _foot_path(robot, course.q)
     axes.plot(along, height, **SWING)
-
-    def mark(words: str, x: float, z: float, offset: tuple[float, float], **place: str) -> None:
-        axes.plot(x, z, "o", color=SHADE, markersize=4)
-        note_at(axes, words, x, z, offset, xycoords="data", **place)
-
     if goal is not None:
         late = np.linspace(gait.period, min(1.12 * gait.period, gait.horizon), 40)
-        beyond = np.array([robot.swing_foot(q) for q in gait.reference(late)[0]])
-        axes.plot(beyond[:, 0], 100 * beyond[:, 1], color=SWING["color"], linestyle=":", linewidth=1.2)
+        axes.plot(*_foot_path(robot, gait.reference(late)[0]), color=SWING["color"], linestyle=":", linewidth=1.2)
     axes.axhline(0.0, color=SHADE, linewidth=0.8)
+    words, at = "", (0.0, 0.0)
     if len(course.phases) > 1:
         middle = np.flatnonzero(np.abs(along) < along[-1] / 2)
         lowest = int(middle[np.argmin(height[middle])])
-        words = f"clearance {height[lowest]:.2f} cm"
-        mark(words, along[lowest], height[lowest], (0, -6), ha="center", va="top")
+        words, at = f"clearance {height[lowest]:.2f} cm", (along[lowest], height[lowest])
+        place: dict[str, Any] = {"offset": (0, -6), "ha": "center", "va": "top"}
         axes.set_ylim(0, None)
     elif not robot.collides_from_lift_off:
         reach = ScuffingRule().reach * robot.leg_length
@@ -212,18 +208,27 @@ def _draw_foot(axes: Axes, letter: str, course: _Course) -> None:
         note_at(axes, "may touch the ground\nfrom here on", reach, 0.97, (-4, 0), ha="right", va="top")
         axes.margins(y=0.15)
         if goal is not None and goal.clearance:
-            x, z = robot.swing_foot(gait.reference(gait.clearance_phase * gait.period)[0])
             words = "begins to\ncome back" if goal.retraction else "clearance"
-            mark(words, x, 100 * z, (-6, 0), ha="right", va="center")
+            at = _foot_path(robot, gait.reference(gait.clearance_phase * gait.period)[0])
+            place = {"offset": (-6, 0), "ha": "right", "va": "center"}
+    if words:
+        axes.plot(*at, "o", color=SHADE, markersize=4)
+        note_at(axes, words, *at, xycoords="data", **place)
     axes.set(xlabel="swing foot ahead of the stance foot (m)", ylabel="height above the ground (cm)")
     titled(axes, letter, "Path of the swing foot")
+
+
+def _foot_path(robot: Any, q: Array) -> Any:
+    """Places of the swing foot ahead of the stance foot (m) and above the ground (cm) at angles `q`."""
+    along, height = np.apply_along_axis(robot.swing_foot, -1, q).T
+    return along, 100.0 * height
 
 
 def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
     """Torques on level ground over time, tracked without error."""
     robot, signals = course.gait.robot, signals_of(type(course.gait.robot))
-    assert course.torques is not None
-    for joint, torque in zip(robot.joints, course.torques.T, strict=True):
+    torques = np.concatenate([course.gait.model.course(*motion).torques for motion in course.motions])
+    for joint, torque in zip(robot.joints, torques.T, strict=True):
         axes.plot(course.times, torque, label=signals[f"torque_{joint}"].name, **look(f"torque_{joint}"))
     zero_line(axes)
     axes.set(xlabel="time (s)", ylabel="torque (N\u00a0m)", xlim=(0, course.gait.period))
@@ -231,9 +236,9 @@ def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
     legend_above(axes)
 
 
-def draw_multipliers(axes: Axes, letter: str, course: Any) -> None:
-    """Draw the Floquet multipliers of what has a gait, in the complex plane and in figures."""
-    multipliers: NDArray[np.complex128] = course.gait.multipliers
+def draw_multipliers(axes: Axes, letter: str, gait: Any) -> None:
+    """Draw the Floquet multipliers of a gait, in the complex plane and in figures."""
+    multipliers: NDArray[np.complex128] = gait.multipliers
     reach = 1.25 * max(1.0, float(np.abs(multipliers).max()))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
     axes.axhline(0.0, color=GUIDE, linewidth=0.5)
@@ -241,7 +246,7 @@ def draw_multipliers(axes: Axes, letter: str, course: Any) -> None:
     axes.plot(multipliers.real, multipliers.imag, "o", color=BLUE, markersize=6)
     axes.set(xlim=(-reach, reach), ylim=(-reach, 2.1 * reach), xlabel="real part", ylabel="imaginary part")
     axes.set_aspect("equal")
-    titled(axes, letter, "Floquet multipliers, unit circle")
+    titled(axes, letter, "Floquet multipliers")
     lines = [f"λ{k} = {_complex(value)}" for k, value in enumerate(multipliers, start=1)]
     text = "\n".join([*lines, f"|λ| ≤ {abs(multipliers[0]):.5f}"])
     axes.text(0.02, 0.98, text, transform=axes.transAxes, va="top", fontsize=width().small)
@@ -249,7 +254,5 @@ def draw_multipliers(axes: Axes, letter: str, course: Any) -> None:
 
 def _complex(value: complex) -> str:
     """Format a number with five digits, and its imaginary part only if it has one."""
-    text = f"{value.real:+.5f}"
-    if value.imag:
-        text += f" {'-' if value.imag < 0.0 else '+'} {abs(value.imag):.5f} i"
-    return text.replace("-", "−")
+    text = f"{value.real:+.5f}" + (f" {value.imag:+.5f} i" if value.imag else "")
+    return text.replace(" +", " + ").replace(" -", " - ").replace("-", "−")

@@ -1,4 +1,4 @@
-"""Figures of many gaits: bifurcation diagram, multipliers over slope, basins of attraction."""
+"""Figures of many gaits and walks: return map, bifurcation diagram, multipliers over slope, basins of attraction."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from matplotlib.patches import Patch
 from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
-from mjbiped.limit_cycles.periodic import PeriodicGait
-from mjbiped.plotting.panels import legend_below, plain, titled
-from mjbiped.plotting.style import BLUE, GUIDE, SHADE, VERMILLION, drawn, note_at, told_apart
+from mjbiped.limit_cycles.map_slices import PUSH, MapSlices
+from mjbiped.limit_cycles.periodic import PeriodicGait, places_of
+from mjbiped.plotting.gait import draw_multipliers
+from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at, told_apart
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
@@ -173,7 +175,15 @@ def plot_basins(basins: Sequence[Basin], path: Path | None = None) -> Figure:
             _draw_basin(figure, axes, basin, letter if len(basins) > 1 else "")
         if len(basins) == 2:
             _frame(panels[1], basins[0], basins[1])
-        _legend_of_basins(figure, basins)
+        light, dark = (str(grey) for grey in _FALL_GREYS)
+        handles: list[Artist] = [  # under the maps, whose whole area holds data
+            Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
+            Patch(facecolor=light, edgecolor=GUIDE, label="falls at once"),
+            Patch(facecolor=dark, edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),
+        ]
+        if any(np.isin(basin.fates, (Fate.SETTLED, Fate.FELL), invert=True).any() for basin in basins):
+            handles.append(Patch(facecolor=VERMILLION, label="neither"))
+        legend_below(figure, handles)
     return figure
 
 
@@ -184,42 +194,25 @@ def _draw_basin(figure: Figure, axes: Axes, basin: Basin, letter: str) -> None:
     greys = ListedColormap([str(grey) for grey in np.linspace(*_FALL_GREYS, _FALL_LIMIT + 1)])
     falls = np.where(fell, np.minimum(basin.steps, _FALL_LIMIT), np.nan)
     axes.pcolormesh(x, y, falls, cmap=greys, vmin=-0.5, vmax=_FALL_LIMIT + 0.5, rasterized=True)
+    neither = np.where(settled | fell, np.nan, 1.0)
+    axes.pcolormesh(x, y, neither, cmap=ListedColormap([VERMILLION]), vmin=0, vmax=1, rasterized=True)
     controlled = bool(basin.peak_torque.any())
+    values = np.where(settled, basin.peak_torque if controlled else basin.steps, np.nan)
+    inside = values[settled] if settled.any() else np.array([1.0, 10.0])
     if controlled:
-        torque = np.where(settled, basin.peak_torque, np.nan)
-        inside = torque[settled] if settled.any() else np.array([1.0, 10.0])
-        norm: Any = LogNorm(max(float(inside.min()), 0.1), max(float(inside.max()), 1.0))
-        label = "greatest joint torque on the way (N m)"
+        norm: Normalize = LogNorm(max(float(inside.min()), 0.1), max(float(inside.max()), 1.0))
+        label, ends = "greatest joint torque on the way (N m)", "neither"
     else:
-        torque = np.where(settled, basin.steps, np.nan)
-        most = float(np.quantile(basin.steps[settled], 0.995)) if settled.any() else 1.0
-        norm = Normalize(0.0, max(most, 1.0))
-        label = "steps until settled on the gait"
-    mesh = axes.pcolormesh(x, y, torque, cmap=_SETTLED, norm=norm, rasterized=True)
-    ends = "neither" if controlled else "max"
+        norm = Normalize(0.0, max(float(np.quantile(inside, 0.995)), 1.0))
+        label, ends = "steps until settled on the gait", "max"
+    mesh = axes.pcolormesh(x, y, values, cmap=_SETTLED, norm=norm, rasterized=True)
     figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.9, aspect=30, pad=0.02, extend=ends, label=label)
-    if (other := ~(settled | fell)).any():
-        others, red = np.where(other, 1.0, np.nan), ListedColormap([VERMILLION])
-        axes.pcolormesh(x, y, others, cmap=red, vmin=0, vmax=1, rasterized=True)
     half = len(basin.start) // 2
     axes.plot(basin.start[half], basin.start[half + 1], "o", color="white", markeredgecolor="black", markersize=6)
     axes.set(xlabel="rate of the stance leg after the impact (rad/s)", ylabel="rate of the swing leg (rad/s)")
     ground = f"{math.degrees(basin.slope):.3g}° down" if basin.slope else "level ground"
     share = f"{100 * basin.share(Fate.SETTLED):.1f} %\u00a0of the window settle"
     titled(axes, letter, plain(f"{basin.walker} on {ground}: {share}"))
-
-
-def _legend_of_basins(figure: Figure, basins: Sequence[Basin]) -> None:
-    """Draw a legend of marks and greys under the maps, whose whole area holds data."""
-    light, dark = (str(grey) for grey in _FALL_GREYS)
-    handles: list[Artist] = [
-        Line2D([], [], linestyle="", marker="o", color="white", markeredgecolor="black", label="the gait"),
-        Patch(facecolor=light, edgecolor=GUIDE, label="falls at once"),
-        Patch(facecolor=dark, edgecolor=GUIDE, label=f"falls after {_FALL_LIMIT} steps or more"),
-    ]
-    if any(np.isin(basin.fates, (Fate.SETTLED, Fate.FELL), invert=True).any() for basin in basins):
-        handles.append(Patch(facecolor=VERMILLION, label="neither"))
-    legend_below(figure, handles)
 
 
 def _frame(axes: Axes, small: Basin, great: Basin) -> None:
@@ -229,3 +222,57 @@ def _frame(axes: Axes, small: Basin, great: Basin) -> None:
     inside = great.stance_rates[0] < left < right < great.stance_rates[-1]
     if inside and great.swing_rates[0] < low < high < great.swing_rates[-1]:
         axes.plot([left, right, right, left, left], [low, low, high, high, low], color="black", linewidth=0.8)
+
+
+def plot_return_map(slices: MapSlices, path: str | Path | None = None) -> Figure:
+    """Draw a panel for each component, with the diagonal, the gait and a walk, and one for the multipliers.
+
+    Where a curve crosses the diagonal the component repeats itself. The walk goes up or down to the next state, and
+    across to the diagonal, where the next step begins.
+
+    Args:
+        slices: Slices through the map.
+        path: File to write as well, `.png`, `.pdf` or `.svg`.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: The path has another suffix; nothing has been drawn then.
+        RenderError: The file cannot be written.
+    """
+    gait, panels = slices.gait, 1 + len(slices.components)
+    stable = "stable" if gait.stable else "unstable"
+    text = f"Return map on {math.degrees(gait.slope):.4g}°: the gait of period one is {stable}"
+    if slices.settled is not None:
+        text += f"; walks settle on one of period {len(slices.settled.states)}"
+    text = wrapped(text)
+    with drawn(path) as figure:
+        across = width().beside(2)
+        lines = math.ceil(panels / across)
+        figure.set_figheight(0.4 + 3.3 * lines + head(figure, text))
+        *places, last = (figure.add_subplot(lines, across, k) for k in range(1, panels + 1))
+        for k, axes in enumerate(places):
+            _draw_slice(axes, "abc"[k], slices, k)
+        draw_multipliers(last, "abcd"[panels - 1], gait)
+        legend_below(figure, *places[0].get_legend_handles_labels())
+    return figure
+
+
+def _draw_slice(axes: Axes, letter: str, slices: MapSlices, k: int) -> None:
+    """One component after a step over the same one before it."""
+    name, unit = slices.components[k].rsplit(" ", 1)
+    ends = slices.before[k, [0, -1]]
+    axes.plot(ends, ends, color=GUIDE, linewidth=0.9, label="diagonal: repeats itself")
+    axes.plot(slices.before[k], slices.after[k], color=BLUE, label="one step, this component alone varied")
+    stairs = np.repeat(slices.walk[:, k], 2)
+    look: dict[str, Any] = {"color": ORANGE, "linewidth": 0.8, "marker": ".", "markersize": 3, "markevery": (0, 2)}
+    axes.plot(stairs[:-1], stairs[1:], label=f"walk that begins {100 * PUSH:g} % off the gait", **look)
+    if slices.settled is not None:
+        count, found = len(slices.settled.states), places_of(slices.settled.states)[:, k]
+        axes.plot(found, np.roll(found, -1), "s", color=GREEN, markersize=5, label=f"gait of period {count}", zorder=4)
+    fixed = slices.fixed_point[k]
+    ring: dict[str, Any] = {"color": "white", "markeredgecolor": "black", "markersize": 6, "zorder": 5}
+    axes.plot(fixed, fixed, "o", label="gait of period one", **ring)
+    axes.set(xlim=ends, ylim=ends, xlabel=f"before the step {unit}", ylabel=f"after it {unit}")
+    titled(axes, letter, name[0].upper() + name[1:])

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
+from numpy.typing import NDArray
 
 from mjbiped.plotting.style import C_MT, look
 from mjbiped.plotting.width import width
-from mjbiped.records.signals import Lines, Values
+from mjbiped.records.record import Walk
+from mjbiped.records.signals import Lines, Signal, Values
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
 _MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place
@@ -106,7 +109,28 @@ def _inches(artist: Artist) -> float:
     return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)
 
 
-def draw_signals(axes: Axes, time: Values, lines: Lines, part: slice = slice(None)) -> None:
-    """Draw the signals of a panel over time (s), all samples or a part of them."""
+def curves_over_time(
+    walk: Walk, lines: Lines, keep: slice | NDArray[np.int64] = slice(None)
+) -> Iterator[tuple[str, Signal, Values, Values]]:
+    """Make the curves of a panel, with a gap between steps where the values jump because the legs change roles.
+
+    Args:
+        walk: The record.
+        lines: Signals of the panel.
+        keep: Samples that are drawn.
+
+    Yields:
+        Name in `mjbiped.records.signals.SIGNALS`, signal, times (s) and values in the panel's unit.
+    """
+    time = walk.samples["time"][keep]
+    steps = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
+    gaps = steps if lines.panel.by_legs else steps[:0]
     for name, signal in lines.signals.items():
-        axes.plot(time[part], lines.values[name][part], label=signal.label, **look(name))
+        values = np.insert(lines.values[name][keep], gaps, np.nan)
+        yield name, signal, np.insert(time, gaps, time[gaps]), values
+
+
+def draw_signals(axes: Axes, walk: Walk, lines: Lines, keep: slice = slice(None)) -> None:
+    """Draw the signals of a panel over time (s), all samples or a part of them."""
+    for name, signal, times, values in curves_over_time(walk, lines, keep):
+        axes.plot(times, values, label=signal.label, **look(name))

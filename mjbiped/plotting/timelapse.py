@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from mjbiped.errors import RenderError
 from mjbiped.plotting.style import BLUE, GROUND, GUIDE, ORANGE, SHADE, VERMILLION, note_at
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, width
 from mjbiped.records.record import Walk
@@ -52,7 +53,13 @@ def _axis_width() -> float:
 
 
 def rows_of(walk: Walk) -> list[Row]:
-    """Split the ground that a walk covered into rows of equal length."""
+    """Split the ground that a walk covered into rows of equal length.
+
+    Raises:
+        RenderError: The record holds no samples.
+    """
+    if not len(walk.samples["time"]):
+        raise RenderError("the record holds no samples: there is nothing to draw")
     qpos, leg = walk.samples["qpos"], walk.robot.leg_length
     limbs = walk.robot.limbs(qpos)
     reached, tops = limbs[..., 0], limbs[..., 1].max(axis=(1, 2))

@@ -20,6 +20,8 @@ class Width:
         small: Size of tick labels, legends and notes, points.
         lines: Width of lines, points.
         dots: Dots per inch of a PNG file, for a screen or for a journal.
+        height: Height of the figure of a walk, inches; none where its panels say.
+        panels: Panels of the figure of a walk unless others are named; none where its signals say.
     """
 
     inches: float
@@ -27,6 +29,8 @@ class Width:
     small: float
     lines: float
     dots: float
+    height: float | None = None
+    panels: tuple[str, ...] = ()
 
     def letters(self, beside: float = 0.2) -> int:
         """Number of letters in a line of text that leaves `beside` inches of the figure's width free.
@@ -44,8 +48,9 @@ WIDTHS: Mapping[str, Width] = {
     "page": Width(9.6, 9.0, 8.0, 1.2, 160.0),
     "double": Width(7.16, 8.0, 7.0, 1.0, 300.0),
     "single": Width(3.5, 7.5, 7.0, 0.9, 300.0),
+    "slide": Width(9.6, 10.0, 9.0, 1.4, 200.0, 5.4, ("lapse", "torque")),
 }
-"""Widths by name: the project's pages, and both columns or one column of an IEEE journal."""
+"""Widths by name: the project's pages, both columns or one column of an IEEE journal, and a slide of 16:9."""
 
 DEFAULT_WIDTH = "page"
 
@@ -65,7 +70,7 @@ def figure_width(name: str) -> Iterator[None]:
     7 to 7.5 points where it is printed unscaled.
 
     Args:
-        name: "page" (9.6 in), "double" (7.16 in) or "single" (3.5 in).
+        name: "page" (9.6 in), "double" (7.16 in), "single" (3.5 in) or "slide" (9.6 in, walks 16:9).
 
     Raises:
         InputError: There is no such width.

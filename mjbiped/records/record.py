@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import textwrap
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
@@ -139,21 +139,22 @@ class Walk:
         """
         return WalkSummary(self)
 
-    def plot(self, path: str | Path | None = None) -> Figure:
+    def plot(self, path: str | Path | None = None, *, panels: Sequence[str] | None = None) -> Figure:
         """Draw the walk: time lapse, slope estimate, torques, phase portraits.
 
         Args:
             path: File to write as well, `.png`, `.pdf` or `.svg`.
+            panels: Names of its panels, of `mjbiped.records.signals.FIGURE`, as ("torque", "phase").
 
         Returns:
             The figure; `mjbiped.plotting.walk.plot_walk` describes it.
 
         Raises:
-            InputError: The path has another suffix; nothing has been drawn then.
+            InputError: The path has another suffix, or there is no such panel; nothing has been drawn then.
             RenderError: The record holds no samples, or the file cannot be written.
         """
         # by name: a record imports nothing that draws, and what draws imports records
-        figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path)
+        figure: Figure = resolve_name("mjbiped.plotting.walk:plot_walk")(self, path, panels=panels)
         return figure
 
     def video(self, path: str | Path | None = None, **settings: object) -> None:

@@ -6,7 +6,7 @@ A new signal is a row of `SIGNALS`; walks of all robots that have its column the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from mjbiped.records import loads, measures
 from mjbiped.records.columns import flat_samples, tables_of, units_of
 from mjbiped.records.loads import centre_of_pressure
 from mjbiped.robots.robot import Robot
+from mjbiped.utils.domains import known_name
 from mjbiped.utils.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class Panel(NamedTuple):
         scale: Value of the unit in SI units.
         least: Least span of the axis, in the unit; smaller differences are rounding.
         by_legs: Whether the values jump where the legs change roles, so that no line joins two steps.
-        in_figure: Whether the figure of a walk has the panel; reports have all panels.
+        in_figure: Whether the figure of a walk has the panel unless its panels are named; reports have all panels.
         in_words: Whether the report states the values at the current moment in words.
         events: Name of the events that are marked on the zero line, and a function for their times, s.
     """
@@ -100,7 +101,7 @@ PANELS: Mapping[str, Panel] = {
     "pressure": Panel(
         "Centre of pressure that the ankle's torque requires, positive forward", "from the ankle", "cm", 0.01
     ),
-    "knee torque": Panel("Torque of the swing knee", "torque", "N m", in_words=True),  # a hundredth of the others
+    "knee_torque": Panel("Torque of the swing knee", "torque", "N m", in_words=True),  # a hundredth of the others
     "flexion": Panel(
         "Flexion of the swing knee", "flexion", "°", math.radians(1.0), events=("knee strike", knee_strikes)
     ),
@@ -110,11 +111,24 @@ PANELS: Mapping[str, Panel] = {
 }
 """All panels, in the order in which they are drawn."""
 
+FIGURE = ("lapse", *PANELS, "phase")
+"""Names of all panels of a walk's figure: its time lapse, its signals, and its phase portraits."""
+
+
+def check_panels(names: Iterable[str]) -> tuple[str, ...]:
+    """Check names of panels of a walk's figure, and return them.
+
+    Raises:
+        InputError: There is no such panel.
+    """
+    return tuple(known_name("panel", name.strip(), FIGURE) for name in names)
+
 
 def _pressure(walk: Walk) -> Values:
-    """Centre of pressure, m, clipped where it would dwarf the rest."""
-    most = _FARTHEST_PRESSURE * walk.robot.leg_length
-    return np.clip(centre_of_pressure(walk), -most, most)
+    """Centre of pressure, m; NaN where it would dwarf the rest, as where a fall takes the load off the foot."""
+    pressure = centre_of_pressure(walk)
+    near = np.abs(pressure) <= _FARTHEST_PRESSURE * walk.robot.leg_length
+    return np.where(near, pressure, np.nan)
 
 
 def _asked(walk: Walk) -> Values:
@@ -149,7 +163,7 @@ SIGNALS: Mapping[str, Signal] = {
     "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
     "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, loads.knee_torque, "stance_knee_torque"),
-    "torque_knee": Signal("knee torque", "swing knee", "τ₃", SKY, SOLID),
+    "torque_knee": Signal("knee_torque", "swing knee", "τ₃", SKY, SOLID),
     "pressure": Signal("pressure", "ankle", "", PURPLE, SOLID, _pressure, "torque_ankle"),
     "toe": Signal("pressure", "toe", "", BLACK, DASHED, _end_of_sole(1, 1.0), "torque_ankle", optional=True),
     "heel": Signal("pressure", "heel", "", BLUE, DOTTED, _end_of_sole(0, -1.0), "torque_ankle", optional=True),
@@ -217,6 +231,12 @@ def lines_of(walk: Walk) -> Iterator[Lines]:
         missing = [signals[name].name for name in every if name not in values and not signals[name].optional]
         events = panel.events[1](walk) if panel.events else np.empty(0)
         yield Lines(panel, {signal: signals[signal] for signal in values}, values, missing, events)
+
+
+def without_zeros(every: Iterable[Lines]) -> list[Lines]:
+    """Leave out the panels that are zero throughout, such as the torques of a passive walk, but not all panels."""
+    panels = list(every)
+    return [lines for lines in panels if any(np.nan_to_num(line).any() for line in lines.values.values())] or panels[:1]
 
 
 def values_of(walk: Walk, name: str) -> Values:

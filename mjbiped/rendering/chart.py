@@ -47,7 +47,7 @@ class Chart:
         self._long = (stop - start) / self._pages or 1.0
         self._page, self._drawn = -1, np.empty((height, width, 3), dtype=np.uint8)
         first, after = np.searchsorted(walk.samples["time"], (start, stop), side="right").tolist()
-        self._inside, self._time = slice(max(0, first - 1), after), walk.samples["time"]
+        self._inside, self._walk = slice(max(0, first - 1), after), walk
         self._lines = list(islice(lines_of(walk), len(_PANELS)))  # slope and torque
         self._least = 0.01 * walk.robot.weight * walk.robot.leg_length
 
@@ -82,7 +82,7 @@ class Chart:
             canvas = FigureCanvasAgg(figure)
             for lines, (low, high) in zip(self._lines, _PANELS, strict=True):
                 axes = figure.add_axes((self._margin, low, 1.0 - 2.0 * self._margin, high - low))
-                draw_signals(axes, self._time, lines, self._inside)
+                draw_signals(axes, self._walk, lines, self._inside)
                 zero_line(axes)
                 widen(axes, lines.panel.least or self._least)
                 axes.set_xlim(begin, begin + self._long)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,17 +20,40 @@ from mjbiped.version import __version__
 
 _HERE = Path(__file__).parent / "page"
 _DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
+ABOVE, BELOW = 70, 60
+"""Margins of a figure, for its legend and the title of its axis, pixels."""
+
+UNIFIED: dict[str, Any] = {"hovermode": "x unified", "hoversubplots": "axis"}
+"""Settings of panels over each other, in which the reader points at one place in all."""
+
 _LAYOUT: dict[str, object] = {
     "template": "none",
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#222222"},
     "paper_bgcolor": "white",
     "plot_bgcolor": "white",
-    "margin": {"l": 70, "r": 20, "t": 40, "b": 50},
+    "margin": {"l": 80, "r": 30, "t": ABOVE, "b": BELOW},
     "autosize": True,
 }
 _AXIS: dict[str, Any] = {"gridcolor": "#e6e6e6", "linecolor": SHADE, "zerolinecolor": GUIDE, "ticks": "outside"}
 _HEADING: dict[str, object] = {"showarrow": False, "align": "left", "xanchor": "left", "yanchor": "bottom"}
-_LEAST_SPAN = 0.02  # of the values
+
+_MOST_LISTED = 12  # greatest number of listed numbers of a parameter; a ground may have thousands
+
+
+class Panel(NamedTuple):
+    """A panel of a figure, in plotly's own names.
+
+    Attributes:
+        traces: What is drawn; lines unless a trace has another type.
+        x: Settings of the horizontal axis; of the first panel alone where all panels have one axis.
+        y: Settings of the vertical axis.
+        heading: Title above the panel; none if empty.
+    """
+
+    traces: Sequence[dict[str, Any]]
+    x: dict[str, Any]
+    y: dict[str, Any]
+    heading: str = ""
 
 
 class Shown(NamedTuple):
@@ -51,76 +74,39 @@ class Shown(NamedTuple):
     height: int
 
 
-class Panels:
-    """A figure of plotly in panels, each with axes and a heading of its own.
+def plotted(
+    panels: Sequence[Panel], *, columns: int = 1, shared: bool = False, legend: float = 1.0, **layout: Any
+) -> Any:
+    """Make a figure of plotly with panels in rows; of traces with one name the first is in the legend.
 
-    Attributes:
-        figure: The figure.
+    Args:
+        panels: The panels, row by row.
+        columns: Number of panels side by side.
+        shared: Whether all panels have the horizontal axis of the first one.
+        legend: Lower end of the legend, in shares of the panels' height.
+        **layout: Further settings of its layout in plotly's own names, as the gaps in `grid`.
 
     Raises:
         InputError: Plotly is not installed.
     """
-
-    def __init__(self) -> None:
-        """Begin without panels."""
-        self.figure = needed("plotly.graph_objects", "report", "a report").Figure()
-        self._axes: dict[str, Any] = {}
-        self._count = 0
-
-    def add(
-        self,
-        across: tuple[float, float] = (0.0, 1.0),
-        down: tuple[float, float] = (0.0, 1.0),
-        *,
-        x: dict[str, Any] | None = None,
-        y: dict[str, Any],
-        heading: str = "",
-    ) -> dict[str, str]:
-        """Add a panel.
-
-        Args:
-            across: Left and right end, in shares of the figure's width.
-            down: Lower and upper end, in shares of the figure's height.
-            x: Settings of its horizontal axis; None if it shares that of the first panel, which stands below the last.
-            y: Settings of its vertical axis.
-            heading: Title above it; none if empty.
-
-        Returns:
-            The axes of its traces, in plotly's own names.
-        """
-        number = str(self._count + 1) if self._count else ""
-        self._count += 1
-        shared = x is None
-        own = "" if shared else number
-        settings = self._axes["xaxis"] if x is None else {**_AXIS, **x, "domain": across}
-        self._axes[f"xaxis{own}"] = {**settings, "anchor": f"y{number}"}
-        self._axes[f"yaxis{number}"] = {**_AXIS, **y, "domain": down, "anchor": f"x{own}"}
-        if heading:
-            self.figure.add_annotation(
-                text=heading, x=across[0], y=down[1], xref="paper", yref="paper", font={"size": 13}, **_HEADING
-            )
-        return {"xaxis": f"x{own}", "yaxis": f"y{number}"}
-
-    def shown(self, name: str, title: str, note: str, height: int, *, legend: float = 1.0, **layout: object) -> Shown:
-        """Return the figure for a page.
-
-        Args:
-            name: Name of its place in the page, letters and dashes.
-            title: Title above it.
-            note: Note under the title; may be empty.
-            height: Height, pixels.
-            legend: Lower end of the legend, in shares of the panels' height.
-            **layout: Further settings of its layout in plotly's own names.
-        """
-        above = {"orientation": "h", "yanchor": "bottom", "y": legend, "xanchor": "left", "x": 0.0}
-        self.figure.update_layout({**_LAYOUT, "legend": above, **self._axes, **layout})
-        return Shown(name, title, note, self.figure, height)
-
-
-def shares(count: int, gap: float) -> list[tuple[float, float]]:
-    """Divide a figure's width or height into equal parts with gaps between them."""
-    size = (1.0 - gap * (count - 1)) / count
-    return [(k * (size + gap), k * (size + gap) + size) for k in range(count)]
+    traces, named, axes, headings, places = [], set[str](), dict[str, Any](), [], []
+    for k, panel in enumerate(panels, start=1):
+        number = str(k) if k > 1 else ""
+        x, y = "x" if shared else f"x{number}", f"y{number}"
+        places.append(x + y)
+        axes[f"yaxis{number}"] = {**_AXIS, **panel.y}
+        axes.setdefault(f"xaxis{x[1:]}", {**_AXIS, **panel.x})
+        for trace in panel.traces:
+            traces.append({"showlegend": trace["name"] not in named, **trace, "xaxis": x, "yaxis": y})
+            named.add(trace["name"])
+        if panel.heading:
+            at = {"x": 0.0, "y": 1.0, "xref": f"{x} domain", "yref": f"{y} domain"}
+            headings.append({"text": panel.heading, "font": {"size": 13}, **_HEADING, **at})
+    above = {"orientation": "h", "yanchor": "bottom", "y": legend, "xanchor": "left", "x": 0.0}
+    rows = [places[start : start + columns] for start in range(0, len(places), columns)]
+    grid = {"rows": len(rows), "columns": columns, "subplots": rows, **layout.pop("grid", {})}
+    graphs = needed("plotly.graph_objects", "report", "a report")
+    return graphs.Figure(traces, {**_LAYOUT, **axes, "annotations": headings, "legend": above, "grid": grid, **layout})
 
 
 def line(signal: str, **more: object) -> dict[str, Any]:
@@ -129,13 +115,18 @@ def line(signal: str, **more: object) -> dict[str, Any]:
     return {"color": row.colour, "dash": _DASHES[row.line], "width": 1.6, **more}
 
 
-def span(values: NDArray[np.floating]) -> dict[str, Any]:
-    """Range of an axis whose values hardly differ, so that rounding does not fill the panel; else nothing."""
-    known = values[np.isfinite(values)]
-    if not known.size or np.ptp(known) > _LEAST_SPAN * np.abs(known).max():
-        return {}
-    middle, half = float(known.mean()), _LEAST_SPAN * (float(np.abs(known).max()) or 1.0)
-    return {"range": [middle - half, middle + half]}
+def curve(name: str, x: Any, y: Any, told: str = "", /, **look: Any) -> dict[str, Any]:
+    """Make a trace.
+
+    Args:
+        name: Name in the legend.
+        x: Horizontal places.
+        y: Vertical places.
+        told: Words where the reader points at the curve, in plotly's notation; none if empty.
+        **look: Further settings in plotly's own names.
+    """
+    hover = {"hovertemplate": told} if told else {"hoverinfo": "skip"}
+    return {"type": "scatter", "mode": "lines", "name": name, "legendgroup": name, "x": x, "y": y, **hover, **look}
 
 
 def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0) -> dict[str, object]:
@@ -147,17 +138,29 @@ def include(values: NDArray[np.floating], least: float = 0.0, room: float = 0.0)
         room: Room on both sides, as a share of their span.
     """
     known = values[np.isfinite(values)]
-    if not known.size or not (least or room):
-        return {"autorangeoptions": {"include": []}}
+    if not known.size:
+        return {}
     low, high = float(known.min()), float(known.max())
-    half = least / 2.0 if least else (0.5 + room) * (high - low)
-    middle = (low + high) / 2.0
+    middle, half = (low + high) / 2.0, max(least / 2.0, (0.5 + room) * (high - low))
     return {"autorangeoptions": {"include": [middle - half, middle + half]}}
 
 
 def small(values: NDArray[np.floating]) -> NDArray[np.float32]:
     """Convert numbers to the seven digits that a page needs, in half the bytes."""
     return np.asarray(values, dtype=np.float32)
+
+
+def flattened(settings: Mapping[str, object], beginning: str = "") -> Iterator[tuple[str, str, str]]:
+    """Flatten nested settings into lines: name with dots, value, no unit."""
+    for key, value in settings.items():
+        name = f"{beginning}{key}"
+        if isinstance(value, Mapping) and value:
+            yield from flattened(value, f"{name}.")
+            continue
+        if isinstance(value, list | tuple) and len(value) > _MOST_LISTED:
+            yield name, f"{', '.join(map(str, value[:_MOST_LISTED]))}, ... ({len(value)} in all)", ""
+        else:
+            yield name, ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value), ""
 
 
 def check_installed() -> None:

@@ -1,19 +1,24 @@
-"""Report of a study, from the folder of its table."""
+"""Report of a study: maps over pairs of parameters, lines over one, histograms over none, from its table's folder."""
 
 from __future__ import annotations
 
+import itertools
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mjbiped.errors import InputError, RecordError
-from mjbiped.records.summary import MEASURES as SHOWN
+from mjbiped.plotting.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
+from mjbiped.records.summary import MEASURES as LISTED
 from mjbiped.records.summary import in_words, quantile_rows
-from mjbiped.reports.page import check_installed, write_page
-from mjbiped.reports.study_figures import study_figures
-from mjbiped.reports.walk import flattened
+from mjbiped.reports.page import UNIFIED, Panel, Shown, check_installed, curve, flattened, include, plotted, write_page
+from mjbiped.robots.compass import Array
+from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
 from mjbiped.sweeps.cell import MEASURES, Row
+from mjbiped.sweeps.plan import FINISHED
 from mjbiped.sweeps.store import read_table
 from mjbiped.sweeps.summary import summarised
 
@@ -22,6 +27,12 @@ TABLE = "study.sqlite"
 
 MOST_ROWS = 3000
 """Greatest number of walks on the page; a study may have hundreds of thousands."""
+
+_LOOKS = ((BLUE, "solid"), (VERMILLION, "dash"), (GREEN, "dot"), (ORANGE, "dashdot"), (BLACK, "longdash"))
+_PANEL = 340  # pixels
+_MEDIANS = "Medians of the walks that finished; the share is of all."
+_LEAST_SPAN = 0.02  # of a measure's axis to either side, as a share of the greatest value
+_MAP_GAP = 0.32  # between maps, of the width of a map with its gap: room for the colours' scale and labels
 
 
 def report_study(folder: Path, path: Path) -> None:
@@ -45,27 +56,29 @@ def report_study(folder: Path, path: Path) -> None:
     varied = _checked(table, rows)
     summary = summarised(rows)
     declared = identity.get("study", {})
-    names = [*(name for name in rows[0] if name not in MEASURES), *(each.key for each in SHOWN)]
-    forms = {key: (factor, form) for _, key, factor, form, *_ in SHOWN}
-    listed = {key: f"{label} ({unit})" if unit else label for label, key, _, _, unit, *_ in SHOWN}
+    names = [name for name in rows[0] if name not in MEASURES]
+    headings = [*names, *(f"{each.label} ({each.unit})".removesuffix(" ()") for each in LISTED)]
     told = f"The first {MOST_ROWS} of {len(rows)}; all are in study.csv." if len(rows) > MOST_ROWS else ""
     write_page(
         path,
         "study.html",
         study_figures(rows, varied),
         {},
-        title=f"Study {folder.resolve().name}",
-        outcome=f"{len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
+        title=folder.resolve().name,
+        outcome=f"Study of {len(rows)} walks, {summary['outcomes'].get('finished', 0)} finished",
         outcome_headings=["outcome", "walks", "%"],
         outcomes=[[name, count, f"{100.0 * count / len(rows):.1f}"] for name, count in summary["verdicts"].items()],
         errors=[[each["error"], each["walks"], each["first_cell"]] for each in summary["errors"]],
         quantile_headings=["measure", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit"],
         quantiles=quantile_rows(summary["finished"]),
         table_note=f"Click a heading to sort by it. {told}".strip(),
-        headings=[listed.get(name, name) for name in names],
-        rows=[[_cell(row[name], forms.get(name)) for name in names] for row in rows[:MOST_ROWS]],
+        headings=headings,
+        rows=[
+            [*(_cell(row[name]) for name in names), *(in_words(row[m.key], m.factor, m.form) for m in LISTED)]
+            for row in rows[:MOST_ROWS]
+        ],
         parameters=list(flattened(declared)) if isinstance(declared, dict) else [],
-        command=f"mjbiped sweep STUDY.toml --out {shlex.quote(str(folder))}",
+        command=shlex.join(["mjbiped", "sweep", f"{folder}.toml", "--out", str(folder)]),
     )
 
 
@@ -81,9 +94,126 @@ def _checked(table: Path, rows: Sequence[Row]) -> list[str]:
     return [name for name in rows[0] if name not in ("cell", "sample", "outcome", "error", *MEASURES)]
 
 
-def _cell(value: Any, form: tuple[float, str] | None) -> str:
-    if value is None:
-        return ""
-    if form is not None:
-        return in_words(value, *form)
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+def _cell(value: Any) -> str:
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def study_figures(rows: Sequence[Row], varied: Sequence[str]) -> list[Shown]:
+    """Draw the figures of a study.
+
+    Args:
+        rows: Rows of its table, at least one.
+        varied: Names of the columns that vary.
+
+    Raises:
+        InputError: Plotly is not installed.
+    """
+    axes, groups = arranged(rows, varied)
+    if len(axes) > 1:
+        pairs = enumerate(itertools.combinations(axes, 2))
+        return [_maps(rows, pair, groups, number) for number, pair in pairs]
+    if axes:
+        return [_lines(rows, axes[0], groups)]
+    return [_groups(rows, groups) if groups.name else _histograms(rows)]
+
+
+def _scale(axis: Axis) -> dict[str, object]:
+    """Settings of a plotly axis over bins, without its range."""
+    if axis.ticks:
+        return {"tickvals": axis.centres.tolist(), "ticktext": list(axis.ticks)}
+    return {"type": "log"} if axis.log else {}
+
+
+def _map_axis(axis: Axis, titled: bool) -> dict[str, object]:
+    """Settings of a plotly axis of a map."""
+    ends = axis.edges[[0, -1]]
+    ends = np.log10(ends) if axis.log and not axis.ticks else ends
+    title = {"text": axis.label if titled else ""}
+    return {**_scale(axis), "title": title, "showgrid": False, "range": ends.tolist()}
+
+
+def _reach(name: str, values: Array) -> dict[str, object]:
+    """Range of the axis of a measure: all shares, or values so far apart that rounding does not fill the panel."""
+    least = 2.0 * _LEAST_SPAN * float(np.nanmax(np.abs(values), initial=0.0))
+    return {"range": [-0.03, 1.03]} if name == FINISHED else include(values, least)
+
+
+def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: int) -> Shown:
+    """Draw a heat map for each group (downwards) and measure (to the right)."""
+    x, y = pair
+    panels = dict[tuple[int, int], Panel]()
+    for column, name in enumerate(SHOWN):
+        drawn = [tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)]
+        known = np.concatenate([table[~np.isnan(table)] for table, _ in drawn])
+        ends = (0.0, 1.0) if name == FINISHED or not known.size else (float(known.min()), float(known.max()))
+        right = (column + 1 - _MAP_GAP) / (len(SHOWN) - _MAP_GAP)  # end of the column, as a share of the width
+        scale = {"zmin": ends[0], "zmax": ends[1], "colorscale": "Viridis", "colorbar": {"x": right, "thickness": 10}}
+        told = f"{x.label} %{{x:.4g}}<br>{y.label} %{{y:.4g}}<br>%{{z:.4g}}, of %{{customdata}} walks<extra></extra>"
+        shown = [k for k, (table, _) in enumerate(drawn) if not np.isnan(table).all()]
+        for k, (table, count) in enumerate(drawn):
+            cells = {"type": "heatmap", "name": "", "x": x.centres, "y": y.centres, "z": table, "customdata": count}
+            traces = (
+                [{**cells, **scale, "hovertemplate": told, "showscale": k == shown[0], "showlegend": False}]
+                if k in shown
+                else []
+            )
+            words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
+            axes = _map_axis(x, k == groups.count - 1), _map_axis(y, column == 0)
+            panels[k, column] = Panel(traces, *axes, words)
+    gaps = {"xgap": _MAP_GAP, "ygap": 0.3}
+    plot = plotted([panels[place] for place in sorted(panels)], columns=len(SHOWN), grid=gaps)
+    title = f"{y.label} over {x.label}"
+    return Shown(f"map-{number}", title, f"{_MEDIANS} White: none.", plot, 100 + _PANEL * groups.count)
+
+
+def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
+    """Draw the median of each measure over a parameter, with the quartiles as a band, a line for each group."""
+    panels = list[Panel]()
+    for name in SHOWN:
+        values, traces = values_of(rows, name), list[dict[str, Any]]()
+        bins = [[values[axis.within(i, groups.bin == k)] for i in range(axis.count)] for k in range(groups.count)]
+        spreads = np.array([spread(group, name) for group in bins])
+        for k, (kind, (middles, low, high)) in enumerate(zip(groups.ticks, spreads, strict=True)):
+            colour, dash = _LOOKS[k % len(_LOOKS)]
+            look = {"line": {"color": colour, "dash": dash}, "mode": "lines+markers"}
+            band = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "line": {"width": 0}, "showlegend": False}
+            if name != FINISHED:
+                around = np.append(axis.at, axis.at[::-1]), np.append(high, low[::-1])
+                traces.append({**curve("band", *around, **band), "legendgroup": kind or "all"})
+            traces.append(curve(kind or "all", axis.at, middles, "%{y:.4g}", **look))
+        x = {"type": "log" if axis.log else "linear", "title": {"text": axis.label}}
+        panels.append(Panel(traces, x, {**_reach(name, spreads), "automargin": True}, f"<b>{measure_label(name)}</b>"))
+    named = groups.count > 1
+    plot = plotted(panels, shared=True, legend=1.05, grid={"ygap": 0.24}, showlegend=named, **UNIFIED)
+    return Shown("line", f"Over {axis.label}", f"{_MEDIANS} Band: from quartile to quartile.", plot, 760)
+
+
+def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
+    """Draw the median of each measure of each group, and a bar from quartile to quartile."""
+    panels = list[Panel]()
+    for name in SHOWN:
+        values = values_of(rows, name)
+        middles, low, high = spread([values[groups.bin == k] for k in range(groups.count)], name)
+        bars = {} if name == FINISHED else {"error_x": {"array": high - middles, "arrayminus": middles - low}}
+        look = {"mode": "markers", "marker": {"size": 9, "color": BLUE}, "showlegend": False, **bars}
+        dots = curve("", middles, list(groups.ticks), "%{y}: %{x:.4g}<extra></extra>", **look)
+        x = {**_reach(name, middles), "title": {"text": measure_label(name)}}
+        y = {"automargin": True, "autorange": "reversed", "showticklabels": not panels}
+        panels.append(Panel([dots], x, y))
+    plot = plotted(panels, columns=len(SHOWN), grid={"xgap": 0.12})
+    note = f"{_MEDIANS} Bar: from quartile to quartile."
+    return Shown("groups", groups.label.capitalize(), note, plot, 160 + 36 * groups.count)
+
+
+def _histograms(rows: Sequence[Row]) -> Shown:
+    """Draw how often each measure has which value, of walks that finished."""
+    panels = list[Panel]()
+    for name in SHOWN:
+        if name != FINISHED:
+            values = values_of(rows, name)
+            bars = {"x": values[~np.isnan(values)], "marker": {"color": BLUE, "line": {"width": 1, "color": "white"}}}
+            hover = {"showlegend": False, "hovertemplate": "%{x}: %{y} walks<extra></extra>"}
+            x, y = ({"title": {"text": words}} for words in (measure_label(name), "walks"))
+            panels.append(Panel([{"type": "histogram", "name": "", **bars, **hover}], x, y))
+    plot = plotted(panels, columns=len(panels), grid={"xgap": 0.16})
+    return Shown("histograms", "How often", "Of the walks that finished.", plot, 380)

@@ -17,8 +17,7 @@ from controllers import AdaptiveController
 from mjbiped.limit_cycles.bifurcation import Cascade
 from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.limit_cycles.periodic import first_gait, follow
-from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers
-from mjbiped.plotting.return_map import plot_return_map
+from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
 from mjbiped.plotting.style import make_small
 from mjbiped.robots.robot import Robot
 

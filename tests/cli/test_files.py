@@ -23,9 +23,11 @@ def test_a_plot_is_as_wide_as_asked_for(record: Path, tmp_path: Path) -> None:
     with Image.open(plot) as picture:
         assert picture.width == 1050  # 3.5 in of 300 dots
     assert plot_width.width() is plot_width.WIDTHS["page"]
-    assert_refused(run("render", record, "--plot-width", "column"), "'page', 'double', 'single'")
+    assert_refused(run("render", record, "--plot-width", "column"), "'page', 'double', 'single', 'slide'")
+    assert run("render", record, "--no-video", "--plot", plot, "--panels", "torque,phase").exit_code == 0
+    assert_refused(run("render", record, "--plot", plot, "--panels", "torqe"), "did you mean 'torque'")
     for command in ("sweep", "reproduce", "walk", "compare", "gait", "bifurcation", "basin", "stability"):
-        assert "--plot-width [page|double|single]" in run(command, "--help").stdout
+        assert "--plot-width [page|double|single|slide]" in run(command, "--help").stdout
 
 
 def test_a_failed_plot_leaves_record_and_video(

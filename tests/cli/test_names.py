@@ -26,8 +26,8 @@ PUBLIC: tuple[Callable[..., Any], ...] = (
 )
 
 OF_COMMANDS = {
-    "what is written, and where": "out plot plot_width plot_multipliers video video_size no_video report parquet "
-    "trajectories",
+    "what is written, and where": "out plot plot_width panels plot_multipliers video video_size no_video report "
+    "parquet trajectories",
     "what is printed": "json quiet dry_run",
     "how a long command runs": "fresh quick scheduler clear for",
 }

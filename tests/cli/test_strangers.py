@@ -17,7 +17,7 @@ from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.reference import DEGREE
-from mjbiped.reports.walk_figures import walk_figures
+from mjbiped.reports.walk import walk_figures
 
 MINE = """\
 from pathlib import Path

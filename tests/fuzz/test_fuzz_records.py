@@ -29,7 +29,7 @@ from mjbiped.records.record import Walk
 from mjbiped.records.schema import FORMAT_VERSION
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.video import render_frame
-from mjbiped.reports.walk import flattened
+from mjbiped.reports.page import flattened
 
 Members: TypeAlias = dict[str, bytes]
 """The members of a record's archive."""

@@ -20,6 +20,7 @@ from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, SWING, TRUTH, look
 from mjbiped.plotting.timelapse import rows_of
 from mjbiped.plotting.walk import plot_walk
+from mjbiped.plotting.width import figure_width
 from mjbiped.records import loads
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain
@@ -181,6 +182,23 @@ def test_phase_portraits_have_the_re_planned_reference(walk: Walk, fallen: Walk)
     assert "re-planned reference" not in [line.get_label() for line in plot_walk(fallen).axes[-1].lines]
 
 
+def test_a_figure_has_the_panels_that_are_named(walk: Walk) -> None:
+    figure = plot_walk(walk, panels=("phase", "angle"))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == [
+        "(a) Angle from the ground's normal",
+        "(b) Phase portrait, stance leg",
+        "(c) Phase portrait, swing leg",
+    ]
+    for line in figure.axes[0].lines:
+        if line.get_label() in ("stance leg q₁", "swing leg q₂"):  # no line joins the legs that change roles
+            assert np.isnan(np.asarray(line.get_ydata(), dtype=float)).sum() == walk.steps
+    with figure_width("slide"):
+        assert plot_walk(walk).get_size_inches() == pytest.approx([9.6, 5.4])
+    with pytest.raises(InputError, match=r"unknown panel 'torqe': valid are lapse, .*; did you mean 'torque'"):
+        plot_walk(walk, panels=("torqe",))
+
+
 def test_the_outline_has_both_ends_of_a_step() -> None:
     x, z = TWO_STEPS.outline(-0.5, 1.0)
     assert x == pytest.approx([-0.5, 0.6, 0.6, 1.0])
@@ -252,11 +270,10 @@ def test_a_walk_on_knees_shows_torque_and_flexion_of_the_knee() -> None:
     figure = plot_walk(done)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     for letter, words in (
-        ("d", "Centre of pressure that the ankle's torque requires, positive forward"),
-        ("e", "Torque of the swing knee"),
-        ("f", "Flexion of the swing knee"),
-        ("h", "Phase portrait, swing thigh"),
-        ("i", "Phase portrait, swing shank"),
+        ("c", "Joint torque"),  # of the stance knee; ankle and swing knee have none, and no panels of zeros
+        ("d", "Flexion of the swing knee"),
+        ("f", "Phase portrait, swing thigh"),
+        ("g", "Phase portrait, swing shank"),
     ):
         assert f"({letter}) {words}" in titles
     flexion = next(axes for axes in figure.axes if "Flexion" in axes.get_title(loc="left"))

@@ -100,7 +100,7 @@ def test_the_report_of_a_walk_with_knees_shows_them(kneed: mjbiped.Walk, tmp_pat
     assert titles == [panel.title for panel in PANELS.values()]
     for name, panel in (
         ("stance knee", "torque"),
-        ("swing knee", "knee torque"),
+        ("swing knee", "knee_torque"),
         ("swing knee", "flexion"),
         ("knee strike", "flexion"),
         ("swing shank", "angle"),

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 from command_line import run
-from mjbiped.records.summary import in_words
 from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
+from mjbiped.records.summary import in_words
 from mjbiped.rendering.gl import gl_available
 
 

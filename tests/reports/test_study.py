@@ -9,8 +9,7 @@ import pytest
 from report_pages import packed
 
 from mjbiped.errors import InputError, RecordError
-from mjbiped.reports.study import report_study
-from mjbiped.reports.study_figures import study_figures
+from mjbiped.reports.study import report_study, study_figures
 from mjbiped.sweeps.bins import binned, values_of
 from mjbiped.sweeps.plan import plan
 from mjbiped.sweeps.run import run

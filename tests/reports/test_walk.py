@@ -16,7 +16,7 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.records import measures
 from mjbiped.rendering.gl import gl_available
-from mjbiped.reports import walk_figures as figures
+from mjbiped.reports import walk as figures
 from mjbiped.reports.walk import report_walk
 
 
@@ -86,8 +86,8 @@ def test_without_samples_and_without_steps_there_is_still_a_page(tmp_path: Path)
     fallen = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=9, initial=(0.1, 0.1, -0.5, 0.0))
     page = report(fallen, tmp_path / "fallen.html")
     assert fallen.outcome in page
-    # no estimate, no gait: their lines are left out
-    assert len(packed(page)["plots"]["time"]["data"]) == 10
+    # no estimate, and zeros alone of slope, torques, pressure and power: angles and rates are left
+    assert len(packed(page)["plots"]["time"]["data"]) == 4
     assert {name: values for name, values, _ in packed(page)["data"]["told"]}["estimate"][0] is None
 
 

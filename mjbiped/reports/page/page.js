@@ -49,13 +49,14 @@
     slider.min = first;
     slider.max = last;
 
+    // The nearest sample, as in the labels at the figures' curves.
     const sampleAt = (moment) => {
       let [low, high] = [0, data.time.length - 1];
       while (high - low > 1) {
         const middle = (low + high) >> 1;
         if (data.time[middle] <= moment) low = middle; else high = middle;
       }
-      return data.time[high] <= moment ? high : low;
+      return data.time[high] - moment < moment - data.time[low] ? high : low;
     };
 
     const places = (k, axis) => legs.map((name) => data.legs[name].map((point) => point[axis][k]));
@@ -75,7 +76,7 @@
       await Plotly.restyle(phases, { x: data.q.map((q) => [q[k]]), y: data.dq.map((dq) => [dq[k]]) }, moving);
       const told = data.told.filter(([, values]) => values[k] !== null).map(([name, values, unit]) =>
         name + " " + values[k].toFixed(2) + (unit === "\u00b0" ? "" : "\u00a0") + unit);
-      words.textContent = ["t = " + moment.toFixed(3) + " s", "step " + data.step[k], ...told].join(", ");
+      words.textContent = ["t = " + data.time[k].toFixed(3) + " s", "step " + data.step[k], ...told].join(", ");
       slider.value = moment;
       document.body.dataset.moment = moment.toFixed(3);
       if (wanted !== moment) await draw();
@@ -87,7 +88,7 @@
       if (idle) drawn = drawn.then(draw).catch(failure).finally(() => { wanted = null; });
     }
 
-    time.on("plotly_hover", (event) => { if (!video || video.paused) go(Number(event.xvals ? event.xvals[0] : event.points[0].x)); });
+    time.on("plotly_hover", (event) => { if (!video || video.paused) go(Number(event.points[0].x)); });
     time.on("plotly_click", (event) => { if (video) video.currentTime = Number(event.points[0].x) - first; });
     slider.addEventListener("input", () => {
       if (video) { video.pause(); video.currentTime = Number(slider.value) - first; }
