@@ -12,7 +12,6 @@ import pytest
 import mjbiped
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import TASKS, load
-from mjbiped.envs.load import _dm
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rules.termination import Outcome
@@ -297,4 +296,4 @@ def test_without_dm_control_it_is_said_what_to_install(monkeypatch: pytest.Monke
     monkeypatch.delitem(sys.modules, "mjbiped.envs.dm", raising=False)
     monkeypatch.delattr("mjbiped.envs.dm", raising=False)
     with pytest.raises(MjbipedError, match="pip install dm-control"):
-        _dm()
+        load("walk_level")
