@@ -25,6 +25,8 @@ from mjbiped.utils.packages import hidden_laws
 from mjbiped.utils.reading import read_bytes
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
+FILES = (".onnx",)
+"""Suffixes of files that describe a controller."""
 
 _loaded: dict[Path, tuple[bytes, ModuleType]] = {}
 _named: dict[type, dict[str, str]] = {}
@@ -35,6 +37,12 @@ def is_reference(name: object) -> bool:
     return isinstance(name, str) and (":" in name or name.endswith(".py"))
 
 
+def file_of(name: str) -> tuple[str, str]:
+    """Split NAME:FILE, a registered controller that a file describes; of all other names the second part is empty."""
+    kind, _, file = name.partition(":")
+    return (kind, file) if file.endswith(FILES) else (name, "")
+
+
 def located(reference: str, folder: Path) -> str:
     """Resolve a reference's file against a folder; all other names stay as they are.
 
@@ -42,6 +50,9 @@ def located(reference: str, folder: Path) -> str:
     """
     if not is_reference(reference):
         return reference
+    kind, file = file_of(reference)
+    if file:
+        return f"{kind}:{_whole(folder / Path(file).expanduser())}"
     place, name = _parts(reference)
     return f"{_whole(folder / Path(place).expanduser())}:{name}" if _is_file(place) else reference
 

@@ -22,7 +22,7 @@ from mjbiped.control.functions import law_of, values_of
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
-_METHODS = ("start", "on_touchdown", "torque", "slope_estimate")
+_METHODS = ("start", "on_touchdown", "on_tick", "torque", "slope_estimate")
 _KEPT = "what lasts from one call to the next belongs into the memory, which start and on_touchdown change"
 _LATER = 0.1  # s: another time of the step, at which the law is asked too
 
@@ -50,6 +50,8 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         memory, before = [0.0] * controller.memory_size, _attributes(controller)
         _given(controller, "start", lambda: controller.start(memory, q, dq))
         _check_memory(controller, "start", memory)
+        _given(controller, "on_tick", lambda: controller.on_tick(memory, 0.0, q, dq))
+        _check_memory(controller, "on_tick", memory)
         first = _asked(controller, law, memory, 0.0, q, dq)
         if fault := fault_in(controller, first, 0.0, q, dq):
             raise InputError(f"{fault}: the walk cannot begin")

@@ -114,7 +114,7 @@ class Plan:
         return compilable_law(self.driver)
 
     def driven(self, period: float) -> Controller:
-        """Return the controller that an engine calls: the driver, wrapped in the loop's disturbances if there are any.
+        """Return the controller that an engine calls: the driver, in a loop that ticks if it or disturbances need one.
 
         Args:
             period: Time between two ticks, s.
@@ -172,6 +172,9 @@ def make_plan(
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     check_ground(robot, terrain)
     driver = driver_of(controller, robot)
+    if driver.control_period is not None:
+        period = disturbed.period(driver.control_period, 0.0)
+        disturbed = dataclasses.replace(disturbed, control_period=period)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
     check_rule(robot, terms.scuffing)
     if not isinstance(robot, terms.engine.robots):

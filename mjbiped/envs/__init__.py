@@ -15,7 +15,8 @@ import numpy as np
 # before dm_control, which imports MuJoCo as MUJOCO_GL has it
 from mjbiped.utils.mujoco import mujoco as mujoco  # isort: split
 
-from mjbiped.envs.recipes import TASKS
+from mjbiped.envs.policy import PolicyController, export_policy
+from mjbiped.envs.recipes import TASKS, Curriculum
 from mjbiped.envs.tasks import IDS, WalkTask, task_of
 from mjbiped.envs.walkers import Walkers
 from mjbiped.robots.compass import Compass
@@ -24,7 +25,7 @@ from mjbiped.utils.domains import SEED, known_name
 if TYPE_CHECKING:
     import dm_env
 
-__all__ = ["IDS", "TASKS", "WalkTask", "load"]
+__all__ = ["IDS", "TASKS", "Curriculum", "PolicyController", "WalkTask", "export_policy", "load"]
 
 if importlib.util.find_spec("gymnasium") is not None:
     import gymnasium
@@ -75,9 +76,11 @@ def load(
     for key in options:
         known_name("entry of environment_kwargs", key, ("flat_observation",))
     settings = task_of(task, Compass.kind, given)
-    from mjbiped.envs import dm  # for this function alone: it needs dm_control
+    from mjbiped.envs import dm  # for this function alone: it says what to install where dm_control is missing
+
+    from dm_control.rl import control  # isort: skip
 
     walkers = Walkers(settings)
     walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew
     physics = dm.Physics(walkers)
-    return dm.control.Environment(physics, dm.Task(settings, random), time_limit=settings.time_limit, **options)
+    return control.Environment(physics, dm.Task(settings, random), time_limit=settings.time_limit, **options)

@@ -136,7 +136,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     | `residual` | `False` | add actions to the adaptive controller's torques |
     | `privileged` | `False` | observe the ground, too |
     | `robot` | of the id | a `mjbiped.Compass` or `mjbiped.KneedBiped`, its name, or its parameters |
-    | `terrain` | `{}` | parameters of the ground's preset, a preset's name, or a `mjbiped.Terrain` |
+    | `terrain` | `{}` | parameters of the ground's preset, its name, a `mjbiped.Terrain`, or a `Curriculum` |
     | `disturbances` | `None` | a `mjbiped.Disturbances`, or its parameters |
     | `control_period` | `0.02` | time between two actions, s, a multiple of 4 ms |
     | `time_limit` | `20` | longest episode, s |
@@ -190,7 +190,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Begin an episode; the same seed gives the same one. There are no options."""
         super().reset(seed=None if seed is None else SEED.check("seed", seed))
-        self.walkers.begin(0, self.np_random)
+        self.walkers.begin(0, self.np_random, anew=seed is not None)
         return self.walkers.observations()[0], self._info(self.walkers.outcome())
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
