@@ -87,18 +87,10 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     `Box((12,), float64)`, with knees 18 numbers; with `privileged=True` 11 more. The bounds are far beyond what a walk
     comes to. Angles are measured from the normal of the ground under the stance foot, positive forward.
 
-    | number | with knees | observation | unit |
-    |---|---|---|---|
-    | 0, 1 | 0 to 2 | angle of stance leg, swing leg; with knees stance leg, swing thigh, swing shank | rad |
-    | 2, 3 | 3 to 5 | their rates | rad/s |
-    | 4 | 6 | 1 if the swing foot touched down in the last control period, else 0 | |
-    | 5 | 7 | time since the last touchdown, or since the start | s |
-    | 6, 7 | 8 to 10 | last touchdown: the angles in the old roles, from the old ground's normal | rad |
-    | 8, 9 | 11 to 13 | last touchdown: the angles in the new roles, from the new ground's normal | rad |
-    | 10, 11 | 14 to 16 | torques that the joints hold, ankle first | N m |
-    | | 17 | 1 once the swing knee has struck its stop and is locked, else 0 | |
-    | 12 | 18 | privileged: slope under the stance foot, positive downhill | rad |
-    | 13 to 22 | 19 to 28 | privileged: ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, over it | m |
+    The numbers are the fields of `mjbiped.envs.observation.FIELDS`, in their order; docs/environments.md has the table:
+    angles of the legs and their rates, whether the swing foot has just touched down, the time since then, the angles at
+    that touchdown, the torques that the joints hold, with knees whether the swing knee is locked, and where
+    `privileged` slope and heights of the ground.
 
     Where sensors err by `disturbances`, the angles and rates are those that the controller reads.
 

@@ -68,7 +68,8 @@ def test_it_has_the_steps_of_gymnasiums_robots_without_those_that_reset() -> Non
 
 
 def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
     program = next(block.code for block in blocks("docs/environments.md") if "stable_baselines3" in block.code)
     for long, short in (
         ("WalkVecEnv(64,", "WalkVecEnv(4, time_limit=0.4, task="),
@@ -80,17 +81,20 @@ def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.Monk
         program = program.replace(long, short)
     monkeypatch.chdir(tmp_path)
     space: dict[str, Any] = {}
-    exec(program, space)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the exporter's age
+        exec(program, space)
     assert space["model"].num_timesteps == 256
     assert {episode["l"] for episode in space["model"].ep_info_buffer} == {20}
     assert (tmp_path / "residual.zip").exists()
+    assert OnnxController(str(tmp_path / "residual.onnx")).task.residual
 
 
 @pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
 def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) -> None:
     """Normalisation included; a walk by the file observes what the normalised environment shows."""
-    for package, extra in (("stable_baselines3", "sb3"), ("onnx", "onnx"), ("onnxruntime", "onnx")):
-        pytest.importorskip(package, reason=f"needs the extra {extra}")
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
     import stable_baselines3
     from stable_baselines3.common.vec_env import VecNormalize
 
