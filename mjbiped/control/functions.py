@@ -33,6 +33,11 @@ def law_of(controller: Controller) -> Law | None:
     return None if law is None else on_arrays(law)
 
 
+def acts_at_ticks(controller: Controller) -> bool:
+    """Whether engines call the `on_tick` of a controller: it is digital, and its law has a tick if it has a law."""
+    return controller.control_period is not None and ((law := law_of(controller)) is None or law.tick is not None)
+
+
 def in_python(controller: Controller) -> Law:
     """The functions of a controller's law, or its methods behind the same signatures."""
     parameters: Any = controller

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room, never
-from mjbiped.control.functions import in_python
+from mjbiped.control.functions import acts_at_ticks, in_python
 from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
 from mjbiped.disturbances.sensors import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
@@ -280,7 +280,7 @@ class SampledController(Around):
             room=room,
             delay=delay,
             senses=any(sensors[:5]),
-            ticks=inner.control_period is not None,
+            ticks=acts_at_ticks(inner),
             torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
             remaining=math.exp(-lag) if lag else 0.0,
             mean=-math.expm1(-lag) / lag if lag else 0.0,

@@ -98,39 +98,23 @@ class Field(NamedTuple):
     of: str = "all"
 
 
+_LEGS = "angles of stance and swing leg, rad; with knees of stance leg, swing thigh and swing shank"
+_LAST = (
+    "angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new from the new one"
+)
+_LOCKED = "1 once the swing knee has struck its stop and is locked, else 0"
+_HEIGHTS = "height of the ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, relative to the foot, m"
+
 FIELDS = (
-    Field(
-        "joint_angles",
-        1,
-        0,
-        -_ANGLE,
-        _ANGLE,
-        "angles of stance and swing leg, rad; with knees of stance leg, swing thigh and swing shank",
-    ),
+    Field("joint_angles", 1, 0, -_ANGLE, _ANGLE, _LEGS),
     Field("joint_rates", 1, 0, -_RATE, _RATE, "their rates, rad/s"),
     Field("touchdown", 0, 1, 0.0, 1.0, "1 if the swing foot touched down in the last control period, else 0"),
     Field("time_since_touchdown", 0, 1, 0.0, _TIME, "time since the last touchdown, or since the start, s"),
-    Field(
-        "last_touchdown",
-        2,
-        0,
-        -_ANGLE,
-        _ANGLE,
-        "angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new roles from "
-        "the new one; 0 before the first",
-    ),
+    Field("last_touchdown", 2, 0, -_ANGLE, _ANGLE, _LAST),
     Field("torque", 1, 0, -_TORQUE, _TORQUE, "torques that the joints hold, N m"),
-    Field("knee_locked", 0, 1, 0.0, 1.0, "1 once the swing knee has struck its stop and is locked, else 0", "knees"),
+    Field("knee_locked", 0, 1, 0.0, 1.0, _LOCKED, "knees"),
     Field("ground_slope", 0, 1, -HIGHEST, HIGHEST, "slope under the stance foot, rad, positive downhill", "privileged"),
-    Field(
-        "ground_heights",
-        0,
-        len(AHEAD),
-        -HIGHEST,
-        HIGHEST,
-        "height of the ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, relative to the foot, m",
-        "privileged",
-    ),
+    Field("ground_heights", 0, len(AHEAD), -HIGHEST, HIGHEST, _HEIGHTS, "privileged"),
 )
 """What a policy observes."""
 

@@ -99,7 +99,7 @@ class ActingController(Controller):
         driven, at, n = self._driven, self._driven.memory_size, len(q)
         memory[at + LEFT] -= 1.0
         if memory[at + LEFT] <= 0.0:
-            memory[driven.place : at] = self._action(self.observation(memory, t, q, dq))
+            memory[driven.place : at] = self.action(memory, t, q, dq)
             memory[at + LEFT], memory[at + TOUCHED] = float(self.task.ticks), 0.0
         memory[at + HELD : at + HELD + n] = driven.torque(memory, t, q, dq)[:n]
         if memory[at + LOCKED]:
@@ -116,13 +116,14 @@ class ActingController(Controller):
         observe(seen, n, readings, held, t, bool(memory[at + TOUCHED]), memory[at + LOCKED])
         return np.array(seen)
 
-    def _action(self, seen: NDArray[np.float64]) -> list[float]:
-        """Torques of the policy's action, N m.
+    def action(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> list[float]:
+        """Torques of the policy's action, N m; see `Controller.on_tick` for the arguments.
 
         Raises:
             InputError: The policy gives something else.
         """
-        given, most = self.predict(seen), np.array(self.task.limits)
+        seen, most = self.observation(memory, t, q, dq), np.array(self.task.limits)
+        given = self.predict(seen)
         try:
             torques: list[float] = (np.asarray(given, dtype=np.float64).reshape(most.shape) * most).tolist()
             return torques
@@ -151,7 +152,7 @@ class PolicyController(ActingController):
     walk = mjbiped.walk(controller, mjbiped.Terrain.random(seed=5), engine=task.engine)
     ```
 
-    In MuJoCo with the task's engine the walk is that of an episode, to rounding. Where soles limit the ankle's torque,
+    In MuJoCo with the task's engine the walk is bitwise that of an episode. Where soles limit the ankle's torque,
     or motors lag, the torques observed are those commanded.
 
     Attributes:
