@@ -171,7 +171,7 @@ class PolicyController(ActingController):
         """Take over what the task says."""
         self._take(self.task)
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Name, the function's name and the task; a record cannot build the function anew."""
         policy = getattr(self.predict, "__qualname__", type(self.predict).__name__)
         return {"name": f"envs.{type(self).__name__}", "policy": policy, "task": _described(self.task)}
@@ -227,7 +227,7 @@ class OnnxController(ActingController):
         except Exception as error:  # of the runtime's own kinds
             raise InputError(f"{self.file} is no ONNX file: {explained(error)}") from error
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Name, file and its digest, from which the controller is built anew."""
         return {"name": type(self).__name__, "file": self.file, "sha256": self.sha256}
 
@@ -236,12 +236,12 @@ class OnnxController(ActingController):
         action: NDArray[np.float32] = self._session.run(None, {"observation": seen[None].astype(np.float32)})[0][0]
         return action
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return what reads the file again: the runtime's session cannot be copied."""
         return type(self), (self.file, self.sha256)
 
 
-def _described(task: WalkTask) -> dict[str, Any]:
+def _described(task: WalkTask) -> dict[str, object]:
     """What a policy as a controller needs to know of its task, as settings of `WalkTask` in plain JSON types."""
     return {
         "name": task.name,

@@ -63,7 +63,7 @@ class Recipe(Generic[Made]):
 
     name: str
     make: Callable[[dict[str, Any]], Made]
-    given: Mapping[str, Any]
+    given: Mapping[str, object]
 
     @cached_property
     def draws(self) -> dict[str, Draw]:
@@ -125,7 +125,7 @@ def _recipe(name: str, kind: Any, value: object, make: Callable[[dict[str, Any]]
     return Recipe(name, make, Recipe(name, make, value)._table(read_draw))
 
 
-def _given(made: Made, _: dict[str, Any]) -> Made:
+def _given(made: Made, _: object) -> Made:
     return made
 
 
@@ -157,8 +157,8 @@ class Curriculum:
         InputError: A value is outside its domain, or `hard` has parameters that `easy` lacks.
     """
 
-    easy: Mapping[str, Any]
-    hard: Mapping[str, Any]
+    easy: Mapping[str, object]
+    hard: Mapping[str, object]
     step: Annotated[float, domains.PROBABILITY] = 0.1
     by: Literal["success", "episodes"] = "success"
 
@@ -169,7 +169,7 @@ class Curriculum:
         for name in self.hard:
             known_name("parameter in `hard`; give it in `easy` too", name, self.easy)
 
-    def at(self, difficulty: float) -> dict[str, Any]:
+    def at(self, difficulty: float) -> dict[str, object]:
         """Parameters of the ground at a difficulty."""
         return {
             name: _between(f"terrain.{name}", value, self.hard.get(name, value), difficulty)
@@ -183,7 +183,7 @@ class Curriculum:
         return min(max(difficulty + (self.step if grows else -self.step), 0.0), 1.0)
 
 
-def _between(name: str, easy: Any, hard: Any, difficulty: float) -> Any:
+def _between(name: str, easy: object, hard: object, difficulty: float) -> object:
     """Go from an easy value to a hard one of the same form: numbers, sequences and distributions of numbers.
 
     Raises:

@@ -266,7 +266,7 @@ class Camera:
             self._renderer.close()
         self._renderer = self._model = None
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return what makes another camera, with a renderer of its own."""
         return Camera, self._size[::-1]
 

@@ -102,6 +102,6 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         method = getattr(self.robots, method_name)
         return [method(index, *method_args, **method_kwargs) for index in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type[Any], indices: int | Sequence[int] | None = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type[object], indices: int | Sequence[int] | None = None) -> list[bool]:
         """No robot is wrapped by itself."""
         return [False for _ in self._get_indices(indices)]

@@ -108,9 +108,9 @@ class WalkTask:
     name: str
     residual: bool = False
     privileged: bool = False
-    robot: Robot | str | Mapping[str, Any] = Compass.kind
-    terrain: Terrain | str | Mapping[str, Any] | Curriculum = field(default_factory=dict)
-    disturbances: Disturbances | Mapping[str, Any] | None = None
+    robot: Robot | str | Mapping[str, object] = Compass.kind
+    terrain: Terrain | str | Mapping[str, object] | Curriculum = field(default_factory=dict)
+    disturbances: Disturbances | Mapping[str, object] | None = None
     control_period: Annotated[float, _CONTROL_PERIOD] = CONTROL_PERIOD
     time_limit: Annotated[float, domains.TIME] = TIME_LIMIT
 

@@ -52,12 +52,12 @@ class Row(NamedTuple):
         place: Index of the action in its controller's memory.
     """
 
-    constants: Any
+    constants: object
     ahead: Any
-    model: Any
-    data: Any
-    felt: Any
-    sensors: Any
+    model: object
+    data: object
+    felt: object
+    sensors: object
     place: int
 
 
@@ -344,7 +344,7 @@ class Walkers:
         self._pool.shutdown()
         self._walkers = [None] * len(self._walkers)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return what builds the robots again, each in its state."""
         episodes = {}
         for index, walker in enumerate(self._walkers):

@@ -18,6 +18,9 @@ from mjbiped.rules.termination import Outcome
 
 pytest.importorskip("dm_control", reason="mjbiped.envs.load needs dm_control, which pip does not install on 3.13")
 
+from absl.testing import absltest  # both come with dm_control
+from dm_env import test_utils
+
 
 def random_action(spec: Any, random: np.random.Generator) -> Any:
     return random.uniform(spec.minimum, spec.maximum)
@@ -213,6 +216,13 @@ def test_extra_forward_calls_and_pictures_change_nothing() -> None:
                 env.physics.forward()
         rows.append(np.concatenate([each.ravel() for each in step.observation.values()]))
     np.testing.assert_array_equal(rows[0], rows[1])
+
+
+class TestContract(test_utils.EnvironmentTestMixin, absltest.TestCase):  # type: ignore[misc]  # without types
+    """dm_env's own tests of an environment, over the end of an episode."""
+
+    def make_object_under_test(self) -> Any:
+        return load("walk_random", {"random": 0, "residual": True, "time_limit": 0.2})
 
 
 def test_flat_observations() -> None:

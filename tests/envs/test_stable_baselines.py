@@ -13,6 +13,7 @@ from documentation import blocks
 import mjbiped
 from mjbiped.envs import export_policy
 from mjbiped.envs.policy import OnnxController
+from mjbiped.envs.single import WalkEnv
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
 from mjbiped.errors import InputError
@@ -115,6 +116,15 @@ def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) ->
     with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
         export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
     env.close()
+
+
+def test_its_own_checker_has_nothing_to_say() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    from stable_baselines3.common.env_checker import check_env
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(WalkEnv("walk_random", residual=True))
 
 
 def test_settings_are_fixed() -> None:
