@@ -19,7 +19,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mjbiped.control.controller import Controller
-from mjbiped.errors import InputError, explained, place_of, shown
+from mjbiped.errors import InputError, explained, place_of, prefixed, shown
 from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.packages import hidden_laws
 from mjbiped.utils.reading import read_bytes
@@ -111,11 +111,14 @@ def source_of(kind: type) -> dict[str, str] | None:
 
 
 def digest_of(reference: str) -> str:
-    """Return the digest of the file that a controller's class stands in; what it imports is not part of it.
+    """Return the digest of the file that describes a controller, or that its class stands in, without its imports.
 
     Raises:
         InputError: There is no such file or module.
     """
+    if file := file_of(reference)[1]:
+        with prefixed(f"{shown(file)}: "):
+            return hashlib.sha256(read_bytes(Path(file).expanduser())).hexdigest()
     place, _ = _parts(reference)
     if _is_file(place):
         return hashlib.sha256(_read(place)[1]).hexdigest()

@@ -1,5 +1,6 @@
 """Policies as controllers: their walks are the episodes of their environments, in files too, and in both engines."""
 
+import hashlib
 import json
 import pickle
 from pathlib import Path
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 import mjbiped
 from mjbiped.cli.main import main
+from mjbiped.control.loading import digest_of, located
 from mjbiped.control.registry import controller_class, controller_from, make_controller, settings_of
 from mjbiped.envs import PolicyController
 from mjbiped.envs.observation import bounds
@@ -193,3 +195,12 @@ def test_files_that_are_no_policies_are_named(tmp_path: Path) -> None:
 def test_names_are_known_without_the_extra() -> None:
     assert controller_class("policy:walk.onnx") is OnnxController
     assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
+
+
+def test_studies_find_a_file_beside_them_and_notice_another(tmp_path: Path) -> None:
+    (tmp_path / "walk.onnx").write_bytes(b"a policy")
+    reference = located("policy:walk.onnx", tmp_path)
+    assert reference == f"policy:{tmp_path / 'walk.onnx'}"
+    assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
+    with pytest.raises(InputError, match="there is no such file"):
+        digest_of("policy:nowhere.onnx")
