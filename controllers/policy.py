@@ -92,6 +92,7 @@ class PolicyController(LawController):
     gait: Gait
 
     memory_size: ClassVar[int] = 2
+    with_file: ClassVar[str | None] = "mjbiped.envs.policy:OnnxController"
 
     def __post_init__(self) -> None:
         """Refuse a robot or a gait of another kind.

@@ -117,7 +117,8 @@ class Figures(Results):
     """Results with figures.
 
     Results:
-        plot_width: Width of figures: {widths}; page is for the screen, double and single are columns in print, slide is 16:9.
+        plot_width: Width of figures: {widths}; page is for the screen, double and single are columns in print, slide is
+            16:9.
     """
 
     plot_width: Annotated[str, Words(tuple(WIDTHS))] = DEFAULT_WIDTH

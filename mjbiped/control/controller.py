@@ -68,8 +68,7 @@ class Law(NamedTuple):
         touchdown: (parameters, memory, q_before, q, dq), as `Controller.on_touchdown`; unless given, nothing happens.
         slope_estimate: (parameters, memory) -> float, rad; unless given, NaN.
         next_discontinuity: (parameters, memory, t) -> float, s; `never` unless given.
-        tick: (parameters, memory, t, q, dq): action of `mjbiped.disturbances.loop.SampledController` once in each
-            control period; None for all other controllers.
+        tick: (parameters, memory, t, q, dq), as `Controller.on_tick`; None where nothing happens.
         knee_strike: (parameters, memory, t, q, dq), as `Controller.on_knee_strike`; unless given, nothing happens.
     """
 
@@ -97,18 +96,24 @@ class Controller(ABC):
     |---|---|---|
     | `start` | once, at the beginning of a walk | sets up its memory |
     | `on_touchdown` | once per support transfer, with the state just after it | what changes from step to step |
+    | `on_tick` | once per `control_period` of a digital law, before `torque` | what changes from tick to tick |
     | `torque` | every control period | the continuous law |
 
     All laws are functions of their arguments and of `memory` alone, never of attributes that change: a walk can then be
     saved in the middle, resumed and repeated bit by bit. The engine integrates the first `len(states)` numbers of the
-    memory with the rates that `torque` returns; the others change only in `start` and `on_touchdown`.
+    memory with the rates that `torque` returns; the others change in all methods but `torque`.
 
     Attributes:
         states: Names of the integrated states, in the order of their indices in the memory.
         memory_size: Floats needed in all, the integrated states included.
         joints: Names of the joints that the law drives, as `Robot.joints` has them; with knees q, dq and torques have
             three numbers each.
+        control_period: Time between two ticks of a digital law, s: both engines call `on_tick` and `torque` once in it,
+            and motors hold their torques in between; None: the law is continuous, and the engine says how often it is
+            asked.
         with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
+        with_file: Class of controllers that a file describes, as "module:Class", with the fields `file` and `sha256`:
+            the controller NAME:FILE; None if there is none.
         follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
             passive gaits alone.
         support: Index in the memory of two numbers that an engine in which feet can tip writes just before
@@ -123,7 +128,9 @@ class Controller(ABC):
     states: ClassVar[tuple[str, ...]] = ()
     memory_size: ClassVar[int] = 0
     joints: ClassVar[tuple[str, ...]] = Compass.joints
+    control_period: float | None = None
     with_knees: ClassVar[str | None] = None
+    with_file: ClassVar[str | None] = None
     follows: ClassVar[bool] = True
     support: ClassVar[int] = -1
     robot: Robot | None = None
@@ -170,6 +177,16 @@ class Controller(ABC):
             t: Time since the support transfer, s.
             q: Stance leg, swing thigh and swing shank from the ground's normal under the stance foot, rad.
             dq: Their rates just after the strike, rad/s.
+        """
+
+    def on_tick(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:  # noqa: B027 (hook)
+        """Update the memory once in each `control_period`, just before `torque` is asked with the same arguments.
+
+        Args:
+            memory: Memory of the controller, which is changed in place.
+            t: Time since the support transfer, s.
+            q: Stance and swing angle from the ground's normal under the stance foot, rad.
+            dq: Their rates, rad/s.
         """
 
     @abstractmethod

@@ -13,7 +13,7 @@ from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.domains import entries
 
-_METHODS = ("on_touchdown", "on_knee_strike", "torque", "slope_estimate", "next_discontinuity")
+_METHODS = ("on_touchdown", "on_knee_strike", "on_tick", "torque", "slope_estimate", "next_discontinuity")
 
 
 def law_of(controller: Controller) -> Law | None:
@@ -33,10 +33,15 @@ def law_of(controller: Controller) -> Law | None:
     return None if law is None else on_arrays(law)
 
 
+def acts_at_ticks(controller: Controller) -> bool:
+    """Whether engines call the `on_tick` of a controller: it is digital, and its law has a tick if it has a law."""
+    return controller.control_period is not None and ((law := law_of(controller)) is None or law.tick is not None)
+
+
 def in_python(controller: Controller) -> Law:
     """The functions of a controller's law, or its methods behind the same signatures."""
     parameters: Any = controller
-    methods = Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, None, _knee_strike)
+    methods = Law(parameters, _torque, _touchdown, _slope_estimate, _next_discontinuity, _tick, _knee_strike)
     return (law_of(controller) if isinstance(controller, LawController) else None) or methods
 
 
@@ -58,6 +63,12 @@ def _touchdown(controller: Controller, memory: Memory, q_before: Numbers, q: Num
 def _knee_strike(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     own = memory[: controller.memory_size]
     controller.on_knee_strike(own, t, tuple(q), tuple(dq))
+    memory[: controller.memory_size] = own
+
+
+def _tick(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
+    own = memory[: controller.memory_size]
+    controller.on_tick(own, t, tuple(q), tuple(dq))
     memory[: controller.memory_size] = own
 
 

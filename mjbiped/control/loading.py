@@ -19,12 +19,14 @@ from pathlib import Path
 from types import ModuleType
 
 from mjbiped.control.controller import Controller
-from mjbiped.errors import InputError, explained, place_of, shown
+from mjbiped.errors import InputError, explained, place_of, prefixed, shown
 from mjbiped.utils.domains import check_text, known_name
 from mjbiped.utils.files import read_bytes
 from mjbiped.utils.packages import hidden_laws
 
 FORMS = "FILE.py:CLASS or PACKAGE.MODULE:CLASS"
+FILES = (".onnx",)
+"""Suffixes of files that describe a controller."""
 
 _loaded: dict[Path, tuple[bytes, ModuleType]] = {}
 _named: dict[type, dict[str, str]] = {}
@@ -35,6 +37,12 @@ def is_reference(name: object) -> bool:
     return isinstance(name, str) and (":" in name or name.endswith(".py"))
 
 
+def file_of(name: str) -> tuple[str, str]:
+    """Split NAME:FILE, a registered controller that a file describes; of all other names the second part is empty."""
+    kind, _, file = name.partition(":")
+    return (kind, file) if file.endswith(FILES) else (name, "")
+
+
 def located(reference: str, folder: Path) -> str:
     """Resolve a reference's file against a folder; all other names stay as they are.
 
@@ -42,6 +50,9 @@ def located(reference: str, folder: Path) -> str:
     """
     if not is_reference(reference):
         return reference
+    kind, file = file_of(reference)
+    if file:
+        return f"{kind}:{_whole(folder / Path(file).expanduser())}"
     place, name = _parts(reference)
     return f"{_whole(folder / Path(place).expanduser())}:{name}" if _is_file(place) else reference
 
@@ -100,11 +111,14 @@ def source_of(kind: type) -> dict[str, str] | None:
 
 
 def digest_of(reference: str) -> str:
-    """Return the digest of the file that a controller's class stands in; what it imports is not part of it.
+    """Return the digest of the file that describes a controller, or that its class stands in, without its imports.
 
     Raises:
         InputError: There is no such file or module.
     """
+    if file := file_of(reference)[1]:
+        with prefixed(f"{shown(file)}: "):
+            return hashlib.sha256(read_bytes(Path(file).expanduser())).hexdigest()
     place, _ = _parts(reference)
     if _is_file(place):
         return hashlib.sha256(_read(place)[1]).hexdigest()

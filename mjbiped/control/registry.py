@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.loading import FORMS, is_reference, own_class, recorded_class
+from mjbiped.control.loading import FORMS, file_of, is_reference, own_class, recorded_class
 from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of, why_none
 from mjbiped.control.tracking import check_tracking
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, prefixed, shown
@@ -87,6 +87,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
     """
+    name, file = file_of(name)
     if is_reference(name):
         return own_class(name)
     try:
@@ -95,7 +96,11 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
         raise InputError(f"{error}; or a class of your own, {FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
-        if robot is not None and "knee" in robot.joints and kind.with_knees:
+        if file and kind.with_file is None:
+            raise InputError(f"no file describes the controller {name}: give its name alone, or policy:{file}")
+        if file and kind.with_file:
+            kind = resolve_name(kind.with_file)
+        elif robot is not None and "knee" in robot.joints and kind.with_knees:
             kind = resolve_name(kind.with_knees)
     except (ImportError, AttributeError) as error:
         raise InputError(f"the controller {name}, registered as {entry.value}, fails: {shown(error)}") from error
@@ -134,7 +139,8 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     """
     own = fields_of(controller_class(name, robot))
     shared = SHARED if "gait" in own else {}
-    return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}}
+    described = {"file": file} if (file := file_of(name)[1]) else {}
+    return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}, **described}
 
 
 def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gait: Gait | None = None) -> Controller:
@@ -276,6 +282,11 @@ def _described_class(
         classes = {controller_class(name, robot).__name__: name for name in registered()}
     if wanted in classes:
         return controller_class(classes[wanted], robot)
+    files = [kind.with_file for kind in map(controller_class, registered()) if kind.with_file]
+    for place in files:
+        if place.endswith(f":{wanted}"):
+            found: type[Controller] = resolve_name(place)
+            return found
     raise InputError(
         f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
         f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it can "

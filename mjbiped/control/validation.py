@@ -22,7 +22,7 @@ from mjbiped.control.functions import law_of, values_of
 from mjbiped.errors import InputError, explained, place_of, shown
 from mjbiped.utils.domains import as_float
 
-_METHODS = ("start", "on_touchdown", "torque", "slope_estimate")
+_METHODS = ("start", "on_touchdown", "on_tick", "torque", "slope_estimate")
 _KEPT = "what lasts from one call to the next belongs into the memory, which start and on_touchdown change"
 _LATER = 0.1  # s: another time of the step, at which the law is asked too
 
@@ -50,6 +50,9 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         memory, before, begun = [0.0] * controller.memory_size, _attributes(controller), "start"
         controller.start(memory, q, dq)
         _check_memory(controller, "start", memory)
+        begun = "on_tick"
+        controller.on_tick(memory, 0.0, q, dq)
+        _check_memory(controller, "on_tick", memory)
         begun = ""
         first = _asked(controller, law, memory, 0.0, q, dq)
         if fault := fault_in(controller, first, 0.0, q, dq):
@@ -74,7 +77,7 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         if not begun:
             return  # the walk tells of it
         size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
-        advice = f"; {size}" if begun == "start" and isinstance(error, IndexError) else ""
+        advice = f"; {size}" if begun in ("start", "on_tick") and isinstance(error, IndexError) else ""
         raise InputError(f"{kind.__name__}.{begun} fails: {explained(error)}{place_of(error, kind)}{advice}") from error
 
 

@@ -142,8 +142,8 @@ class Disturbances:
             return given or max(DEFAULT_PERIOD, shortest)
         if given is not None and given != self.control_period:
             raise InputError(
-                f"control_period = {self.control_period:g} of the disturbances contradicts control_period = {given:g} "
-                "of the engine; give one of them"
+                f"control_period = {self.control_period:g} of disturbances or controller contradicts control_period = "
+                f"{given:g} of engine or controller; give one of them"
             )
         return self.control_period
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room, never
-from mjbiped.control.functions import in_python
+from mjbiped.control.functions import acts_at_ticks, in_python
 from mjbiped.disturbances.chance import MOST, STRIKE, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.disturbances.disturbances import LONGEST_DELAY, Disturbances
 from mjbiped.numerics.blocks import Floats, call, call_for_float, numbers, reader
@@ -42,6 +42,7 @@ class Loop(NamedTuple):
         room: Number of ticks whose torques the ring holds.
         delay: Number of ticks until a torque acts.
         senses: Whether the sensors differ from the truth.
+        ticks: Whether the controller itself acts at ticks; see `Controller.on_tick`.
         torque_limit: Greatest torque of each motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
         mean: Mean of that fraction over the tick.
@@ -61,6 +62,7 @@ class Loop(NamedTuple):
     room: int
     delay: int
     senses: bool
+    ticks: bool
     torque_limit: float
     remaining: float
     mean: float
@@ -85,14 +87,14 @@ def tick(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
         q: Angles, rad.
         dq: Their rates, rad/s.
     """
-    at, law = loop.size, law_at(loop.inner, 0)
+    at = loop.size
     given = numbers(loop.given, loop.joints + loop.states + ROOM)
     if loop.senses:
         number, n, shown = int(memory[at + TICKS]), len(q), numbers(loop.shown, SHOWN)
         sensed(sensors_at(loop.sensors, 0), memory[at + SIDE], (number, TICK), q, dq, shown, 0)
-        call(law.torque, law.parameters, memory, t, shown[:n], shown[MOST : MOST + n], given)
+        _ask(loop, memory, t, shown[:n], shown[MOST : MOST + n], given)
     else:
-        call(law.torque, law.parameters, memory, t, q, dq, given)
+        _ask(loop, memory, t, q, dq, given)
     for joint in range(loop.joints):
         _drive(loop, memory, joint, given[joint])
     since = t - memory[at + TICKED] if memory[at + TICKED] >= 0.0 else 0.0
@@ -102,6 +104,14 @@ def tick(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> None:
         memory[held] = rate
     memory[at + TICKED] = t
     memory[at + TICKS] += 1.0
+
+
+def _ask(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+    """Let the controller act at its tick, and write its torques and rates of states."""
+    law = law_at(loop.inner, 0)
+    if loop.ticks:
+        call(law.tick, law.parameters, memory, t, q, dq)
+    call(law.torque, law.parameters, memory, t, q, dq, out)
 
 
 def torque(loop: Loop, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:  # noqa: ARG001
@@ -270,6 +280,7 @@ class SampledController(Around):
             room=room,
             delay=delay,
             senses=any(sensors[:5]),
+            ticks=acts_at_ticks(inner),
             torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
             remaining=math.exp(-lag) if lag else 0.0,
             mean=-math.expm1(-lag) / lag if lag else 0.0,

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -113,16 +113,19 @@ class Plan:
         """Compilable laws of the driver, without disturbances; None if its methods must be called."""
         return compilable_law(self.driver)
 
-    def driven(self, period: float) -> Controller:
-        """Return the controller that an engine calls: the driver, wrapped in the loop's disturbances if there are any.
+    def driven(self, period: float, *, ticks: bool = False) -> Controller:
+        """Return the controller that an engine calls: the driver, in a loop that ticks if it or disturbances need one.
 
         Args:
             period: Time between two ticks, s.
+            ticks: Whether the engine ticks by itself, so that a digital controller without disturbances needs no loop.
 
         Raises:
             InputError: The delay does not fit the period.
         """
-        return SampledController(self.driver, self.disturbances, period) if self.disturbances.in_loop else self.driver
+        own, disturbances = ticks and self.driver.control_period is not None, self.disturbances
+        needed = replace(disturbances, control_period=None) if own else disturbances
+        return SampledController(self.driver, disturbances, period) if needed.in_loop else self.driver
 
     def settings(self) -> dict[str, Any]:
         """Settings that are needed to repeat the walk, without the engine's own, in plain JSON types."""
@@ -172,6 +175,9 @@ def make_plan(
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     check_ground(robot, terrain)
     driver = driver_of(controller, robot)
+    if driver.control_period is not None:
+        period = disturbed.period(driver.control_period, 0.0)
+        disturbed = replace(disturbed, control_period=period)
     q, dq = _first_state(controller, robot, terrain, initial, terms.scuffing)
     check_rule(robot, terms.scuffing)
     if not isinstance(robot, terms.engine.robots):

@@ -4,28 +4,39 @@ from __future__ import annotations
 
 import copy
 import time
+import warnings
 from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
-from dm_control import _render
-from dm_control import mujoco as dm_mujoco
-from dm_control.mujoco import wrapper
-from dm_control.rl import control
-from dm_env import specs
 from numpy.typing import NDArray
 
 from mjbiped.envs.observation import observed
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import STATE
 from mjbiped.utils.mujoco import mujoco
+
+try:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # GLFW's, where there is no display
+        from dm_control import _render
+        from dm_control import mujoco as dm_mujoco
+        from dm_control.mujoco import wrapper
+        from dm_control.rl import control
+        from dm_env import specs
+except ModuleNotFoundError as error:
+    raise MjbipedError(
+        f"mjbiped.envs.load needs dm_control, and {error.name} is not installed: pip install dm-control. Where its "
+        "labmaze cannot be installed (Python 3.13), pip install --no-deps dm-control dm-env, and dm-tree absl-py "
+        "glfw lxml pyopengl pyparsing, are enough. The environments of Gymnasium need none of it: "
+        "pip install 'mjbiped[gym]'"
+    ) from error
 
 
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
@@ -123,7 +134,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """Return an independent robot in the same state; the model, which changes in a walk, is never shared."""
         return copy.deepcopy(self)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return the robots, from which everything else is built."""
         return type(self), (self._walkers,)
 

@@ -65,13 +65,13 @@ class DrivenController(Around):
         parameters: Any = Added([in_python(self.inner)], self.place, len(self.joints), self.most, self.peak)
         return Law(parameters, _torque, _touchdown, slope_estimate, never, None, _knee_strike)
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Name, limits and the other controller's own description."""
         limits = {"most": list(self.most), "peak": list(self.peak)}
         return {"name": type(self).__name__, "base": self.inner.describe(), **limits}
 
 
-def _torque(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
+def _torque(added: Added, memory: Memory, t: float, q: Numbers, dq: Numbers, out: Room) -> None:
     law, joints = law_at(added.inner, 0), added.joints
     most, peak = numbers(added.most, joints), numbers(added.peak, joints)
     call(law.torque, law.parameters, memory, t, q, dq, out)
@@ -80,11 +80,11 @@ def _torque(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers, out: 
         out[joint] = limited(out[joint] + more, peak[joint])
 
 
-def _touchdown(added: Any, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
+def _touchdown(added: Added, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     law = law_at(added.inner, 0)
     call(law.touchdown, law.parameters, memory, q_before, q, dq)
 
 
-def _knee_strike(added: Any, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
+def _knee_strike(added: Added, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
     law = law_at(added.inner, 0)
     call(law.knee_strike, law.parameters, memory, t, q, dq)

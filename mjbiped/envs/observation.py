@@ -8,14 +8,14 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.chance import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
 from mjbiped.engines.mujoco.state import ANGLES, MARK, State
-from mjbiped.numerics.blocks import first, reader
+from mjbiped.numerics.blocks import Floats, Numbers, first, reader
 from mjbiped.rules.termination import Outcome
 
 AHEAD = tuple(0.1 * step for step in range(1, 11))
@@ -31,7 +31,7 @@ _ANGLE, _RATE, _TIME, _TORQUE = 10.0, 100.0, 100.0, 1000.0
 """Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
 
 _DIVERGED, _TIME_LIMIT = float(Outcome.DIVERGED), float(Outcome.TIME_LIMIT)
-_BEFORE, _AFTER = 2 * MOST, 3 * MOST
+BEFORE, AFTER = 2 * MOST, 3 * MOST
 """Where angles in the old and in the new roles begin among the `readings`."""
 
 
@@ -76,32 +76,67 @@ class Felt(ctypes.Structure):
 felt_at = reader(Felt)
 
 
-def _parts(joints: int, privileged: bool) -> dict[str, tuple[int, float, float]]:
-    """Size and bounds of each part of the observation of a robot with so many motors, in their order."""
-    ground = {"ground_slope": (1, -HIGHEST, HIGHEST), "ground_heights": (len(AHEAD), -HIGHEST, HIGHEST)}
-    return {
-        "joint_angles": (joints, -_ANGLE, _ANGLE),
-        "joint_rates": (joints, -_RATE, _RATE),
-        "touchdown": (1, 0.0, 1.0),
-        "time_since_touchdown": (1, 0.0, _TIME),
-        "last_touchdown": (2 * joints, -_ANGLE, _ANGLE),
-        "torque": (joints, -_TORQUE, _TORQUE),
-        **({"knee_locked": (1, 0.0, 1.0)} if joints > 2 else {}),
-        **(ground if privileged else {}),
-    }
+class Field(NamedTuple):
+    """A part of the observation; `FIELDS` has all of them in their order.
+
+    Attributes:
+        name: Its name, by which dm_control's observations and `observed` have it.
+        each: Numbers for each joint with a motor.
+        more: Numbers besides.
+        low: Least value; smaller ones are clipped.
+        high: Greatest value.
+        meaning: What it is, with its unit.
+        of: "all" robots, those with "knees", or "privileged" tasks.
+    """
+
+    name: str
+    each: int
+    more: int
+    low: float
+    high: float
+    meaning: str
+    of: str = "all"
+
+
+_LEGS = "angles of stance and swing leg, rad; with knees of stance leg, swing thigh and swing shank"
+_LAST = (
+    "angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new from the new one"
+)
+_LOCKED = "1 once the swing knee has struck its stop and is locked, else 0"
+_HEIGHTS = "height of the ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, relative to the foot, m"
+
+FIELDS = (
+    Field("joint_angles", 1, 0, -_ANGLE, _ANGLE, _LEGS),
+    Field("joint_rates", 1, 0, -_RATE, _RATE, "their rates, rad/s"),
+    Field("touchdown", 0, 1, 0.0, 1.0, "1 if the swing foot touched down in the last control period, else 0"),
+    Field("time_since_touchdown", 0, 1, 0.0, _TIME, "time since the last touchdown, or since the start, s"),
+    Field("last_touchdown", 2, 0, -_ANGLE, _ANGLE, _LAST),
+    Field("torque", 1, 0, -_TORQUE, _TORQUE, "torques that the joints hold, N m"),
+    Field("knee_locked", 0, 1, 0.0, 1.0, _LOCKED, "knees"),
+    Field("ground_slope", 0, 1, -HIGHEST, HIGHEST, "slope under the stance foot, rad, positive downhill", "privileged"),
+    Field("ground_heights", 0, len(AHEAD), -HIGHEST, HIGHEST, _HEIGHTS, "privileged"),
+)
+"""What a policy observes."""
+
+
+def fields_of(joints: int, privileged: bool = False) -> dict[Field, slice]:
+    """Fields of the observation of a robot with so many motors, by their places in it."""
+    found = {"all", *(["knees"] if joints > 2 else []), *(["privileged"] if privileged else [])}
+    fields = [field for field in FIELDS if field.of in found]
+    ends = np.cumsum([field.each * joints + field.more for field in fields]).tolist()
+    return dict(zip(fields, map(slice, [0, *ends], ends), strict=False))
 
 
 def observed(joints: int, privileged: bool = False) -> Mapping[str, slice]:
-    """Parts of an observation by their places in it; docs/environments.md describes them."""
-    parts = _parts(joints, privileged)
-    ends = np.cumsum([size for size, _, _ in parts.values()]).tolist()
-    return dict(zip(parts, map(slice, [0, *ends], ends), strict=False))
+    """Parts of an observation by their places in it."""
+    return {field.name: place for field, place in fields_of(joints, privileged).items()}
 
 
 def bounds(joints: int, privileged: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Least and greatest observation."""
-    sizes, low, high = zip(*_parts(joints, privileged).values(), strict=True)
-    return np.repeat(low, sizes), np.repeat(high, sizes)
+    fields = fields_of(joints, privileged)
+    sizes = [place.stop - place.start for place in fields.values()]
+    return np.repeat([field.low for field in fields], sizes), np.repeat([field.high for field in fields], sizes)
 
 
 def feel(now: State, felt: Felt, sensors: Sensors, joints: int) -> bool:
@@ -117,12 +152,13 @@ def feel(now: State, felt: Felt, sensors: Sensors, joints: int) -> bool:
         Whether all of them are finite.
     """
     _sense(now, felt, sensors, joints)
-    sound = _observe(now, felt, joints)
+    since, touched = now.time - now.transfer_time, now.count > felt.count
+    sound = observe(felt.observation, joints, felt.readings, now.torque, since, touched, now.locked)
     _reward(now, felt)
     felt.outcome, felt.slope, felt.foot_x, felt.foot_z = now.outcome, now.slope, now.foot_x, now.foot_z
     if felt.outcome == 0.0 and felt.tick > felt.last:
         felt.outcome = _TIME_LIMIT
-    return sound and math.isfinite(felt.x_position + felt.reward + felt.slope + felt.foot_x)
+    return sound and now.mark == MARK and math.isfinite(felt.x_position + felt.reward + felt.slope + felt.foot_x)
 
 
 def diverge(felt: Felt) -> None:
@@ -139,7 +175,7 @@ def _sense(now: State, felt: Felt, sensors: Sensors, joints: int) -> None:
     shown = felt.readings
     for joint in range(joints):
         shown[joint], shown[MOST + joint] = now.angles[joint], now.turning[joint]
-        shown[_BEFORE + joint], shown[_AFTER + joint] = now.told_before[joint], now.told_q[joint]
+        shown[BEFORE + joint], shown[AFTER + joint] = now.told_before[joint], now.told_q[joint]
     if felt.senses:  # what the sensors will show at the next tick, and have shown at the touchdown
         q, dq, before = first(now.angles, joints), first(now.turning, joints), first(now.told_before, joints)
         after, rates_after = first(now.told_q, joints), first(now.told_dq, joints)
@@ -147,24 +183,39 @@ def _sense(now: State, felt: Felt, sensors: Sensors, joints: int) -> None:
         sensed(sensors, side, (felt.tick, TICK), q, dq, shown, 0)
         if now.count > 0.0:
             number = int(now.count) - 1
-            posture_before(sensors, side, number, before, after, shown, _BEFORE)
-            sensed(sensors, side, (number, TOUCHDOWN), after, rates_after, shown, _AFTER)
+            posture_before(sensors, side, number, before, after, shown, BEFORE)
+            sensed(sensors, side, (number, TOUCHDOWN), after, rates_after, shown, AFTER)
     felt.tick += felt.ticks
 
 
-def _observe(now: State, felt: Felt, joints: int) -> bool:
-    """Fill in the observation; whether all of it is finite."""
-    shown, sound = felt.readings, bool(now.mark == MARK)
+def observe(
+    seen: Floats, joints: int, shown: Numbers, torque: Numbers, since: float, touched: bool, locked: float
+) -> bool:
+    """Fill in an observation.
+
+    Args:
+        seen: Its numbers, in the order of `FIELDS`.
+        joints: Number of motors.
+        shown: What the sensors show, as `Felt.readings`.
+        torque: Torques that the joints hold, N m.
+        since: Time since the touchdown, s.
+        touched: Whether it was in the last control period.
+        locked: 1 if the swing knee is locked.
+
+    Returns:
+        Whether all numbers are finite.
+    """
+    sound = _put(seen, 2 * joints + 1, since, _TIME)
     for joint in range(joints):
-        sound = _put(felt, joint, shown[joint], _ANGLE) and sound
-        sound = _put(felt, joint + joints, shown[MOST + joint], _RATE) and sound
-        sound = _put(felt, joint + 2 * joints + 2, shown[_BEFORE + joint], _ANGLE) and sound
-        sound = _put(felt, joint + 3 * joints + 2, shown[_AFTER + joint], _ANGLE) and sound
-        sound = _put(felt, joint + 4 * joints + 2, now.torque[joint], _TORQUE) and sound
-    felt.observation[2 * joints] = 1.0 if now.count > felt.count else 0.0
+        sound = _put(seen, joint, shown[joint], _ANGLE) and sound
+        sound = _put(seen, joint + joints, shown[MOST + joint], _RATE) and sound
+        sound = _put(seen, joint + 2 * joints + 2, shown[BEFORE + joint], _ANGLE) and sound
+        sound = _put(seen, joint + 3 * joints + 2, shown[AFTER + joint], _ANGLE) and sound
+        sound = _put(seen, joint + 4 * joints + 2, torque[joint], _TORQUE) and sound
+    seen[2 * joints] = 1.0 if touched else 0.0
     if joints > 2:
-        felt.observation[5 * joints + 2] = now.locked
-    return _put(felt, 2 * joints + 1, now.time - now.transfer_time, _TIME) and sound
+        seen[5 * joints + 2] = locked
+    return sound
 
 
 def _reward(now: State, felt: Felt) -> None:
@@ -179,7 +230,7 @@ def _reward(now: State, felt: Felt) -> None:
     felt.x_position, felt.work, felt.count = hip_x, now.work_absolute, now.count
 
 
-def _put(felt: Felt, index: int, value: float, bound: float) -> bool:
+def _put(seen: Floats, index: int, value: float, bound: float) -> bool:
     """Fill in a number of the observation, clipped to a bound in both directions; whether it is finite."""
-    felt.observation[index] = min(max(value, -bound), bound)
+    seen[index] = min(max(value, -bound), bound)
     return math.isfinite(value)

@@ -9,16 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from numbers import Real
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.errors import InputError, prefixed, shown
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_named
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils import domains
+from mjbiped.utils.domains import check_fields, known_name
 from mjbiped.utils.draws import Draw, Number, read_draw
 
 Made = TypeVar("Made")
@@ -38,8 +42,8 @@ TASKS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
 
 _ROBOT = "a robot, a name such as 'kneed', or a table of parameters such as {'kind': 'kneed', 'thigh_mass': 4.0}"
 _TERRAIN = (
-    "a Terrain, the name of a preset such as 'stairs', or a dictionary of parameters of the preset {}, or of another "
-    "one as {{'name': 'stairs', 'rise': 0.01}}"
+    "a Terrain, the name of a preset such as 'stairs', a Curriculum, or a dictionary of parameters of the preset {}, "
+    "or of another one as {{'name': 'stairs', 'rise': 0.01}}"
 )
 _DISTURBANCES = (
     "a mjbiped.Disturbances, or a table of its parameters such as "
@@ -59,7 +63,7 @@ class Recipe(Generic[Made]):
 
     name: str
     make: Callable[[dict[str, Any]], Made]
-    given: Mapping[str, Any]
+    given: Mapping[str, object]
 
     @cached_property
     def draws(self) -> dict[str, Draw]:
@@ -121,8 +125,80 @@ def _recipe(name: str, kind: Any, value: object, make: Callable[[dict[str, Any]]
     return Recipe(name, make, Recipe(name, make, value)._table(read_draw))
 
 
-def _given(made: Made, _: dict[str, Any]) -> Made:
+def _given(made: Made, _: object) -> Made:
     return made
+
+
+@dataclass(frozen=True)
+class Curriculum:
+    """Ground that becomes harder as the learner gets on, to be given as the setting `terrain` of an environment.
+
+    Each parameter of the ground goes from its value in `easy` to that in `hard` with the difficulty, which is 0 in the
+    first episode and at most 1. Each robot has a difficulty of its own, so that many robots learn on grounds of all
+    kinds; `info` tells it as "terrain.difficulty". A reset with a seed begins anew at 0.
+
+    ```python
+    ground = Curriculum(
+        easy={"name": "random", "slope_deg": (-1.0, 1.0), "rise": (-0.005, 0.0)},
+        hard={"slope_deg": (-6.0, 6.0), "rise": (-0.05, 0.015)},
+    )
+    envs = gymnasium.make_vec("mjbiped/CompassWalkRandom-v0", num_envs=64, terrain=ground)
+    ```
+
+    Attributes:
+        easy: Parameters at difficulty 0, with the preset's name as `name`, unless it is the task's. Numbers may be
+            distributions.
+        hard: Those that differ at difficulty 1, of the same form.
+        step: By how much the difficulty changes from one episode to the next, from 0 to 1.
+        by: "success": it grows after an episode that the robot walked to the time limit or to the end of the ground,
+            and shrinks after any other; "episodes": it grows after each.
+
+    Raises:
+        InputError: A value is outside its domain, or `hard` has parameters that `easy` lacks.
+    """
+
+    easy: Mapping[str, object]
+    hard: Mapping[str, object]
+    step: Annotated[float, domains.PROBABILITY] = 0.1
+    by: Literal["success", "episodes"] = "success"
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        check_fields(self)
+        known_name("curriculum's `by`", self.by, ("success", "episodes"))
+        for name in self.hard:
+            known_name("parameter in `hard`; give it in `easy` too", name, self.easy)
+
+    def at(self, difficulty: float) -> dict[str, object]:
+        """Parameters of the ground at a difficulty."""
+        return {
+            name: _between(f"terrain.{name}", value, self.hard.get(name, value), difficulty)
+            for name, value in self.easy.items()
+        }
+
+    def after(self, difficulty: float, outcome: Outcome) -> float:
+        """Difficulty of the episode that follows one with an outcome."""
+        walked = outcome in (Outcome.TIME_LIMIT, Outcome.LEFT_TERRAIN)
+        grows = walked or self.by == "episodes"
+        return min(max(difficulty + (self.step if grows else -self.step), 0.0), 1.0)
+
+
+def _between(name: str, easy: object, hard: object, difficulty: float) -> object:
+    """Go from an easy value to a hard one of the same form: numbers, sequences and distributions of numbers.
+
+    Raises:
+        InputError: They have different forms.
+    """
+    if easy == hard:
+        return easy
+    if isinstance(easy, Mapping) and isinstance(hard, Mapping) and easy.keys() == hard.keys():
+        return {key: _between(name, value, hard[key], difficulty) for key, value in easy.items()}
+    if isinstance(easy, list | tuple) and isinstance(hard, list | tuple) and len(easy) == len(hard):
+        return tuple(_between(name, *ends, difficulty) for ends in zip(easy, hard, strict=True))
+    if isinstance(easy, Real) and isinstance(hard, Real):
+        number = (1.0 - difficulty) * float(easy) + difficulty * float(hard)
+        return round(number) if isinstance(easy, int) and isinstance(hard, int) else number
+    raise InputError(f"{name}: {shown(easy)} and {shown(hard)} have different forms, between which there is nothing")
 
 
 def robot_recipe(value: Robot | str | Mapping[str, object]) -> Recipe[Robot]:
@@ -141,18 +217,23 @@ def _robot(parameters: dict[str, Any]) -> Robot:
     return robot_named(parameters.pop("kind", Compass.kind), parameters)
 
 
-def terrain_recipe(value: Terrain | str | Mapping[str, object], task: str) -> Recipe[Terrain]:
+def terrain_recipe(
+    value: Terrain | str | Mapping[str, object] | Curriculum, task: str, difficulty: float = 0.0
+) -> Recipe[Terrain]:
     """Read the setting `terrain`.
 
     Args:
         value: A terrain; the name of a preset; or its parameters, with its name as `name`, as in study files. Without
-            the name they replace those of the task's preset.
+            the name they replace those of the task's preset. Or a curriculum.
         task: The task's name.
+        difficulty: Difficulty of the episode, for a curriculum.
 
     Raises:
         InputError: It is none of these.
     """
     preset, own = TASKS[task]
+    if isinstance(value, Curriculum):
+        value = value.at(difficulty)
     table: object = {"name": value} if isinstance(value, str) else value
     if isinstance(table, Mapping):
         table = table if "name" in table else {"name": preset, **own, **table}

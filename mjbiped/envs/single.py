@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import atexit
+import weakref
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.envs.observation import bounds
-from mjbiped.envs.pictures import Camera
 from mjbiped.envs.tasks import WalkTask, task_of
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError, MjbipedError, shown
+from mjbiped.errors import InputError, MjbipedError, RenderError, shown
 from mjbiped.records.record import Walk
+from mjbiped.rendering.gl import ensure_gl
 from mjbiped.robots.compass import Compass
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import PIXELS, SEED
+from mjbiped.utils.mujoco import mujoco
 
 try:
     import gymnasium
@@ -83,18 +87,10 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     `Box((12,), float64)`, with knees 18 numbers; with `privileged=True` 11 more. The bounds are far beyond what a walk
     comes to. Angles are measured from the normal of the ground under the stance foot, positive forward.
 
-    | number | with knees | observation | unit |
-    |---|---|---|---|
-    | 0, 1 | 0 to 2 | angle of stance leg, swing leg; with knees stance leg, swing thigh, swing shank | rad |
-    | 2, 3 | 3 to 5 | their rates | rad/s |
-    | 4 | 6 | 1 if the swing foot touched down in the last control period, else 0 | |
-    | 5 | 7 | time since the last touchdown, or since the start | s |
-    | 6, 7 | 8 to 10 | last touchdown: the angles in the old roles, from the old ground's normal | rad |
-    | 8, 9 | 11 to 13 | last touchdown: the angles in the new roles, from the new ground's normal | rad |
-    | 10, 11 | 14 to 16 | torques that the joints hold, ankle first | N m |
-    | | 17 | 1 once the swing knee has struck its stop and is locked, else 0 | |
-    | 12 | 18 | privileged: slope under the stance foot, positive downhill | rad |
-    | 13 to 22 | 19 to 28 | privileged: ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, over it | m |
+    The numbers are the fields of `mjbiped.envs.observation.FIELDS`, in their order; docs/environments.md has the table:
+    angles of the legs and their rates, whether the swing foot has just touched down, the time since then, the angles at
+    that touchdown, the torques that the joints hold, with knees whether the swing knee is locked, and where
+    `privileged` slope and heights of the ground.
 
     Where sensors err by `disturbances`, the angles and rates are those that the controller reads.
 
@@ -132,7 +128,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     | `residual` | `False` | add actions to the adaptive controller's torques |
     | `privileged` | `False` | observe the ground, too |
     | `robot` | of the id | a `mjbiped.Compass` or `mjbiped.KneedBiped`, its name, or its parameters |
-    | `terrain` | `{}` | parameters of the ground's preset, a preset's name, or a `mjbiped.Terrain` |
+    | `terrain` | `{}` | parameters of the ground's preset, its name, a `mjbiped.Terrain`, or a `Curriculum` |
     | `disturbances` | `None` | a `mjbiped.Disturbances`, or its parameters |
     | `control_period` | `0.02` | time between two actions, s, a multiple of 4 ms |
     | `time_limit` | `20` | longest episode, s |
@@ -186,7 +182,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Begin an episode; the same seed gives the same one. There are no options."""
         super().reset(seed=None if seed is None else SEED.check("seed", seed))
-        self.walkers.begin(0, self.np_random)
+        self.walkers.begin(0, self.np_random, anew=seed is not None)
         return self.walkers.observations()[0], self._info(self.walkers.outcome())
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
@@ -225,3 +221,58 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """Release the renderer, the threads and the simulations."""
         self._camera.close()
         self.walkers.close()
+
+
+class Camera:
+    """Draws a robot from a camera that moves with it."""
+
+    def __init__(self, width: int, height: int) -> None:
+        """Note the size of pictures, pixels; nothing is built yet."""
+        self._size = height, width
+        self._model: mujoco.MjModel | None = None
+        self._renderer: Any = None
+
+    def picture(self, simulation: Simulation) -> NDArray[np.uint8]:
+        """Draw the robot of a simulation with scenery as it stands, RGB, shape (height, width, 3).
+
+        Raises:
+            RenderError: No OpenGL platform works.
+        """
+        if simulation.model is not self._model:
+            self._open(simulation.model)
+        self._data.qpos[:] = simulation.data.qpos
+        mujoco.mj_forward(simulation.model, self._data)
+        self._renderer.update_scene(self._data, "track")
+        pixels: NDArray[np.uint8] = self._renderer.render()
+        return pixels
+
+    def _open(self, model: mujoco.MjModel) -> None:
+        """Make a renderer of a model, and data of its own."""
+        platform, first = ensure_gl(), self._renderer is None
+        self.close()
+        self._model, self._data = model, mujoco.MjData(model)
+        model.vis.global_.offheight, model.vis.global_.offwidth = self._size
+        try:
+            self._renderer = mujoco.Renderer(model, *self._size, max_geom=model.ngeom + 100)
+        except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
+            size = f"{self._size[1]} x {self._size[0]}"
+            raise RenderError(f"OpenGL platform {platform} cannot draw {size} pixels: {error}") from error
+        if first:  # at exit it must go before the OpenGL platform, which its first renderer has registered by now
+            atexit.register(_close, weakref.ref(self))
+
+    def close(self) -> None:
+        """Release the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = self._model = None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return what makes another camera, with a renderer of its own."""
+        return Camera, self._size[::-1]
+
+
+def _close(left: weakref.ref[Camera]) -> None:
+    """Close a camera that a program has left open when it ends."""
+    camera = left()
+    if camera is not None:
+        camera.close()

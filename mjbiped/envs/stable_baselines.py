@@ -30,6 +30,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
 
     Attributes:
         robots: The environment of Gymnasium.
+        task: The robots' task.
     """
 
     def __init__(self, num_envs: int, task: str = "walk_level", *, threads: int | None = None, **settings: Any) -> None:
@@ -39,6 +40,7 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
             InputError: A value is outside its domain.
         """
         self.robots = WalkVectorEnv(num_envs, task, threads=threads, **settings)
+        self.task = self.robots.walkers.task
         super().__init__(num_envs, self.robots.single_observation_space, self.robots.single_action_space)
 
     def reset(self) -> NDArray[np.float64]:
@@ -100,6 +102,6 @@ class WalkVecEnv(VecEnv):  # type: ignore[misc]  # an extra, without types
         method = getattr(self.robots, method_name)
         return [method(index, *method_args, **method_kwargs) for index in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type[Any], indices: int | Sequence[int] | None = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type[object], indices: int | Sequence[int] | None = None) -> list[bool]:
         """No robot is wrapped by itself."""
         return [False for _ in self._get_indices(indices)]

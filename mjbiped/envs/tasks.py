@@ -18,7 +18,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import LONGEST_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.envs.driven import DrivenController
-from mjbiped.envs.recipes import TASKS, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
+from mjbiped.envs.recipes import TASKS, Curriculum, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.described import usual_gait
 from mjbiped.gaits.gait import Gait
@@ -94,8 +94,8 @@ class WalkTask:
         privileged: Whether the terrain is observed too.
         robot: The robot that walks: an object, a name such as "kneed", or a table of parameters. The adaptive
             controller knows the robot with the medians of what is drawn.
-        terrain: Parameters of the task's preset that replace the default ones, a preset's name, or a terrain. Random
-            ground whose seed is not given is another one in each episode.
+        terrain: Parameters of the task's preset that replace the default ones, a preset's name, a terrain, or a
+            `Curriculum`. Random ground whose seed is not given is another one in each episode.
         disturbances: Disturbances, or a table of them; noise and pushes whose seed is not given are others in each
             episode.
         control_period: Time between two actions, s, a multiple of the timestep 4 ms, at most 1 s.
@@ -108,9 +108,9 @@ class WalkTask:
     name: str
     residual: bool = False
     privileged: bool = False
-    robot: Robot | str | Mapping[str, Any] = Compass.kind
-    terrain: Terrain | str | Mapping[str, Any] = field(default_factory=dict)
-    disturbances: Disturbances | Mapping[str, Any] | None = None
+    robot: Robot | str | Mapping[str, object] = Compass.kind
+    terrain: Terrain | str | Mapping[str, object] | Curriculum = field(default_factory=dict)
+    disturbances: Disturbances | Mapping[str, object] | None = None
     control_period: Annotated[float, _CONTROL_PERIOD] = CONTROL_PERIOD
     time_limit: Annotated[float, domains.TIME] = TIME_LIMIT
 
@@ -121,7 +121,7 @@ class WalkTask:
             if not isinstance(getattr(self, name), bool):
                 raise InputError(f"{name} = {shown(getattr(self, name))}: must be True or False")
         domains.check_fields(self)
-        for recipe in self._recipes:
+        for recipe in (*self._recipes, terrain_recipe(self.terrain, self.name, 1.0)):
             recipe.check()
         if "hip" not in self.model.joints:
             raise InputError(f"robot: a {type(self.model).__name__} has no legs to walk with; give compass or kneed")
@@ -188,22 +188,26 @@ class WalkTask:
         """Speed at which the reward's first term is full, m/s: that of the gait."""
         return float(self.gait.step_length / self.gait.period)
 
-    def episode(self, random: np.random.Generator) -> Episode:
+    def episode(self, random: np.random.Generator, difficulty: float = 0.0) -> Episode:
         """Draw an episode.
 
         Args:
             random: Generator; the same state of it gives the same episode.
+            difficulty: Difficulty of the ground, from 0 to 1, where `terrain` is a `Curriculum`.
 
         Raises:
             InputError: A number is outside its domain; of a normal distribution it can be.
         """
         robot, terrain, disturbances = self._recipes
+        told: dict[str, Number] = {}
+        if isinstance(self.terrain, Curriculum):
+            terrain, told = terrain_recipe(self.terrain, self.name, difficulty), {"terrain.difficulty": difficulty}
         draws = sorted({**robot.draws, **terrain.draws, **disturbances.draws}.items())
         drawn = {name: draw.value(random) for name, draw in draws}
         stance, swing = random.uniform(1.0 - DISTURBANCE, 1.0 + DISTURBANCE, 2).tolist()
         factors = [*[1.0] * len(self.limits), stance, *[swing] * (len(self.limits) - 1)]
         start = tuple((self.gait.start * factors).tolist())
-        return Episode(robot.made(drawn), terrain.made(drawn), disturbances.made(drawn), start, drawn)
+        return Episode(robot.made(drawn), terrain.made(drawn), disturbances.made(drawn), start, {**drawn, **told})
 
     @cached_property
     def controller(self) -> DrivenController:

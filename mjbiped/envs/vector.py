@@ -104,10 +104,10 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
             mask = np.asarray(options["reset_mask"], dtype=bool)
             if mask.shape != (self.num_envs,) or not mask.any():
                 raise InputError(f"reset_mask: expected {self.num_envs} truth values, of which one at least is true")
-        for index, each in enumerate(seeds):
-            if each is not None and mask[index]:
-                self._randoms[index] = seeding.np_random(SEED.check("seed", each))[0]
-        self._begin(mask)
+        anew = mask & [each is not None for each in seeds]
+        for index in np.flatnonzero(anew).tolist():
+            self._randoms[index] = seeding.np_random(SEED.check("seed", seeds[index]))[0]
+        self._begin(mask, anew)
         self._ended[mask] = False
         return self.walkers.observations(), self._info(self.walkers.columns["outcome"])
 
@@ -119,16 +119,16 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
         walkers.act(actions, self._most)
         walkers.step()
         if self._ended.any():
-            self._begin(self._ended)
+            self._begin(self._ended, np.zeros_like(self._ended))
         rewards, outcomes = walkers.columns["reward"].copy(), walkers.columns["outcome"].copy()
         rewards[self._ended] = 0.0
         self._ended, truncated = outcomes != 0.0, outcomes == float(Outcome.TIME_LIMIT)
         return walkers.observations(), rewards, self._ended & ~truncated, truncated, self._info(outcomes)
 
-    def _begin(self, mask: NDArray[np.bool_]) -> None:
+    def _begin(self, mask: NDArray[np.bool_], anew: NDArray[np.bool_]) -> None:
         """Begin episodes of some robots, and note what was drawn for all, in new arrays: infos keep the old ones."""
         for index in np.flatnonzero(mask).tolist():
-            self.walkers.begin(index, self._randoms[index])
+            self.walkers.begin(index, self._randoms[index], anew=bool(anew[index]))
         each = [self.walkers.walker(index).episode.drawn for index in range(self.num_envs)]
         self._drawn = {name: np.array([drawn[name] for drawn in each]) for name in each[0]}
 

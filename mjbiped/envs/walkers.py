@@ -25,6 +25,7 @@ from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE
 from mjbiped.engines.mujoco.state import MARK, state_at
 from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
 from mjbiped.envs.observation import AHEAD, HIGHEST, Felt, bounds, diverge, feel, felt_at
+from mjbiped.envs.recipes import Curriculum
 from mjbiped.envs.tasks import Episode, WalkTask
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.numerics.blocks import dtype_of, numbers, packed, reader
@@ -51,12 +52,12 @@ class Row(NamedTuple):
         place: Index of the action in its controller's memory.
     """
 
-    constants: Any
+    constants: object
     ahead: Any
-    model: Any
-    data: Any
-    felt: Any
-    sensors: Any
+    model: object
+    data: object
+    felt: object
+    sensors: object
     place: int
 
 
@@ -151,6 +152,7 @@ class Walkers:
         self.felt: NDArray[np.float64] = self.columns["observation"][:, : len(bounds(self._joints)[0])]
         self._shapes = (self.actions.shape, *([(self._joints,)] if count == 1 else []))  # of actions
         self._walkers: list[Walker | None] = [None] * count
+        self._difficulty = [0.0] * count  # of the ground, where the task has a curriculum
         self._table = np.zeros(count, dtype_of(Row))
         self._address = self._table.ctypes.data
         self._native: Any = None
@@ -159,14 +161,20 @@ class Walkers:
         self._pool = ThreadPoolExecutor(parts, thread_name_prefix="robots")
         self._compiled, self._interpreting = False, 0.0  # time spent on interpreting, s
 
-    def begin(self, index: int, random: np.random.Generator) -> None:
+    def begin(self, index: int, random: np.random.Generator, *, anew: bool = False) -> None:
         """Begin an episode of a robot.
 
         Args:
             index: Number of the robot.
             random: Generator that draws the episode.
+            anew: Whether a curriculum begins anew.
         """
-        self.place(index, self.task.episode(random))
+        ground = self.task.terrain
+        if anew:
+            self._difficulty[index] = 0.0
+        elif isinstance(ground, Curriculum) and self.each[index].tick > self.task.ticks:  # it has walked before
+            self._difficulty[index] = ground.after(self._difficulty[index], self.outcome(index))
+        self.place(index, self.task.episode(random, self._difficulty[index]))
 
     def place(self, index: int, episode: Episode) -> None:
         """Set a robot on the ground at the beginning of an episode, which may be the one that it is in."""
@@ -336,17 +344,18 @@ class Walkers:
         self._pool.shutdown()
         self._walkers = [None] * len(self._walkers)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Return what builds the robots again, each in its state."""
         episodes = {}
         for index, walker in enumerate(self._walkers):
             if walker is not None:
                 walker.run.simulation.take(walker.run.recorder)
                 episodes[index] = walker.episode, self.state(index), walker.run.recorder
-        return type(self), self._made, episodes
+        return type(self), self._made, (self._difficulty, episodes)
 
-    def __setstate__(self, episodes: dict[int, Any]) -> None:
+    def __setstate__(self, kept: tuple[list[float], dict[int, Any]]) -> None:
         """Set the robots into their states."""
+        self._difficulty, episodes = kept
         for index, (episode, state, recorder) in episodes.items():
             self.place(index, episode)
             self.set_state(state, index)

@@ -1,6 +1,7 @@
 """Environment steps per second, beside Gymnasium's Walker2d-v5 and dm_control's walker-walk at the same control period.
 
-Actions are random over the whole of each action space. Episodes restart when they end; restarts are not timed.
+Actions are random over the whole of each action space. Episodes restart when they end; restarts are not timed, but in
+the rows of an untrained policy, whose robots fall every second or two.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from scripts.benchmarks.timing import Case, Rows, interleaved, side_by_side
 STEPS = 1500  # of one environment in a repetition
 ROBOTS = 64
 VECTOR_STEPS = 60  # of all robots
+UNTRAINED_STEPS = 200  # the same, in which each robot falls a few times
 
 
 def of_gymnasium(name: str, **options: Any) -> Case:
@@ -78,6 +80,21 @@ def many(threads: int) -> Case:
     return run
 
 
+def untrained(residual: bool) -> Case:
+    """Steps of many robots with restarts: standard normal actions, as PPO of stable-baselines3 begins."""
+    env = WalkVectorEnv(ROBOTS, "walk_random", residual=residual, threads=1)
+    actions = np.random.default_rng(0).normal(size=(UNTRAINED_STEPS, ROBOTS, 2)).clip(-1.0, 1.0).astype(np.float32)
+
+    def run() -> float:
+        env.reset(seed=0)
+        started = time.process_time()
+        for action in actions:
+            env.step(action)
+        return time.process_time() - started
+
+    return run
+
+
 def hashing(threads: int) -> Case:
     """Two pieces of work that share nothing: what threads can gain on this machine at the moment."""
     block = bytes(20_000_000)
@@ -117,6 +134,8 @@ def over_environments(repeats: int) -> Rows:
         "dm_control: walk_random, residual": (of_dm_control(mjbiped.envs.load("walk_random", tasks)), STEPS),
         f"{ROBOTS} robots on random ground, 1 thread": (many(1), ROBOTS * VECTOR_STEPS),
         f"{ROBOTS} robots on random ground, 2 threads": (many(2), ROBOTS * VECTOR_STEPS),
+        f"{ROBOTS} robots, untrained policy, restarts timed": (untrained(False), ROBOTS * UNTRAINED_STEPS),
+        f"{ROBOTS} robots, untrained residual policy, restarts timed": (untrained(True), ROBOTS * UNTRAINED_STEPS),
         "hashing, for comparison: 1 thread": (hashing(1), 2),
         "hashing, for comparison: 2 threads": (hashing(2), 2),
     }

@@ -12,12 +12,14 @@ import pytest
 import mjbiped
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import TASKS, load
-from mjbiped.envs.load import _dm
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rules.termination import Outcome
 
 pytest.importorskip("dm_control", reason="mjbiped.envs.load needs dm_control, which pip does not install on 3.13")
+
+from absl.testing import absltest  # both come with dm_control
+from dm_env import test_utils
 
 
 def random_action(spec: Any, random: np.random.Generator) -> Any:
@@ -216,6 +218,13 @@ def test_extra_forward_calls_and_pictures_change_nothing() -> None:
     np.testing.assert_array_equal(rows[0], rows[1])
 
 
+class TestContract(test_utils.EnvironmentTestMixin, absltest.TestCase):  # type: ignore[misc]  # without types
+    """dm_env's own tests of an environment, over the end of an episode."""
+
+    def make_object_under_test(self) -> Any:
+        return load("walk_random", {"random": 0, "residual": True, "time_limit": 0.2})
+
+
 def test_flat_observations() -> None:
     env = load("walk_level", environment_kwargs={"flat_observation": True})
     assert env.observation_spec()["observations"].shape == (12,)
@@ -297,4 +306,4 @@ def test_without_dm_control_it_is_said_what_to_install(monkeypatch: pytest.Monke
     monkeypatch.delitem(sys.modules, "mjbiped.envs.dm", raising=False)
     monkeypatch.delattr("mjbiped.envs.dm", raising=False)
     with pytest.raises(MjbipedError, match="pip install dm-control"):
-        _dm()
+        load("walk_level")

@@ -9,6 +9,7 @@ import pytest
 from mjbiped.envs import IDS, TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
+from mjbiped.utils.markdown import markdown_table
 
 PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
 
@@ -25,6 +26,23 @@ def test_its_numbers_are_those_of_the_tasks() -> None:
     for name, (straight, kneed) in zip(("progress", "economy"), means.T, strict=True):
         row = next(line for line in PAGE.splitlines() if line.startswith(f"| {name} "))
         assert row.endswith(f"| {straight:.2f} | {kneed:.2f} |")
+
+
+def test_its_table_of_observations_is_the_codes() -> None:
+    straight = {field.name: place for field, place in observation.fields_of(2, privileged=True).items()}
+    rows = []
+    for field, place in observation.fields_of(3, privileged=True).items():
+        places = numbers(straight[field.name]) if field.name in straight else "", numbers(place)
+        only = "only with `privileged=True`: " if field.of == "privileged" else ""
+        ends = f"{field.low:g} to {field.high:g}".replace("-", "−")
+        rows.append([f"`{field.name}`", *places, only + field.meaning, ends])
+    headings = ["name in dm_control", "numbers in Gymnasium", "with knees", "what it is", "bounds"]
+    assert markdown_table(headings, rows) in PAGE
+
+
+def numbers(place: slice) -> str:
+    count, last = place.stop - place.start, place.stop - 1
+    return f"{last}" if count == 1 else f"{place.start}, {last}" if count == 2 else f"{place.start} to {last}"
 
 
 def mean_terms(robot: str) -> Any:

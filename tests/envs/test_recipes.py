@@ -1,13 +1,18 @@
 """Robot, terrain and disturbances of episodes: objects, names, tables, and what is drawn for each episode."""
 
+import copy
 from typing import Any
 
 import numpy as np
 import pytest
 
 import mjbiped
+from mjbiped.envs import Curriculum
+from mjbiped.envs.single import WalkEnv
 from mjbiped.envs.tasks import Episode, WalkTask
+from mjbiped.envs.vector import WalkVectorEnv
 from mjbiped.errors import InputError
+from mjbiped.rules.termination import Outcome
 
 DRAWN: dict[str, Any] = {
     "robot": {"leg_mass": {"uniform": [4.5, 5.5]}, "sole": [{"uniform": [0.05, 0.1]}, 0.15]},
@@ -116,3 +121,79 @@ def test_the_controller_knows_the_medians() -> None:
 def test_mistakes_are_named(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         WalkTask("walk_level", **settings)
+
+
+CURRICULUM: dict[str, Any] = {
+    "easy": {"name": "random", "slope_deg": (-1.0, 1.0), "rise": (0.0, 0.0), "length": 15.0},
+    "hard": {"slope_deg": (-6.0, 6.0), "rise": (-0.06, 0.0)},
+}
+
+
+def test_a_curriculum_goes_from_easy_to_hard_ground() -> None:
+    ground = Curriculum(**CURRICULUM)
+    task = WalkTask("walk_random", terrain=ground)
+    steepest = []
+    for difficulty in (0.0, 0.5, 1.0):
+        episode = task.episode(np.random.default_rng(0), difficulty)
+        assert episode.drawn["terrain.difficulty"] == difficulty
+        assert dict(episode.terrain.parameters)["rise"] == (-0.06 * difficulty, 0.0)
+        steepest.append(np.degrees(np.abs(episode.terrain.slope(np.linspace(0.0, 15.0, 200)))).max())
+    assert np.all(np.diff(steepest) > 0.0)
+    drawn = Curriculum({"name": "stairs", "rise": {"uniform": [-0.01, 0.0]}}, {"rise": {"uniform": [-0.03, -0.01]}})
+    assert drawn.at(0.5) == {"name": "stairs", "rise": {"uniform": pytest.approx((-0.02, -0.005))}}
+    assert Curriculum({"name": "stairs", "count": 2}, {"count": 9}).at(0.5) == {"name": "stairs", "count": 6}
+
+
+def test_a_curriculum_follows_success_or_counts_episodes() -> None:
+    by_success, by_number = Curriculum(**CURRICULUM), Curriculum(**CURRICULUM, step=0.25, by="episodes")
+    assert by_success.after(0.5, Outcome.TIME_LIMIT) == by_success.after(0.5, Outcome.LEFT_TERRAIN) == 0.6
+    assert by_success.after(0.5, Outcome.FELL) == 0.4
+    assert by_success.after(0.0, Outcome.FELL) == 0.0
+    assert by_number.after(0.9, Outcome.FELL) == 1.0
+
+
+@pytest.mark.parametrize(("by", "expected"), [("success", [0.0, 0.5, 1.0, 1.0]), ("episodes", [0.0, 0.5, 1.0, 1.0])])
+def test_each_robot_gets_on_by_itself_and_by_its_seed(by: Any, expected: list[float]) -> None:
+    """With zero actions the adaptive controller walks to the end of each episode; a copy knows how far it has come."""
+    options: Any = {"residual": True, "terrain": Curriculum(**CURRICULUM, step=0.5, by=by), "time_limit": 0.1}
+
+    def walked(env: WalkEnv, episodes: int) -> list[tuple[float, float]]:
+        found = []
+        for _ in range(episodes):
+            for _ in range(5):
+                *_, info = env.step(np.zeros(2, dtype=np.float32))
+            found.append((info["terrain.difficulty"], info["terrain.seed"]))
+            env.reset()
+        return found
+
+    env = WalkEnv("walk_random", **options)
+    env.reset(seed=1)
+    first = walked(env, 3)
+    copied = copy.deepcopy(env)
+    assert walked(copied, 1) == (last := walked(env, 1))
+    assert [difficulty for difficulty, _ in first + last] == expected
+    env.reset(seed=1)
+    assert walked(env, 4) == first + last
+    many = WalkVectorEnv(2, "walk_random", **options)
+    many.reset(seed=[0, 1])
+    seen = []
+    for _ in range(4 * 6 - 1):
+        *_, info = many.step(np.zeros((2, 2), dtype=np.float32))
+        seen.append((info["terrain.difficulty"][1], info["terrain.seed"][1]))
+    assert list(dict.fromkeys(seen)) == first + last
+    many.close()
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"hard": {"rise": -0.1}}, "have different forms"),
+        ({"hard": {"raise": -0.1}}, "in `hard`.*'raise'.*did you mean 'rise'"),
+        ({"hard": {"rise": (-2000.0, 0.0)}}, "rise"),
+        ({"step": 2.0}, "step = 2.0: must be from 0 to 1"),
+        ({"by": "luck"}, "unknown curriculum's `by` 'luck'"),
+    ],
+)
+def test_mistakes_in_a_curriculum_are_named(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        WalkTask("walk_random", terrain=Curriculum(**{**CURRICULUM, **settings}))

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,11 @@ import numpy as np
 import pytest
 from documentation import blocks
 
+import mjbiped
+from mjbiped.envs import export_policy
+from mjbiped.envs.policy import OnnxController
+from mjbiped.envs.single import WalkEnv
+from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
 from mjbiped.errors import InputError
 
@@ -63,7 +69,8 @@ def test_it_has_the_steps_of_gymnasiums_robots_without_those_that_reset() -> Non
 
 
 def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
     program = next(block.code for block in blocks("docs/environments.md") if "stable_baselines3" in block.code)
     for long, short in (
         ("WalkVecEnv(64,", "WalkVecEnv(4, time_limit=0.4, task="),
@@ -75,10 +82,49 @@ def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.Monk
         program = program.replace(long, short)
     monkeypatch.chdir(tmp_path)
     space: dict[str, Any] = {}
-    exec(program, space)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the exporter's age
+        exec(program, space)
     assert space["model"].num_timesteps == 256
     assert {episode["l"] for episode in space["model"].ep_info_buffer} == {20}
     assert (tmp_path / "residual.zip").exists()
+    assert OnnxController(str(tmp_path / "residual.onnx")).task.residual
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) -> None:
+    """Normalisation included; a walk by the file observes what the normalised environment shows."""
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
+    import stable_baselines3
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    robots = made(4, residual=True, time_limit=0.4)
+    env = VecNormalize(robots)
+    model: Any = getattr(stable_baselines3, algorithm)("MlpPolicy", env, seed=0, device="cpu")
+    seen = env.reset()
+    for _ in range(30):
+        seen, *_ = env.step(model.predict(seen)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the exporter's age
+        export_policy(model, tmp_path / "policy.onnx", robots.task, normalisation=env)
+    controller = OnnxController(str(tmp_path / "policy.onnx"))
+    actions = np.array([controller.predict(each) for each in env.get_original_obs()])
+    np.testing.assert_allclose(actions, model.predict(seen, deterministic=True)[0], rtol=0, atol=1e-6)  # 32 bits
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine=robots.task.engine, initial="gait", steps=2)
+    assert walk.steps == 2
+    with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
+        export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
+    env.close()
+
+
+def test_its_own_checker_has_nothing_to_say() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    from stable_baselines3.common.env_checker import check_env
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(WalkEnv("walk_random", residual=True))
 
 
 def test_settings_are_fixed() -> None:

@@ -101,7 +101,8 @@ class Constants(Block):
         control_period: Time between two ticks of the controller, s; 0: it ticks at every physics step.
         memory_size: Floats of the controller's memory.
         states: Number of its integrated states.
-        sampled: Whether its law has a tick.
+        sampled: Whether it is in a loop with disturbances, which holds its torques.
+        ticks: Whether its law has a tick.
         support: See `Controller.support`.
         pushes: Pushes at the hip, alone in a list; see `disturbances.chance.Pushes`.
 

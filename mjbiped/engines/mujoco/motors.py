@@ -111,7 +111,7 @@ def _tick(c: Constants, u: State, memory: Floats) -> None:
         call(c.touchdown, c.parameters, memory, before, q, dq)
         row[c.estimate_at + 1] = call_for_float(c.slope_estimate, c.parameters, memory)
     q, dq, t = first(u.angles, n), first(u.turning, n), u.time - u.transfer_time
-    if c.sampled:
+    if c.ticks:
         call(c.tick, c.parameters, memory, t, q, dq)
     given = numbers(c.room, n + c.states + SPARE)
     call(c.torque, c.parameters, memory, t, q, dq, given)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.functions import in_python
+from mjbiped.control.functions import acts_at_ticks, in_python
 from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.mujoco import bearing, step_size
 from mjbiped.engines.mujoco.collisions import ALL
@@ -153,6 +153,7 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
         "memory_size": controller.memory_size,
         "states": len(controller.states),
         "sampled": isinstance(controller, SampledController),
+        "ticks": isinstance(controller, SampledController) or acts_at_ticks(controller),
         "support": -1 if foot is None else controller.support,
         "pushes": [plan.disturbances.schedule],
         "estimate_at": index_of(tables_of(type(robot)).touchdowns, "slope_estimate_before"),

@@ -86,7 +86,7 @@ class Simulation:
             LawError: The controller's laws cannot be compiled.
         """
         self.plan, self.options = plan, settled(options, plan)
-        self.controller = controller = plan.driven(self.options.control_period or 0.0)
+        self.controller = controller = plan.driven(self.options.control_period or 0.0, ticks=True)
         states, tables = len(controller.states), tables_of(type(plan.robot))
         touched = width(tables.touchdowns)
         userdata = SIZE + touched + controller.memory_size + states
