@@ -55,7 +55,7 @@ def load(
     for key in options:
         known_name("entry of environment_kwargs", key, ("flat_observation",))
     settings, dm = task_of(task, Compass.kind, given), _dm()
-    walkers = Walkers(settings)
+    walkers = Walkers(settings, scenery=True)
     walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew
     physics = dm.Physics(walkers)
     return dm.control.Environment(physics, dm.Task(settings, random), time_limit=settings.time_limit, **options)

@@ -32,14 +32,16 @@ GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
 MOST_GEOMS = 600
 """Greatest number of geoms that `draw_marks` adds."""
 
-_LEGS: tuple[Colour, Colour] = ((0.00, 0.45, 0.70), (0.90, 0.45, 0.05))  # as in models/compass.xml
+_LEGS: tuple[Colour, Colour] = (palette.rgb(palette.BLUE), palette.rgb(palette.ORANGE))  # as in models/compass.xml
 _FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
 _BEHIND = 0.12  # where the reference stands, y in leg lengths
-_PALE = 0.35  # share of white in the colour of the least torque
+_HALO = 0.005  # width of a torque's white edge on either side, in leg lengths
+_WHITE = (1.0, 1.0, 1.0, 1.0)
 
 # in leg lengths, where they are lengths
 _ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11}
-_ARC_WIDTH = 0.010  # of the greatest torque
+_ARC_WIDTH = 0.012  # of the greatest torque
+_THINNEST = 0.6  # arc, over that of the greatest torque
 _ARC_SWEEP = math.radians(300.0)  # of the greatest torque
 _ARC_PIECES = 24  # of the greatest torque's
 _LEAST_SHARE = 4e-4  # of the greatest torque; less is not drawn
@@ -88,6 +90,7 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
     hip = (moment.qpos[0], moment.qpos[1])
     angle = robot.lean(moment.qpos, moment.stance)
     across = [limb.across for limb in robot.bodies.limbs]
+    colours = _LEGS if len(across) == len(_LEGS) else _LEGS[:1] * len(across)  # spokes of a wheel are of one colour
     legs: list[list[Pair]] = robot.limbs(moment.qpos).tolist()
     foot = legs[moment.stance][-1]
     if "shadows" in elements:
@@ -95,10 +98,10 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
             _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
     if robot.sole is not None and robot.bodies.foot is None:
         for side, (_, slope) in enumerate(moment.ground):
-            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], _LEGS[side % len(_LEGS)])
+            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], colours[side])
     if "traces" in elements:
         for side, way in enumerate(moment.traces):
-            _draw_trace(pen, way, across[side], _LEGS[side % len(_LEGS)])
+            _draw_trace(pen, way, across[side], colours[side])
     if "ghost" in elements and moment.reference is not None:
         _draw_ghost(pen, moment.reference, robot)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
@@ -134,9 +137,7 @@ def _draw_torque(
     if not abs(share) >= _LEAST_SHARE:  # NaN is not
         return
     sweep, strength = arc_sweep(share), math.sqrt(min(1.0, abs(share)))
-    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(0.35, strength)
-    pale = _PALE * (1.0 - strength)
-    rgba = (*(part + pale * (1.0 - part) for part in colour), 1.0)
+    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(_THINNEST, strength)
 
     def place(angle: float, out: float = radius) -> Pair:
         return centre[0] + out * math.sin(angle), centre[1] + out * math.cos(angle)
@@ -144,13 +145,15 @@ def _draw_torque(
     pieces = max(2, math.ceil(_ARC_PIECES * abs(sweep) / _ARC_SWEEP))
     angles = [middle + sweep * (piece / pieces - 0.5) for piece in range(pieces + 1)]
     overlap = math.copysign(0.3 * width / radius, sweep)  # of neighbouring pieces, which have square ends
-    for start, stop in pairwise(angles):
-        pen.bar(place(start - overlap), place(stop + overlap), _FRONT, width, rgba)
+    bars = [(place(start - overlap), place(stop + overlap)) for start, stop in pairwise(angles)]
     # two barbs, a little bent inward as the arc is
-    head = _HEAD * length * max(0.5, strength)
+    head = _HEAD * length * max(_THINNEST, strength)
     back = angles[-1] - math.copysign(head / radius, sweep)
-    for out in (radius + 0.6 * head, radius - 0.6 * head):
-        pen.bar(place(angles[-1]), place(back, out), _FRONT, width, rgba)
+    bars += [(place(angles[-1]), place(back, out)) for out in (radius + 0.6 * head, radius - 0.6 * head)]
+    for bar in bars:
+        pen.bar(*bar, _FRONT + _HALO, width + _HALO * length, _WHITE)
+    for bar in bars:
+        pen.bar(*bar, _FRONT - width, width, (*colour, 1.0))
 
 
 def pressed(robot: Robot, moment: Moment, foot: Pair) -> Pair:

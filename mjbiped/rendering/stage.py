@@ -18,7 +18,7 @@ from mjbiped.rendering import marks
 from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.chart import Chart
 from mjbiped.rendering.gl import ensure_gl
-from mjbiped.rendering.look import Look, show_section
+from mjbiped.rendering.look import Look
 from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
 from mjbiped.rendering.moments import Moment, Moments
 from mjbiped.rendering.overlay import Overlay, Pixels, Sign, overlay
@@ -28,8 +28,8 @@ from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
-_SKY = (0.70, 0.715, 0.73)  # becomes almost white in the scene's light
-_FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
+_HORIZON, _ZENITH = (0.62, 0.64, 0.653), (0.52, 0.585, 0.635)  # of the sky; the scene's light brightens them
+_FAR, _BANDS = 40.0, 16  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
 _ONE_AT_A_TIME = threading.Lock()
 
 _SMOOTHED, _FEW = 4, 640 * 480
@@ -62,6 +62,11 @@ class Film(NamedTuple):
     stop: float
     slow_motion: float = 1.0
     frames: int = 0
+
+    @property
+    def fine(self) -> bool:
+        """Whether edges are smoothed and legs cast shadows: in pictures and in videos of few pixels."""
+        return self.frames == 0 or self.width * self.height <= _FEW
 
 
 class Stage:
@@ -109,9 +114,8 @@ class Stage:
         self._renderer = self._renderer_of(model)
         self._open.callback(self._renderer.close)
         self._scene, self._option, self._eye = self._renderer.scene, mujoco.MjvOption(), mujoco.MjvCamera()
-        show_section(self._option)
-        hidden = {mujoco.mjtRndFlag.mjRND_SHADOW: False, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
-        self._look.set_flags(self._option.flags, self._scene.flags, hidden)
+        usual = {mujoco.mjtRndFlag.mjRND_SHADOW: self._film.fine, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
+        self._look.set_flags(self._option.flags, self._scene.flags, usual)
         self._camera = names.index(name)
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
 
@@ -123,8 +127,8 @@ class Stage:
         """
         platform, size = ensure_gl(), (self._picture, self._film.width)
         model.vis.global_.offheight, model.vis.global_.offwidth = size
-        quality, few = model.vis.quality, self._film.frames == 0 or self._film.width * self._film.height <= _FEW
-        quality.offsamples = _SMOOTHED if few else 0
+        quality = model.vis.quality
+        quality.offsamples = _SMOOTHED if self._film.fine else 0
         quality.numslices, quality.numstacks, quality.numquads = _FACES
         try:
             with environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0")):
@@ -155,12 +159,15 @@ class Stage:
         return out
 
     def _add_background(self, view: View) -> None:
-        """Add a plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
-        length = self._robot.leg_length
-        size, place = np.array([_WIDE, _WIDE, 1.0]) * length, view.place + _FAR * length * view.axes[2]
-        box = mujoco.mjtGeom.mjGEOM_BOX
-        geom = add_geom(self._scene, self._scene.geoms, box, size, place, view.axes.T.ravel(), (*_SKY, 1.0))
-        geom.emission = 1.0
+        """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
+        far, geoms, box = _FAR * self._robot.leg_length, self._scene.geoms, mujoco.mjtGeom.mjGEOM_BOX
+        _, wide, _, high = np.array(view.frustum) * (1.0 if view.orthographic else far)
+        half = 0.5 * high / _BANDS
+        size = np.array([wide, half, 1e-3])
+        for band in range(-_BANDS, _BANDS):
+            place = view.place + far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
+            colour = np.array(_HORIZON) + max(0.0, band / _BANDS) * np.subtract(_ZENITH, _HORIZON)
+            add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0)).emission = 1.0
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from mjbiped.errors import RenderError, shortened
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.look import Look, show_section
+from mjbiped.rendering.look import Look
 from mjbiped.rendering.marks import draw_marks
 from mjbiped.rendering.moments import Moment
 from mjbiped.terrain.terrain import Terrain
@@ -59,7 +59,6 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
     _prepare(player)
     with _opened(viewer, player) as window:
         with window.lock():
-            show_section(window.opt)
             look.set_flags(window.opt.flags, window.user_scn.flags, {})
             camera = _Camera(window.cam, player.source.moment(), player.source.robot.leg_length)
         shown = player.source.model

@@ -74,13 +74,8 @@ def ends(geom: mujoco.MjvGeom) -> tuple[Places, Places]:
 
 
 def of_colour(geoms: list[mujoco.MjvGeom], colour: tuple[float, float, float]) -> list[mujoco.MjvGeom]:
-    """Those whose colour is this one, or a paler one."""
-    found = []
-    for geom in geoms:
-        pale = (geom.rgba[:3] - colour) / (1.0 - np.array(colour))
-        if np.ptp(pale) < 1e-5 and pale[0] > -1e-5:
-            found.append(geom)
-    return found
+    """Those of this colour."""
+    return [geom for geom in geoms if np.allclose(geom.rgba[:3], colour, atol=1e-5)]
 
 
 def test_soles_lie_along_the_ground_under_either_foot() -> None:
