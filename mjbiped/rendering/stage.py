@@ -13,18 +13,14 @@ import numpy as np
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import torques_of
-from mjbiped.rendering import marks
-from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.chart import Chart
 from mjbiped.rendering.gl import ensure_gl
 from mjbiped.rendering.look import Look
-from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
+from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks, signed, signs
 from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Overlay, Pixels, Sign, overlay
-from mjbiped.rendering.posed import PosedScene
+from mjbiped.rendering.overlay import Overlay, Pixels, overlay
+from mjbiped.rendering.scene import PosedScene, View, smooth_offsets
 from mjbiped.utils.mujoco import environment, mujoco
-from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
@@ -146,7 +142,7 @@ class Stage:
         for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
             data.cam_xpos[self._camera, axis] += np.interp(time, self._walk.samples["time"], offsets)
         self._renderer.update_scene(data, self._eye, self._option)
-        view = View.of(self._scene, self._film.width, self._picture)
+        view = View.of(self._posed.model, data, self._camera, (self._film.width, self._picture))
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
@@ -161,11 +157,11 @@ class Stage:
     def _add_background(self, view: View) -> None:
         """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
         far, geoms, box = _FAR * self._robot.leg_length, self._scene.geoms, mujoco.mjtGeom.mjGEOM_BOX
-        _, wide, _, high = np.array(view.frustum) * (1.0 if view.orthographic else far)
+        high = view.half * (1.0 if view.orthographic else far)
         half = 0.5 * high / _BANDS
-        size = np.array([wide, half, 1e-3])
+        size = np.array([high * self._film.width / self._picture, half, 1e-3])
         for band in range(-_BANDS, _BANDS):
-            place = view.place + far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
+            place = view.place - far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
             colour = np.array(_HORIZON) + max(0.0, band / _BANDS) * np.subtract(_ZENITH, _HORIZON)
             add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0)).emission = 1.0
 
@@ -174,25 +170,12 @@ class Stage:
         elements, low = self._look.elements, 0
         if "caption" in elements:
             right, low = over.caption(caption(moment, self._film.slow_motion))
-            over.legend(self._signs(moment), (right, low), outcome)
+            over.legend(signs(moment, self._robot, elements), (right, low), outcome)
         if "scale" in elements:
             start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
             over.scale(stop - start, low + 0.6 * over.letter)
         if "labels" in elements:
             over.ground_labels(self._terrain, view, self._robot.leg_length)
-
-    def _signs(self, moment: Moment) -> Iterator[Sign]:
-        """Lines of the legend."""
-        elements = self._look.elements
-        if "torque" in elements:
-            for signal, torque in zip(torques_of(type(self._robot)), moment.torque, strict=True):
-                yield Sign(rgb(signal.colour), f"{signal.name} torque", f"{signed(torque)} N m")
-        if "force" in elements:
-            yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
-        if "estimate" in elements and math.isfinite(moment.slope_estimate):
-            yield Sign(marks.ESTIMATE_COLOUR, "slope estimate", f"{signed(math.degrees(moment.slope_estimate))}°")
-        if "ghost" in elements and self._moments.tracks:
-            yield Sign(marks.GHOST_COLOUR, "reference", "")
 
 
 def caption(moment: Moment, slow_motion: float) -> list[str]:
@@ -206,8 +189,3 @@ def caption(moment: Moment, slow_motion: float) -> list[str]:
     elif slow_motion < 1.0:
         lines.append(f"time lapse {1.0 / slow_motion:.3g}×")
     return lines
-
-
-def signed(number: float) -> str:
-    """Format a number with its sign and one digit; zero never has a minus sign."""
-    return f"{round(number, 1) + 0.0:+.1f}".replace("-", "−")

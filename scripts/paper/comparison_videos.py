@@ -13,9 +13,8 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
-from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
-from mjbiped.rendering.video import render_frame
+from mjbiped.rendering.video import encoder, render_frame
 from mjbiped.reproduction import reproduce as report
 from mjbiped.reproduction import rows, table_2
 from mjbiped.reproduction.cell import cell
