@@ -24,7 +24,7 @@ from mjbiped.utils.mujoco import environment, mujoco
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
-_HORIZON, _ZENITH = (0.62, 0.64, 0.653), (0.52, 0.585, 0.635)  # of the sky; the scene's light brightens them
+_HORIZON, _ZENITH = (0.90, 0.93, 0.955), (0.74, 0.83, 0.915)  # colours of the sky
 _FAR, _BANDS = 40.0, 16  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -163,7 +163,7 @@ class Stage:
         for band in range(-_BANDS, _BANDS):
             place = view.place - far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
             colour = np.array(_HORIZON) + max(0.0, band / _BANDS) * np.subtract(_ZENITH, _HORIZON)
-            add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0)).emission = 1.0
+            add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0))
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""

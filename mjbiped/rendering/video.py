@@ -40,7 +40,7 @@ _H264 = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "
 _H264 += ["-x264-params", "mbtree=1:rc-lookahead=10", "-sws_flags", "fast_bilinear", "-movflags", "+faststart"]
 """Files of these pictures are as small as with the preset "veryfast", in two thirds of the time."""
 _PALETTE = (
-    "split[first][all];[first]trim=end_frame={0},palettegen=reserve_transparent=0[palette];"
+    "split[first][all];[first]trim=end_frame={0},palettegen=max_colors=96:reserve_transparent=0[palette];"
     "[all]trim=start_frame={0},setpts=PTS-STARTPTS[shown];[shown][palette]paletteuse=dither=none:diff_mode=rectangle"
 )
 """Filter that makes the palette of a .gif from its first frames, and drops these."""
@@ -124,7 +124,8 @@ def render_video(
 
         with TemporaryDirectory() as folder:
             write(Path(folder) / "walk.mp4")
-            display(Video(Path(folder) / "walk.mp4", embed=True))  # type: ignore[no-untyped-call]
+            content = (Path(folder) / "walk.mp4").read_bytes()
+        display(Video(content, embed=True, mimetype="video/mp4"))  # type: ignore[no-untyped-call]
 
 
 def render_frame(
