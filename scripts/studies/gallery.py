@@ -47,10 +47,10 @@ FRONT = mjbiped.Terrain.from_segments(
 
 def draw(folder: Path) -> None:
     """Draw moving pictures of a walk on point feet and of one on feet with mass, and a frame of a video."""
-    small: dict[str, Any] = {"width": 544, "height": 306, "fps": 10}
+    small: dict[str, Any] = {"width": 512, "height": 288, "fps": 10}
     walk = mjbiped.walk(ADAPTIVE, FRONT, steps=14)
     walk.video(folder / "mixed_walk.gif", hide=("chart", "scale"), stop=6.4, **small)
-    matplotlib.image.imsave(folder / "video_frame.png", render_frame(walk, 8.6))
+    matplotlib.image.imsave(folder / "video_frame.png", render_frame(walk, 4.3))
     footed = mjbiped.FootedCompass()
     law = SupervisedController(footed, mjbiped.find_reference(footed, clearance=0.077, retraction=False))
     walk = mjbiped.walk(law, mjbiped.Terrain.stairs(rise=0.04, first=0.5), steps=12)
