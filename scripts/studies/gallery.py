@@ -49,7 +49,7 @@ def draw(folder: Path) -> None:
     """Draw moving pictures of a walk on point feet and of one on feet with mass, and a frame of a video."""
     small: dict[str, Any] = {"width": 512, "height": 288, "fps": 10}
     walk = mjbiped.walk(ADAPTIVE, FRONT, steps=14)
-    walk.video(folder / "mixed_walk.gif", hide=("chart", "scale"), stop=6.4, **small)
+    walk.video(folder / "mixed_walk.gif", hide=("chart", "scale"), stop=6.2, **small)
     matplotlib.image.imsave(folder / "video_frame.png", render_frame(walk, 4.3))
     footed = mjbiped.FootedCompass()
     law = SupervisedController(footed, mjbiped.find_reference(footed, clearance=0.077, retraction=False))
