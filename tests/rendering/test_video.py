@@ -245,7 +245,7 @@ def test_visual_flags_of_mujoco(adaptive: Walk) -> None:
         "joint",
         "wireframe",
         "skybox",
-        "shadow",
+        "no-shadow",
         "no-static",
     ):
         flagged = render_frame(adaptive, time, flags=[flag], **size)  # type: ignore[arg-type]
