@@ -80,7 +80,7 @@ def load(
 
     from dm_control.rl import control  # isort: skip
 
-    walkers = Walkers(settings)
+    walkers = Walkers(settings, scenery=True)
     walkers.begin(0, np.random.default_rng(0))  # so that there is a model; `reset` begins anew
     physics = dm.Physics(walkers)
     return control.Environment(physics, dm.Task(settings, random), time_limit=settings.time_limit, **options)

@@ -18,6 +18,7 @@ from mjbiped.control.registry import SHARED
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import first_state, scene_spec
+from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.setup import ground_needed
 from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError
@@ -101,6 +102,7 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     terrain, cut = _parted(plan.terrain, -reach if robot.collides_from_lift_off else reach)
     ground = Ground(terrain, reach=ground_needed(robot, DEFAULT_STEPS, None), cut=cut)
     spec = scene_spec(robot, ground, ground.pieces, timestep=TIMESTEP)
+    add_section(spec, ground, ground.pieces, robot.leg_length)
     spec.modelname = f"mjbiped {robot.kind}"
     for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
         spec.delete(sensor)  # they make MuJoCo call callbacks that are not there
@@ -144,8 +146,6 @@ def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int
     """Let all feet but the stance foot pass through the ground before the segment `cut`."""
     ahead = {piece.name for piece in ground.pieces if piece.segments.start >= cut}
     ahead |= {f"riser_{index}" for index in range(cut, len(ground.starts))}
-    if ground.terrain.angle[cut - 1] == ground.terrain.angle[cut] and not ground.terrain.rises[cut]:
-        spec.delete(spec.geom(f"edge_{cut}"))  # a stripe where nothing is to be seen
     for name in ahead:  # `spec.geoms` would take a time that grows with the square of their number
         if (geom := spec.geom(name)) is not None:  # not each edge has a riser
             geom.conaffinity = _STANCE | _OTHERS

@@ -120,7 +120,7 @@ def joined(numbers: Iterable[float]) -> str:
 
 
 _THICK, _TIP = 0.018, 0.024  # radii of rods and of their feet as they are seen, leg lengths
-_COLOURS = ("0.0 0.45 0.7 1", "0.9 0.45 0.05 1", "0.15 0.15 0.18 1")  # left, right, other links
+_COLOURS = ("0.0 0.45 0.7 1", "0.9 0.62 0.0 1", "0.15 0.15 0.18 1")  # left, right, other links
 _EFFORT, _RATE = 1e4, domains.RATE.high  # URDF wants limits; these limit nothing
 
 

@@ -29,9 +29,6 @@ SUFFIXES = (".mp4", ".gif")
 """Suffixes of videos."""
 
 
-_GROUND_GROUPS, _SECTION_GROUP = (0, 1), 4  # of the geoms that feet meet, and of the ground cut open
-
-
 class Look(NamedTuple):
     """Contents of a picture.
 
@@ -77,12 +74,6 @@ def look(hide: str | Iterable[str] = (), flags: str | Iterable[str] = ()) -> Loo
         place, flag = known[known_name("visual flag", plain, sorted(known))]
         chosen[place][flag] = plain == name.lower()
     return Look(frozenset() if ALL in hidden else frozenset(ELEMENTS) - hidden, *chosen)
-
-
-def show_section(option: Any) -> None:
-    """Let an `mujoco.MjvOption` show the ground in section, in place of the geoms that feet touch."""
-    option.geomgroup[list(_GROUND_GROUPS)] = 0
-    option.geomgroup[_SECTION_GROUP] = 1
 
 
 def _names(what: str, value: object) -> list[str]:

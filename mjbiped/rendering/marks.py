@@ -7,7 +7,7 @@ same marks.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -22,24 +22,22 @@ from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
 from mjbiped.utils.mujoco import mujoco
 
-Colour = tuple[float, float, float]
-
-ESTIMATE_COLOUR: Colour = palette.rgb(SIGNALS["slope_estimate"].colour)
-FORCE_COLOUR: Colour = (0.07, 0.07, 0.07)
-GHOST_COLOUR: Colour = (0.35, 0.35, 0.40)
-"""Colours that colour-blind readers tell apart, also from the blue and the orange leg."""
+FORCE_COLOUR, GHOST_COLOUR = palette.BLACK, "#595966"
+"""Colours that colour-blind readers tell apart from each other, from those of the signals, and from the legs'."""
 
 MOST_GEOMS = 600
 """Greatest number of geoms that `draw_marks` adds."""
 
-_LEGS: tuple[Colour, Colour] = ((0.00, 0.45, 0.70), (0.90, 0.45, 0.05))  # as in models/compass.xml
+_LEGS = (palette.BLUE, palette.ORANGE)  # as in models/compass.xml
 _FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
 _BEHIND = 0.12  # where the reference stands, y in leg lengths
-_PALE = 0.35  # share of white in the colour of the least torque
+_HALO = 0.005  # width of a torque's white edge on either side, in leg lengths
+_WHITE = "#FFFFFF"
 
 # in leg lengths, where they are lengths
 _ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11}
-_ARC_WIDTH = 0.010  # of the greatest torque
+_ARC_WIDTH = 0.012  # of the greatest torque
+_THINNEST = 0.6  # arc, over that of the greatest torque
 _ARC_SWEEP = math.radians(300.0)  # of the greatest torque
 _ARC_PIECES = 24  # of the greatest torque's
 _LEAST_SHARE = 4e-4  # of the greatest torque; less is not drawn
@@ -59,6 +57,41 @@ _TRACE_PIXELS = 2.5
 _BAR = mujoco.mjtGeom.mjGEOM_BOX
 _SOLE_WIDTH = 0.012
 _PRESSED = 0.016
+
+
+class Sign(NamedTuple):
+    """A line of the legend.
+
+    Attributes:
+        colour: Colour of the mark, such as "#D55E00".
+        name: Name of what it shows.
+        mark: Kind of mark, in a word.
+        value: Value with its unit; may be empty.
+    """
+
+    colour: str
+    name: str
+    mark: str
+    value: str
+
+
+def signs(moment: Moment, robot: Robot, elements: Collection[str]) -> Iterator[Sign]:
+    """Lines of the legend at an instant: what the marks mean that are visible."""
+    if "torque" in elements:
+        for signal, torque in zip(torques_of(type(robot)), moment.torque, strict=True):
+            yield Sign(signal.colour, f"{signal.name} torque", "arc", f"{signed(torque)} N m")
+    if "force" in elements:
+        yield Sign(FORCE_COLOUR, "ground force", "arrow", f"{math.hypot(*moment.force):.0f} N")
+    if "estimate" in elements and math.isfinite(moment.slope_estimate):
+        value = f"{signed(math.degrees(moment.slope_estimate))}°"
+        yield Sign(SIGNALS["slope_estimate"].colour, "slope estimate", "line", value)
+    if "ghost" in elements and moment.reference is not None:
+        yield Sign(GHOST_COLOUR, "reference", "posture", "")
+
+
+def signed(number: float) -> str:
+    """Format a number with its sign and one digit; zero never has a minus sign."""
+    return f"{round(number, 1) + 0.0:+.1f}".replace("-", "−")
 
 
 class Scales(NamedTuple):
@@ -88,6 +121,7 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
     hip = (moment.qpos[0], moment.qpos[1])
     angle = robot.lean(moment.qpos, moment.stance)
     across = [limb.across for limb in robot.bodies.limbs]
+    colours = _LEGS if len(across) == len(_LEGS) else _LEGS[:1] * len(across)  # spokes of a wheel are of one colour
     legs: list[list[Pair]] = robot.limbs(moment.qpos).tolist()
     foot = legs[moment.stance][-1]
     if "shadows" in elements:
@@ -95,28 +129,28 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
             _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
     if robot.sole is not None and robot.bodies.foot is None:
         for side, (_, slope) in enumerate(moment.ground):
-            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], _LEGS[side % len(_LEGS)])
+            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], colours[side])
     if "traces" in elements:
         for side, way in enumerate(moment.traces):
-            _draw_trace(pen, way, across[side], _LEGS[side % len(_LEGS)])
+            _draw_trace(pen, way, across[side], colours[side])
     if "ghost" in elements and moment.reference is not None:
         _draw_ghost(pen, moment.reference, robot)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
         along = (math.cos(moment.slope_estimate), -math.sin(moment.slope_estimate))
         reach = _ESTIMATE_REACH * length
         back, ahead = ((foot[0] + way * along[0], foot[1] + way * along[1]) for way in (-reach, reach))
-        pen.bar(back, ahead, -CUT - 0.01, _ESTIMATE_WIDTH * length, (*ESTIMATE_COLOUR, 1.0))
+        pen.bar(back, ahead, -CUT - 0.01, _ESTIMATE_WIDTH * length, SIGNALS["slope_estimate"].colour)
     if "force" in elements:
         at = foot if robot.sole is None else pressed(robot, moment, foot)
         _draw_force(pen, at, moment.force, scales.force, length)
         if robot.sole is not None:
-            pen.blob(at, _FRONT, [_PRESSED * length] * 3, 0.0, (1.0, 1.0, 1.0, 1.0))  # it moves on dark soles
+            pen.blob(at, _FRONT, [_PRESSED * length] * 3, 0.0, _WHITE)  # it moves on dark soles
     if "torque" in elements:
         places = ((foot, angle), (hip, 0.0), (legs[(moment.stance + 1) % len(legs)][1], 0.0))
         signals = torques_of(type(robot))
         for joint, signal, torque, (place, middle) in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0
-            _draw_torque(pen, place, middle, share, joint, palette.rgb(signal.colour), length)
+            _draw_torque(pen, place, middle, share, joint, signal.colour, length)
 
 
 def arc_sweep(share: float) -> float:
@@ -127,16 +161,12 @@ def arc_sweep(share: float) -> float:
     return math.copysign(_ARC_SWEEP * math.sqrt(min(1.0, abs(share))), share)
 
 
-def _draw_torque(
-    pen: _Pen, centre: Pair, middle: float, share: float, joint: str, colour: Colour, length: float
-) -> None:
+def _draw_torque(pen: _Pen, centre: Pair, middle: float, share: float, joint: str, colour: str, length: float) -> None:
     """Draw an arc with an arrowhead about a joint, its middle at an angle from the vertical (rad)."""
     if not abs(share) >= _LEAST_SHARE:  # NaN is not
         return
     sweep, strength = arc_sweep(share), math.sqrt(min(1.0, abs(share)))
-    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(0.35, strength)
-    pale = _PALE * (1.0 - strength)
-    rgba = (*(part + pale * (1.0 - part) for part in colour), 1.0)
+    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(_THINNEST, strength)
 
     def place(angle: float, out: float = radius) -> Pair:
         return centre[0] + out * math.sin(angle), centre[1] + out * math.cos(angle)
@@ -144,13 +174,15 @@ def _draw_torque(
     pieces = max(2, math.ceil(_ARC_PIECES * abs(sweep) / _ARC_SWEEP))
     angles = [middle + sweep * (piece / pieces - 0.5) for piece in range(pieces + 1)]
     overlap = math.copysign(0.3 * width / radius, sweep)  # of neighbouring pieces, which have square ends
-    for start, stop in pairwise(angles):
-        pen.bar(place(start - overlap), place(stop + overlap), _FRONT, width, rgba)
+    bars = [(place(start - overlap), place(stop + overlap)) for start, stop in pairwise(angles)]
     # two barbs, a little bent inward as the arc is
-    head = _HEAD * length * max(0.5, strength)
+    head = _HEAD * length * max(_THINNEST, strength)
     back = angles[-1] - math.copysign(head / radius, sweep)
-    for out in (radius + 0.6 * head, radius - 0.6 * head):
-        pen.bar(place(angles[-1]), place(back, out), _FRONT, width, rgba)
+    bars += [(place(angles[-1]), place(back, out)) for out in (radius + 0.6 * head, radius - 0.6 * head)]
+    for bar in bars:
+        pen.bar(*bar, _FRONT + _HALO, width + _HALO * length, _WHITE)
+    for bar in bars:
+        pen.bar(*bar, _FRONT - width, width, colour)
 
 
 def pressed(robot: Robot, moment: Moment, foot: Pair) -> Pair:
@@ -168,20 +200,19 @@ def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float)
         return
     factor = min(weights, _MOST_WEIGHTS) / weights * _FORCE_LENGTH * length / scale
     tail = (foot[0] - factor * force[0], foot[1] - factor * force[1])
-    rgba = (*FORCE_COLOUR, 1.0)
-    pen.bar(tail, foot, _FRONT, _FORCE_WIDTH * length, rgba)
+    pen.bar(tail, foot, _FRONT, _FORCE_WIDTH * length, FORCE_COLOUR)
     head = _FORCE_HEAD * length / math.hypot(*force)
     for turned in (-0.55, 0.55):
         barb = (foot[0] - head * (force[0] + turned * force[1]), foot[1] - head * (force[1] - turned * force[0]))
-        pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, rgba)
+        pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, FORCE_COLOUR)
 
 
 def _draw_ghost(pen: _Pen, posture: Sequence[float], robot: Robot) -> None:
     """Draw a translucent posture, both legs from hip to foot."""
-    rgba, width = (*GHOST_COLOUR, _GHOST_OPACITY), _GHOST_WIDTH * robot.leg_length
+    capsule, width = mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_WIDTH * robot.leg_length
     for points in robot.limbs(posture).tolist():
         for upper, lower in pairwise(points):
-            pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, upper, lower, _BEHIND, width, rgba)
+            pen.connect(capsule, upper, lower, _BEHIND, width, GHOST_COLOUR, _GHOST_OPACITY)
 
 
 def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, length: float) -> None:
@@ -189,23 +220,23 @@ def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, l
     clear = 1.0 - abs(foot[1] - height) / (_SPOT_FADES * length)
     if not clear > 0.0:
         return
-    pen.blob((foot[0], height), y, np.multiply(_SPOT, length), slope, (0.0, 0.0, 0.0, _SPOT_OPACITY * clear))
+    pen.blob((foot[0], height), y, np.multiply(_SPOT, length), slope, palette.BLACK, _SPOT_OPACITY * clear)
 
 
-def _draw_sole(pen: _Pen, foot: Pair, slope: float, sole: Pair, y: float, colour: Colour) -> None:
+def _draw_sole(pen: _Pen, foot: Pair, slope: float, sole: Pair, y: float, colour: str) -> None:
     """Draw the sole of a foot, parallel to the ground under it; being massless, it may be held so."""
     cosine, sine, (behind, ahead) = math.cos(slope), math.sin(slope), sole
     heel = foot[0] - behind * cosine, foot[1] + behind * sine
     toe = foot[0] + ahead * cosine, foot[1] - ahead * sine
-    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, heel, toe, y, _SOLE_WIDTH * pen.length, (*colour, 1.0))
+    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, heel, toe, y, _SOLE_WIDTH * pen.length, colour)
 
 
-def _draw_trace(pen: _Pen, way: Points, y: float, colour: Colour) -> None:
+def _draw_trace(pen: _Pen, way: Points, y: float, colour: str) -> None:
     """Draw the path of a foot, fainter where it is older."""
     points = way.tolist()
     for number, (start, stop) in enumerate(pairwise(points)):
-        rgba = (*colour, 0.15 + 0.75 * (number + 1) / len(points))
-        pen.connect(mujoco.mjtGeom.mjGEOM_LINE, start, stop, y, _TRACE_PIXELS, rgba)
+        opacity = 0.15 + 0.75 * (number + 1) / len(points)
+        pen.connect(mujoco.mjtGeom.mjGEOM_LINE, start, stop, y, _TRACE_PIXELS, colour, opacity)
 
 
 class _Pen:
@@ -214,27 +245,29 @@ class _Pen:
     def __init__(self, scene: mujoco.MjvScene, length: float) -> None:
         self._add, self.length = partial(add_geom, scene, scene.geoms), length
 
-    def connect(self, kind: int, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+    def connect(
+        self, kind: int, start: Pair, stop: Pair, y: float, width: float, colour: str, opacity: float = 1.0
+    ) -> None:
         """Connect two points x, z (m) of the plane at y by a capsule or bar of half width `width` (m), or by a line.
 
         A line is `width` pixels wide. Nothing connects a point with itself, or with none.
         """
         if not 0.0 < math.dist(start, stop) < math.inf:
             return
-        geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), rgba)
+        geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), (*palette.rgb(colour), opacity))
         if geom is not None:
             ends = (np.array((x, y * self.length, z)) for x, z in (start, stop))
             mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE if kind == _BAR else kind, width, *ends)
             geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
 
-    def bar(self, start: Pair, stop: Pair, y: float, width: float, rgba: tuple[float, ...]) -> None:
+    def bar(self, start: Pair, stop: Pair, y: float, width: float, colour: str) -> None:
         """Connect two points by a square bar."""
-        self.connect(_BAR, start, stop, y, width, rgba)
+        self.connect(_BAR, start, stop, y, width, colour)
 
-    def blob(self, place: Pair, y: float, size: object, slope: float, rgba: tuple[float, ...]) -> None:
+    def blob(self, place: Pair, y: float, size: object, slope: float, colour: str, opacity: float = 1.0) -> None:
         """Add an ellipsoid of three half axes (m) at a point x, z (m) of the plane at y, tilted by a slope (rad)."""
         cosine, sine, centre = math.cos(slope), math.sin(slope), (place[0], y * self.length, place[1])
-        frame = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine))
+        frame, rgba = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine)), (*palette.rgb(colour), opacity)
         self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array(size), np.array(centre), frame, rgba)
 
 

@@ -78,11 +78,6 @@ class Moments:
             marks = np.flatnonzero(np.diff(np.floor(way / (APART * length)), prepend=-1.0))
             self._ways.append((marks, feet[marks]))
 
-    @property
-    def tracks(self) -> bool:
-        """Whether the controller tracked a reference."""
-        return self._reference is not None
-
     def greatest_torque(self, start: float, stop: float) -> float:
         """Greatest finite torque of all joints between two times (s), N m; 0 without one."""
         low, high = np.searchsorted(self._times, (start, stop), side="left")

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -15,7 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from mjbiped.engines.mujoco.scenery import CUT
-from mjbiped.rendering.camera import View
+from mjbiped.rendering.marks import Sign
+from mjbiped.rendering.scene import View
 from mjbiped.terrain.terrain import Terrain
 
 Pixels = NDArray[np.uint8]
@@ -31,20 +31,6 @@ _LEAST_STEP = 5e-4  # m; lower steps are not labelled
 _LEAST_SLOPE = math.radians(0.05)  # gentler slopes are labelled as level
 _REMEMBERED = 256  # words of a font whose picture is kept
 _APART = 0.8  # distance between two labels, in letters
-
-
-class Sign(NamedTuple):
-    """A line of a legend.
-
-    Attributes:
-        colour: RGB of its sign, 0 to 1.
-        name: Name of what it stands for.
-        value: Value with its unit; may be empty.
-    """
-
-    colour: tuple[float, float, float]
-    name: str
-    value: str
 
 
 @lru_cache(maxsize=16)
@@ -127,9 +113,8 @@ class Overlay:
             self._draw.rectangle((left, top, right - 1, low - 1), fill=_PANEL)
             for row, sign in enumerate(signs):
                 middle = top + pitch * (row + 0.75)
-                fill = tuple(round(255 * part) for part in sign.colour)
                 bar = (left + 0.5 * size, middle - 0.16 * size, left + 1.7 * size, middle + 0.16 * size)
-                self._draw.rectangle(bar, fill=(*fill, 255))
+                self._draw.rectangle(bar, fill=sign.colour)
                 self._draw.text((left + 2.2 * size, middle), sign.name, font=font, fill=_TEXT, anchor="lm")
                 self._draw.text((right - 0.5 * size, middle), sign.value, font=font, fill=_TEXT, anchor="rm")
             top = low + self._edge

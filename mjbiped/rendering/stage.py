@@ -13,23 +13,19 @@ import numpy as np
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import torques_of
-from mjbiped.rendering import marks
-from mjbiped.rendering.camera import View, smooth_offsets
 from mjbiped.rendering.chart import Chart
 from mjbiped.rendering.gl import ensure_gl
-from mjbiped.rendering.look import Look, show_section
-from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks
+from mjbiped.rendering.look import Look
+from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks, signed, signs
 from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Overlay, Pixels, Sign, overlay
-from mjbiped.rendering.posed import PosedScene
+from mjbiped.rendering.overlay import Overlay, Pixels, overlay
+from mjbiped.rendering.scene import PosedScene, View, smooth_offsets
 from mjbiped.utils.mujoco import environment, mujoco
-from mjbiped.utils.palette import rgb
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
-_SKY = (0.70, 0.715, 0.73)  # becomes almost white in the scene's light
-_FAR, _WIDE = 40.0, 60.0  # distance of the plain background from the camera and half its size, in leg lengths
+_HORIZON, _ZENITH = (0.90, 0.93, 0.955), (0.74, 0.83, 0.915)  # colours of the sky
+_FAR, _BANDS = 40.0, 16  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
 _ONE_AT_A_TIME = threading.Lock()
 
 _SMOOTHED, _FEW = 4, 640 * 480
@@ -62,6 +58,11 @@ class Film(NamedTuple):
     stop: float
     slow_motion: float = 1.0
     frames: int = 0
+
+    @property
+    def fine(self) -> bool:
+        """Whether edges are smoothed and legs cast shadows: in pictures and in videos of few pixels."""
+        return self.frames == 0 or self.width * self.height <= _FEW
 
 
 class Stage:
@@ -109,9 +110,8 @@ class Stage:
         self._renderer = self._renderer_of(model)
         self._open.callback(self._renderer.close)
         self._scene, self._option, self._eye = self._renderer.scene, mujoco.MjvOption(), mujoco.MjvCamera()
-        show_section(self._option)
-        hidden = {mujoco.mjtRndFlag.mjRND_SHADOW: False, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
-        self._look.set_flags(self._option.flags, self._scene.flags, hidden)
+        usual = {mujoco.mjtRndFlag.mjRND_SHADOW: self._film.fine, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
+        self._look.set_flags(self._option.flags, self._scene.flags, usual)
         self._camera = names.index(name)
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
 
@@ -123,8 +123,8 @@ class Stage:
         """
         platform, size = ensure_gl(), (self._picture, self._film.width)
         model.vis.global_.offheight, model.vis.global_.offwidth = size
-        quality, few = model.vis.quality, self._film.frames == 0 or self._film.width * self._film.height <= _FEW
-        quality.offsamples = _SMOOTHED if few else 0
+        quality = model.vis.quality
+        quality.offsamples = _SMOOTHED if self._film.fine else 0
         quality.numslices, quality.numstacks, quality.numquads = _FACES
         try:
             with environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0")):
@@ -142,7 +142,7 @@ class Stage:
         for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
             data.cam_xpos[self._camera, axis] += np.interp(time, self._walk.samples["time"], offsets)
         self._renderer.update_scene(data, self._eye, self._option)
-        view = View.of(self._scene, self._film.width, self._picture)
+        view = View.of(self._posed.model, data, self._camera, (self._film.width, self._picture))
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
@@ -155,37 +155,27 @@ class Stage:
         return out
 
     def _add_background(self, view: View) -> None:
-        """Add a plain wall far behind: MuJoCo's sky takes a software renderer as long as all the rest."""
-        length = self._robot.leg_length
-        size, place = np.array([_WIDE, _WIDE, 1.0]) * length, view.place + _FAR * length * view.axes[2]
-        box = mujoco.mjtGeom.mjGEOM_BOX
-        geom = add_geom(self._scene, self._scene.geoms, box, size, place, view.axes.T.ravel(), (*_SKY, 1.0))
-        geom.emission = 1.0
+        """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
+        far, geoms, box = _FAR * self._robot.leg_length, self._scene.geoms, mujoco.mjtGeom.mjGEOM_BOX
+        high = view.half * (1.0 if view.orthographic else far)
+        half = 0.5 * high / _BANDS
+        size = np.array([high * self._film.width / self._picture, half, 1e-3])
+        for band in range(-_BANDS, _BANDS):
+            place = view.place - far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
+            colour = np.array(_HORIZON) + max(0.0, band / _BANDS) * np.subtract(_ZENITH, _HORIZON)
+            add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0))
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""
         elements, low = self._look.elements, 0
         if "caption" in elements:
             right, low = over.caption(caption(moment, self._film.slow_motion))
-            over.legend(self._signs(moment), (right, low), outcome)
+            over.legend(signs(moment, self._robot, elements), (right, low), outcome)
         if "scale" in elements:
             start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
             over.scale(stop - start, low + 0.6 * over.letter)
         if "labels" in elements:
             over.ground_labels(self._terrain, view, self._robot.leg_length)
-
-    def _signs(self, moment: Moment) -> Iterator[Sign]:
-        """Lines of the legend."""
-        elements = self._look.elements
-        if "torque" in elements:
-            for signal, torque in zip(torques_of(type(self._robot)), moment.torque, strict=True):
-                yield Sign(rgb(signal.colour), f"{signal.name} torque", f"{signed(torque)} N m")
-        if "force" in elements:
-            yield Sign(marks.FORCE_COLOUR, "ground force", f"{math.hypot(*moment.force):.0f} N")
-        if "estimate" in elements and math.isfinite(moment.slope_estimate):
-            yield Sign(marks.ESTIMATE_COLOUR, "slope estimate", f"{signed(math.degrees(moment.slope_estimate))}°")
-        if "ghost" in elements and self._moments.tracks:
-            yield Sign(marks.GHOST_COLOUR, "reference", "")
 
 
 def caption(moment: Moment, slow_motion: float) -> list[str]:
@@ -199,8 +189,3 @@ def caption(moment: Moment, slow_motion: float) -> list[str]:
     elif slow_motion < 1.0:
         lines.append(f"time lapse {1.0 / slow_motion:.3g}×")
     return lines
-
-
-def signed(number: float) -> str:
-    """Format a number with its sign and one digit; zero never has a minus sign."""
-    return f"{round(number, 1) + 0.0:+.1f}".replace("-", "−")

@@ -7,16 +7,18 @@ them together with the elements of `mjbiped.rendering.look.ELEMENTS`. OpenGL is 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+import subprocess
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import repeat
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.look import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.stage import Film, Stage
@@ -34,6 +36,15 @@ FASTEST_GIF = 50
 """Greatest frame rate of a .gif, 1/s: the format counts hundredths of a second, and viewers show one as a tenth."""
 
 _TYPICAL = 8  # frames from which a palette is made
+_H264 = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "superfast"]
+_H264 += ["-x264-params", "mbtree=1:rc-lookahead=10", "-sws_flags", "fast_bilinear", "-movflags", "+faststart"]
+"""Files of these pictures are as small as with the preset "veryfast", in two thirds of the time."""
+_PALETTE = (
+    "split[first][all];[first]trim=end_frame={0},palettegen=max_colors=96:reserve_transparent=0[palette];"
+    "[all]trim=start_frame={0},setpts=PTS-STARTPTS[shown];[shown][palette]paletteuse=dither=none:diff_mode=rectangle"
+)
+"""Filter that makes the palette of a .gif from its first frames, and drops these."""
+_LAST_WORDS = 300  # characters of an encoder's complaint
 
 
 def render_video(
@@ -78,14 +89,13 @@ def render_video(
     if path is not None and path.suffix.lower() not in SUFFIXES:
         raise InputError(f"a video is a file of {' or '.join(SUFFIXES)}; cannot render to {shown(path.name)}")
     gif = path is not None and path.suffix.lower() == ".gif"
-    _check_size(width, height)
+    first, last = _checked(walk, width, height)
     if not gif and (width % 2 or height % 2):
         raise InputError(f"H.264 needs an even width and height in pixels, got {width} x {height}")
     fps = domains.FPS.check("fps", fps)
     if gif and fps > FASTEST_GIF:
         raise InputError(f"a .gif shows at most {FASTEST_GIF} frames per second, got fps = {fps}")
     slow_motion = domains.SLOW_MOTION.check("slow_motion", slow_motion)
-    first, last = _span(walk)
     inside = domains.Domain(first, last, "s of the record")
     begin = first if start is None else inside.check("start", start)
     end = last if stop is None else inside.check("stop", stop)
@@ -100,13 +110,23 @@ def render_video(
                 yield stage.frame(begin + number / (slow_motion * fps))
             yield from repeat(stage.frame(end, with_outcome=end == last), round(LAST_FRAME_HELD * fps))
 
-        if path is None:
-            show(all_frames(), fps)
+        def write(file: Path) -> None:
+            typical = [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)] if gif else []
+            with encoder(file, width, height, fps, typical) as add:
+                for frame in all_frames():
+                    add(frame)
+
+        if path is not None:
+            with saved(path, RenderError) as unfinished:
+                write(unfinished)
             return
-        typical = [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)] if gif else []
-        with saved(path, RenderError) as unfinished, encoder(unfinished, width, height, fps, typical) as add:
-            for frame in all_frames():
-                add(frame)
+        import mediapy  # when needed, because this takes long
+        from IPython.display import HTML, display  # a notebook has it
+
+        with TemporaryDirectory() as folder:
+            write(Path(folder) / "walk.mp4")
+            content = (Path(folder) / "walk.mp4").read_bytes()
+        display(HTML(mediapy.html_from_compressed_video(content, width, height)))  # type: ignore[no-untyped-call]
 
 
 def render_frame(
@@ -137,31 +157,74 @@ def render_frame(
         InputError: An argument is outside its domain.
         RenderError: No OpenGL platform works.
     """
-    _check_size(width, height)
-    begin, end = _span(walk)
+    begin, end = _checked(walk, width, height)
     times = domains.Domain(begin, end, "s of the record").array("time", time, None)
     with Stage.open(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
         frames = np.array([stage.frame(each) for each in times.ravel().tolist()])
     return frames.reshape(*times.shape, height, width, 3)
 
 
-def _check_size(width: int, height: int) -> None:
-    """Check the size of a frame.
+def _checked(walk: Walk, width: int, height: int) -> tuple[float, float]:
+    """Check the size of a frame, and return the first and the last time of a record, s.
 
     Raises:
         InputError: A size is not a whole number of pixels from 64 to 4096.
+        RenderError: The record holds no samples.
     """
     domains.PIXELS.check("width", width)
     domains.PIXELS.check("height", height)
-
-
-def _span(walk: Walk) -> tuple[float, float]:
-    """First and last time of a record, s.
-
-    Raises:
-        RenderError: It holds no samples.
-    """
     time = walk.samples["time"]
     if not len(time):
         raise RenderError("the record holds no samples: there is nothing to show")
     return float(time[0]), float(time[-1])
+
+
+@contextmanager
+def encoder(
+    path: Path, width: int, height: int, fps: int, typical: Sequence[Pixels] = ()
+) -> Iterator[Callable[[Pixels], None]]:
+    """Open a video for a block, which gets a function that adds a frame.
+
+    Args:
+        path: File to write, `.mp4` or `.gif`.
+        width: Width, pixels.
+        height: Height, pixels.
+        fps: Frames per second.
+        typical: Frames with the colours of all frames, for the palette of a `.gif`.
+
+    Raises:
+        RenderError: There is no encoder, or it fails.
+    """
+    import imageio_ffmpeg  # when needed, because this takes long
+
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-"]
+    output = ["-vf", _PALETTE.format(len(typical))] if path.suffix == ".gif" else _H264
+    try:
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-loglevel", "error", "-y", *given, *output, str(path)]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    except (RuntimeError, OSError) as error:
+        raise RenderError(f"the video encoder failed: {error}") from error
+
+    pipe = process.stdin
+    assert pipe is not None  # mypy cannot tell
+
+    def failed() -> RenderError:  # once the encoder has ended
+        said = process.communicate()[1].decode(errors="replace").strip()[-_LAST_WORDS:]
+        return RenderError(f"the video encoder failed: {said or f'it ended with status {process.returncode}'}")
+
+    def add(frame: Pixels) -> None:
+        try:
+            pipe.write(frame.data)
+        except BrokenPipeError:
+            raise failed() from None
+
+    try:
+        for frame in typical:
+            add(frame)
+        yield add
+        failure = failed()
+        if process.returncode or not path.exists():
+            raise failure
+    finally:
+        process.kill()
+        process.communicate()

@@ -16,10 +16,9 @@ from mjbiped.engines.mujoco.run import MujocoRun, stepped
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
-from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.marks import Scales
 from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
-from mjbiped.rendering.posed import PosedScene, place
+from mjbiped.rendering.scene import PosedScene, fit_cameras, place
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
 

@@ -13,9 +13,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from mjbiped.errors import RenderError, shortened
-from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.look import Look, show_section
-from mjbiped.rendering.marks import draw_marks
+from mjbiped.rendering.look import Look
+from mjbiped.rendering.marks import draw_marks, signs
 from mjbiped.rendering.moments import Moment
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
@@ -59,7 +58,6 @@ def view(player: Player, look: Look, *, seconds: float | None = None) -> None:
     _prepare(player)
     with _opened(viewer, player) as window:
         with window.lock():
-            show_section(window.opt)
             look.set_flags(window.opt.flags, window.user_scn.flags, {})
             camera = _Camera(window.cam, player.source.moment(), player.source.robot.leg_length)
         shown = player.source.model
@@ -205,14 +203,11 @@ def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
         ("speed", speed),
         ("slope", f"{math.degrees(moment.slope):+.1f} deg"),
     ]
-    if math.isfinite(moment.slope_estimate):
-        mark = f" ({IN_WORDS[SIGNALS['slope_estimate'].colour]} line)" if "estimate" in elements else ""
-        lines.append((f"slope estimate{mark}", f"{math.degrees(moment.slope_estimate):+.1f} deg"))
-    if "torque" in elements:
-        for signal, torque in zip(torques_of(type(player.source.robot)), moment.torque, strict=True):
-            lines.append((f"{signal.name} torque ({IN_WORDS[signal.colour]} arc)", f"{torque:+.1f} N m"))
-    if "force" in elements:
-        lines.append(("ground force (black arrow)", f"{math.hypot(*moment.force):.0f} N"))
+    lines += [
+        (f"{sign.name} ({IN_WORDS[sign.colour]} {sign.mark})", plain(sign.value))
+        for sign in signs(moment, player.source.robot, elements)
+        if sign.value
+    ]
     names, values = zip(*lines, strict=True)
     return "\n".join(names), "\n".join(values)
 

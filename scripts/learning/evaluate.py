@@ -39,7 +39,7 @@ SHOWN = 10.0
 """Of a walk in its video, s."""
 SMALL_SHOWN = 4.0
 """The same of the last policy's on the page, s."""
-SMALL: Mapping[str, Any] = {"width": 640, "height": 360, "fps": 12, "hide": ("chart", "labels")}
+SMALL: Mapping[str, Any] = {"width": 544, "height": 306, "fps": 10, "hide": "chart"}
 
 COMPARED: Mapping[str, Mapping[str, tuple[str, int]]] = {
     "returns": {"return": ("return", 0)},

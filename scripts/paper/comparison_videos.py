@@ -12,9 +12,8 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.rendering.encoding import encoder
 from mjbiped.rendering.overlay import Pixels, overlay
-from mjbiped.rendering.video import render_frame
+from mjbiped.rendering.video import encoder, render_frame
 from mjbiped.reproduction.cell import SAMPLED, cell
 from mjbiped.reproduction.reproduce import TABLE
 from mjbiped.reproduction.rows import read_rows

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from mjbiped.rendering.camera import View
 from mjbiped.rendering.gl import ensure_gl, gl_available
+from mjbiped.rendering.scene import View
 
 SCENE = """
 <mujoco><visual><headlight ambient="1 1 1"/></visual><worldbody>
@@ -28,6 +28,6 @@ def test_pixels_of_places(camera: str, place: tuple[float, float, float]) -> Non
     with mujoco.Renderer(model, 240, 320) as renderer:
         renderer.update_scene(data, camera)
         rows, columns = np.nonzero(renderer.render().max(axis=2) > 100)
-        found = View.of(renderer.scene, 320, 240).pixel(*place)
+        found = View.of(model, data, model.camera(camera).id, (320, 240)).pixel(*place)
     # pixels' middles are half a pixel from their corner; a ball off the axis looks a little oval
     assert found == pytest.approx((columns.mean() + 0.5, rows.mean() + 0.5), abs=0.6)

@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from mjbiped.errors import RenderError
-from mjbiped.rendering.encoding import encoder, show
 from mjbiped.rendering.overlay import Pixels
+from mjbiped.rendering.video import encoder
 
 
 def frames(count: int) -> list[Pixels]:
@@ -107,17 +107,3 @@ def test_an_interrupted_video_leaves_no_process(
 def test_an_error_of_who_draws_is_not_the_encoders(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="of the disk"), encoder(tmp_path / "a.mp4", 96, 64, 25):
         raise OSError("of the disk")
-
-
-def test_a_notebook_shows_a_video(monkeypatch: pytest.MonkeyPatch) -> None:
-    displayed: list[Any] = []
-    monkeypatch.setattr("IPython.display.display", displayed.append)
-    show(iter(frames(5)), 25)
-    [page] = displayed
-    assert "data:video/mp4;base64," in page.data
-
-
-def test_a_notebook_is_told_of_a_failing_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: str(tmp_path / "missing"))
-    with pytest.raises(RenderError, match="the video encoder failed"):
-        show(iter(frames(2)), 25)

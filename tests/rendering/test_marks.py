@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.records.signals import torques_of
+from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.marks import (
-    ESTIMATE_COLOUR,
     FORCE_COLOUR,
     GHOST_COLOUR,
     MOST_GEOMS,
@@ -27,6 +26,7 @@ from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
 ANKLE_COLOUR, HIP_COLOUR = (rgb(signal.colour) for signal in torques_of(mjbiped.Compass))
+ESTIMATE_COLOUR = rgb(SIGNALS["slope_estimate"].colour)
 SCALES = Scales(torque=10.0, force=ROBOT.weight)
 MODEL = mujoco.MjModel.from_xml_string("<mujoco/>")
 EVERYTHING = ("torque", "force", "ghost", "estimate", "traces", "shadows")
@@ -74,13 +74,8 @@ def ends(geom: mujoco.MjvGeom) -> tuple[Places, Places]:
 
 
 def of_colour(geoms: list[mujoco.MjvGeom], colour: tuple[float, float, float]) -> list[mujoco.MjvGeom]:
-    """Those whose colour is this one, or a paler one."""
-    found = []
-    for geom in geoms:
-        pale = (geom.rgba[:3] - colour) / (1.0 - np.array(colour))
-        if np.ptp(pale) < 1e-5 and pale[0] > -1e-5:
-            found.append(geom)
-    return found
+    """Those of this colour."""
+    return [geom for geom in geoms if np.allclose(geom.rgba[:3], colour, atol=1e-5)]
 
 
 def test_soles_lie_along_the_ground_under_either_foot() -> None:
@@ -134,7 +129,7 @@ def test_the_sweep_is_monotone(one: float, other: float) -> None:
 @pytest.mark.parametrize("force", [(0.0, 98.1), (30.0, 80.0), (-30.0, 120.0)])
 def test_the_force_points_along_the_force_into_the_foot(force: Pair) -> None:
     at = moment(force=force)
-    shaft, *barbs = of_colour(marks(at, "force"), FORCE_COLOUR)
+    shaft, *barbs = of_colour(marks(at, "force"), rgb(FORCE_COLOUR))
     tail, tip = ends(shaft)
     assert tip == pytest.approx(foot_of(ROBOT, at.qpos[:2], at.qpos[2]), abs=1e-6)
     assert tip - tail == pytest.approx(0.27 * np.array(force) / ROBOT.weight, abs=1e-6)
@@ -155,7 +150,7 @@ def test_the_estimate_is_a_line_through_the_foot() -> None:
 def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
     foot = np.array(foot_of(ROBOT, moment().qpos[:2], moment().qpos[2]))
     at = moment(reference=tracked_posture(ROBOT, tuple(foot), 0, moment().slope, (0.1, -0.3), 0.0))
-    stance, swing = of_colour(marks(at, "ghost"), GHOST_COLOUR)
+    stance, swing = of_colour(marks(at, "ghost"), rgb(GHOST_COLOUR))
     hip = foot + np.array((math.sin(0.1 + at.slope), math.cos(0.1 + at.slope)))
     for leg, angle in ((stance, 0.1), (swing, -0.3)):
         there = sorted(map(tuple, ends(leg)), key=lambda place: -place[1])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from mjbiped.rendering.camera import View
-from mjbiped.rendering.overlay import Pixels, Sign, overlay
+from mjbiped.rendering.marks import Sign
+from mjbiped.rendering.overlay import Pixels, overlay
+from mjbiped.rendering.scene import View
 from mjbiped.terrain.terrain import Terrain
 
 
@@ -18,7 +19,7 @@ def test_caption_and_legend_do_not_overlap(width: int) -> None:
     with overlay(caption, 360) as over:
         beside = over.caption(["t = 12.34 s   step 16", "slope +3.0°   estimate −2.9°"])
     with overlay(legend, 360) as over:
-        over.legend([Sign((1.0, 0.0, 0.0), "ankle torque", "−12.3 N m")], beside)
+        over.legend([Sign("#FF0000", "ankle torque", "arc", "−12.3 N m")], beside)
     assert not ((caption != 200) & (legend != 200)).any()
     rows, columns = (np.flatnonzero((caption != 200).any(axis=(axis, 2))) for axis in (1, 0))
     assert (columns.max() + 1, rows.max() + 1) == beside
@@ -50,8 +51,8 @@ def test_the_scale_is_as_long_as_it_says(pixels_per_metre: float) -> None:
 
 def test_labels_say_what_the_ground_is() -> None:
     terrain = Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 3.0, -0.02), (0.02, 1.0, 0.0), (5.0, -1.5, 0.006)])
-    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
-    view = View((640, 360), np.array([2.5, -5.0, 0.5]), axes, (0.0, 2.5, 0.0, 1.4), orthographic=True)
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    view = View((640, 360), np.array([2.5, -5.0, 0.5]), axes, 1.4, orthographic=True)
     frame = blank()
     with overlay(frame, 360) as over:
         labels = over.ground_labels(terrain, view, 1.0)

@@ -5,8 +5,7 @@
   tilted box has leaning ends, and a step beside it would stand before or behind its place;
 * a step gets a frictionless **riser**, a plate behind its face by the foot's radius: the end of the leg meets it there;
 * about a riser's face the lower ground is a box of its own, the **sill**, which goes on behind the face: a foot that
-  comes down along a riser would be held between the riser and the end of a piece of ground, as in a vice;
-* every slope change and step edge gets a stripe that only the eye meets.
+  comes down along a riser would be held between the riser and the end of a piece of ground, as in a vice.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
 built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.engines.mujoco.ground_window`).
@@ -131,7 +130,7 @@ class Ground:
         """Build ground.
 
         Args:
-            spec: The scene, with default classes "terrain", "riser" and "edge".
+            spec: The scene, with default classes "terrain" and "riser".
             pieces: Neighbours.
         """
         for name, segments, kind in pieces:
@@ -143,9 +142,7 @@ class Ground:
             else:
                 _add_box(spec, name, *corners[0], self.terrain.angle[segments[0]])
         for index in range(pieces[0].segments.start or 1, pieces[-1].segments.stop):
-            rise = self.terrain.rises[index]
-            _add_edge(spec, f"edge_{index}", self.terrain.x[index], self.terrain.z[index], rise)
-            if abs(rise) > EDGE:
+            if abs(self.terrain.rises[index]) > EDGE:
                 _add_riser(spec, f"riser_{index}", self.terrain, index)
                 self._add_sill(spec, index)
 
@@ -214,9 +211,3 @@ def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> 
     inward = 1.0 if rise > 0.0 else -1.0
     place = [x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2]
     _add(spec, "riser", name, size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2], pos=place)
-
-
-def _add_edge(spec: mujoco.MjSpec, name: str, x: float, z: float, rise: float) -> None:
-    """A stripe across the ground where the slope changes (dark) or a step stands (red); for the eye only."""
-    seen = {"size": [0.006, HALF_WIDTH + 0.002, 0.0015], "material": "step_edge" if rise != 0.0 else "slope_edge"}
-    _add(spec, "edge", name, pos=[x, 0.0, max(z, z - rise)], **seen)

@@ -87,7 +87,7 @@ class GroundWindows:
             first, last = pieces[0].segments[0], pieces[-1].segments[-1]
             begins, ends = first == 0, last == len(ground.stops) - 1
             if self.scenery:
-                add_section(spec, ground.profile(pieces), self.robot.leg_length, begins=begins)
+                add_section(spec, ground, pieces, self.robot.leg_length)
             else:
                 for texture in spec.textures:
                     texture.width = texture.height = _COARSE

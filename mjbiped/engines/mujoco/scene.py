@@ -130,8 +130,8 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length, bodies = robot.leg_length, robot.bodies
     spec.body("hip").mass = _hip_mass(robot)
-    hip = spec.geom("hip_visual")
-    hip.size, hip.fromto = length * hip.size, length * hip.fromto
+    for shown in spec.body("hip").geoms:
+        shown.size, shown.fromto = length * shown.size, length * shown.fromto
     riser = spec.find_default("riser").geom
     riser.solref[:2] = [-PUSHED_OUT / timestep, -1.0 / timestep]
     stop = [-LOCK_STIFFNESS, -1.0 / timestep]
@@ -176,7 +176,8 @@ def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: Segment) -> No
     foot, tip = spec.geom(f"{limb.name}_foot"), spec.geom(f"{limb.name}_tip")
     foot.pos = _down(limb, last, end - robot.radius, 0.0)
     foot.size = [robot.radius + FOOT_RADIUS, 0.0, 0.0]
-    tip.size, tip.pos = length * tip.size, _down(limb, last, end - 0.024 * length, y)
+    tip.size = length * tip.size
+    tip.pos = _down(limb, last, end - tip.size[0], y)
     if robot.radius:
         _add_arc(spec, limb, last, robot.radius, y)
 
@@ -192,6 +193,9 @@ def _set_foot(spec: mujoco.MjSpec, limb: Limb, foot: Foot, last: float, length: 
     thick = 0.2 * foot.height
     sole.size = [0.5 * (foot.behind + foot.ahead), length * sole.size[1], thick]
     sole.pos = [0.5 * (foot.ahead - foot.behind), y, thick - foot.height]
+    shoe = spec.geom(f"{limb.name}_shoe")
+    shoe.size = [0.8 * sole.size[0], 0.8 * sole.size[1], 0.8 * foot.height]
+    shoe.pos = [sole.pos[0], y, -0.6 * foot.height]
     if foot.box:
         of = spec.find_default("foot").geom
         sole.contype, sole.condim, sole.priority, sole.solimp = of.contype, of.condim, of.priority, of.solimp
@@ -241,5 +245,6 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
     body.ipos = [x, 0.0, z]
     body.inertia = [_inertia(segment, length)] * 3
     shown.size, bulge.size = length * shown.size, length * bulge.size
+    bulge.size[2] = min(bulge.size[2], max(bulge.size[0], min(segment.centre, segment.length - segment.centre)))
     shown.fromto = [0.0, y, 0.0, *_down(limb, segment, segment.length, y)]
     bulge.pos = _down(limb, segment, segment.centre, y)

@@ -7,51 +7,66 @@ which the eye sees a slope of a degree.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.engines.mujoco.ground import Ground, Piece
 from mjbiped.utils.mujoco import mujoco
 
 CUT = 0.075
 """How far before the robot's plane the ground is cut, in leg lengths: just before its legs and feet."""
 
-_BACK = 0.6  # of the ground behind the robot's plane, in leg lengths
+_BACK = 9.0  # of the ground behind the robot's plane, in leg lengths; there it has the sky's colour
 _DEPTH = 2.0  # of the cut, in leg lengths
 _BEYOND = 8.0  # ground seen behind its beginning, where the first segment goes on without end, in leg lengths
 _EDGE = 0.011  # thickness of the profile's line, in leg lengths: four pixels
 _LINE = 0.004  # thickness of a level line, in leg lengths: more than a pixel, or it would come and go
 _PITCH = 0.1  # between level lines, in leg lengths, then rounded to a power of ten in m
 _MOST_LINES = 300
-_BEFORE = 5e-4  # of line before cut, and edge before line, in leg lengths: no two faces in one plane
+_STRIPE, _STRIPES = 0.006, 0.5  # width of the stripes across the ground, and the distance between them, in leg lengths
+_BEFORE = 5e-4  # of line before cut, edge before line, and stripes over ground, in leg lengths: no faces in one plane
 
 Points = NDArray[np.float64]
 
 
-def add_section(
-    spec: mujoco.MjSpec, profile: Sequence[tuple[float, float]], leg_length: float, *, begins: bool
-) -> None:
+def add_section(spec: mujoco.MjSpec, ground: Ground, pieces: list[Piece], leg_length: float) -> None:
     """Add the ground as it is seen from the side; nothing can touch it.
 
     Args:
         spec: The scene, with a default class "scenery".
-        profile: Points (x, z) of the ground, m; two above each other where there is a step.
+        ground: The terrain, cut into pieces.
+        pieces: Those that are seen; the terrain's first segment goes on backwards.
         leg_length: Of the robot, m, which all that is seen follows.
-        begins: Whether the terrain's first segment is the first here; it goes on backwards.
     """
-    points = np.array(profile)
-    if begins:
+    points = np.array(ground.profile(pieces))
+    if pieces[0].segments.start == 0:
         fall = (points[1] - points[0]) / (points[1, 0] - points[0, 0])
         points = np.vstack([points[0] - _BEYOND * leg_length * fall, points])
     from_, to = points[:-1], points[1:]
     down, cut, before = np.array([0.0, _DEPTH * leg_length]), -CUT * leg_length, _BEFORE * leg_length
-    _add_quads(spec, "earth", cut, from_, to, from_ - down, to - down)
-    _add_quads(spec, "level_line", cut - before, *_level_lines(from_, to, leg_length))
-    _add_quads(spec, "profile_line", cut - 2.0 * before, *_edges(from_, to, _EDGE * leg_length))
-    back = _BACK * leg_length
-    surface = np.concatenate([_at(cut, from_), _at(cut, to), _at(back, to), _at(back, from_)])
-    _add_mesh(spec, "surface", surface)
+    _add_cut(spec, "earth", cut, from_, to, from_ - down, to - down)
+    _add_cut(spec, "level_line", cut - before, *_level_lines(from_, to, leg_length))
+    _add_cut(spec, "profile_line", cut - 2.0 * before, *_edges(from_, to, _EDGE * leg_length))
+    _add_floor(spec, "surface", from_, to, leg_length)
+    pitch = _STRIPES * leg_length
+    starts = pitch * np.arange(math.ceil(points[0, 0] / pitch), math.floor(points[-1, 0] / pitch))
+    edges = (starts, starts + _STRIPE * leg_length)
+    left, right = (np.stack([x, np.interp(x, *points.T) + before], axis=1) for x in edges)
+    _add_floor(spec, "stripe", left, right, leg_length)
+
+
+def _add_cut(
+    spec: mujoco.MjSpec, name: str, y: float, left: Points, right: Points, low_left: Points, low_right: Points
+) -> None:
+    """Add faces in the plane at y by their corners (x, z), which become paler downwards."""
+    _add_mesh(spec, name, *(_at(y, each) for each in (right, left, low_left, low_right)))
+
+
+def _add_floor(spec: mujoco.MjSpec, name: str, from_: Points, to: Points, leg_length: float) -> None:
+    """Add faces from the cut backwards, which become paler far away."""
+    cut, back = -CUT * leg_length, _BACK * leg_length
+    _add_mesh(spec, name, _at(cut, from_), _at(cut, to), _at(back, to), _at(back, from_))
 
 
 def _at(y: float, points: Points) -> Points:
@@ -59,19 +74,17 @@ def _at(y: float, points: Points) -> Points:
     return np.insert(points, 1, y, axis=1)
 
 
-def _add_quads(spec: mujoco.MjSpec, name: str, y: float, *corners: Points) -> None:
-    """Add faces in the plane at y: upper left, upper right, lower left, lower right corners (x, z) of each."""
-    upper_left, upper_right, lower_left, lower_right = (_at(y, each) for each in corners)
-    _add_mesh(spec, name, np.concatenate([lower_left, lower_right, upper_right, upper_left]))
+def _add_mesh(spec: mujoco.MjSpec, name: str, *corners: Points) -> None:
+    """Add four-cornered faces: the first corners of all, their second ones, and so on, counterclockwise.
 
-
-def _add_mesh(spec: mujoco.MjSpec, name: str, corners: Points) -> None:
-    """Add four-cornered faces: all their first corners, all their second ones, and so on, counterclockwise."""
-    count = len(corners) // 4
+    The mesh has the material of its name, whose texture runs from its middle at the first two corners to its end.
+    """
+    count = len(corners[0])
     a, b, c, d = (np.arange(count) + k * count for k in range(4))
     spec.add_mesh(
         name=name,
-        uservert=corners.ravel(),
+        uservert=np.concatenate(corners).ravel(),
+        usertexcoord=np.repeat([(0.5, 0.5), (0.5, 0.99)], 2 * count, axis=0).ravel(),
         userface=np.stack([a, b, c, a, c, d], axis=1).ravel(),
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )

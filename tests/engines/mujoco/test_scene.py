@@ -32,7 +32,7 @@ def scene_of(terrain: mjbiped.Terrain, ground: str = "auto", robot: mjbiped.Comp
 def ground_below(scene: Scene, data: mujoco.MjData, x: float) -> float:
     """Height at which a vertical ray meets what the feet collide with, m."""
     hit = np.zeros(1, dtype=np.int32)
-    groups = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)  # terrain alone: no stripes, no robot
+    groups = np.array([0, 0, 0, 1, 0, 0], dtype=np.uint8)  # what collides, and nothing that is only seen
     start = 10.0
     distance = mujoco.mj_ray(scene.model, data, [x, 0.0, start], [0.0, 0.0, -1.0], groups, 1, -1, hit, None)
     assert distance >= 0.0, f"no ground under x = {x}"
@@ -60,8 +60,8 @@ def test_auto_chooses_plane_boxes_and_heightfields() -> None:
     kinds = {
         name: {
             mujoco.mjtGeom(int(kind)).name
-            for kind, plain in zip(scene.model.geom_type, scene.model.geom_group, strict=True)
-            if plain == 0
+            for kind, body in zip(scene.model.geom_type, scene.model.geom_bodyid, strict=True)
+            if body == 0
         }
         for name, scene in ((name, scene_of(terrain)) for name, terrain in TERRAINS.items())
     }

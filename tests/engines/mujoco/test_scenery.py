@@ -20,7 +20,7 @@ TERRAINS = {
     "up and down": Terrain.from_segments([(1.0, 0.0, 0.0), (1.0, 5.0, 0.03), (1.0, -4.0, -0.05)]),
     "rough": Terrain.random(seed=3),
 }
-MESHES = ("surface", "earth", "level_line", "profile_line")
+MESHES = ("surface", "stripe", "earth", "level_line", "profile_line")
 
 
 def corners(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
@@ -40,7 +40,7 @@ def test_the_section_is_the_terrain_and_only_for_the_eye(name: str) -> None:
         geom = model.geom(mesh)
         assert not geom.contype[0]
         assert not geom.conaffinity[0]
-        assert geom.group[0] == 4
+        assert geom.group[0] == 2  # which MuJoCo shows, and not the group of what collides
     surface = corners(model, "surface")
     heights = np.array([[terrain.height_at(x - 1e-5), terrain.height_at(x + 1e-5)] for x in surface[:, 0]])
     # MuJoCo keeps meshes in single precision: 1e-7 of a size of 30 m
@@ -53,5 +53,5 @@ def test_the_section_is_the_terrain_and_only_for_the_eye(name: str) -> None:
     over = lines[:, 2] - np.array([max(terrain.height_at(x - 1e-4), terrain.height_at(x + 1e-4)) for x in lines[:, 0]])
     assert over.max() < 3e-4 * steepness**2  # single precision, and the places asked for lie 1e-4 m apart
     pitch = 10.0 ** round(math.log10(0.1))
-    upper = lines[len(lines) // 2 :, 2] / pitch  # upper corners come last
+    upper = lines[: len(lines) // 2, 2] / pitch  # upper corners come first
     assert np.abs(upper - np.round(upper)).max() < 1e-3 * steepness

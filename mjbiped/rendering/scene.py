@@ -1,22 +1,28 @@
-"""Scene of a recorded walk, in which the robot is set to recorded postures; nothing is simulated."""
+"""Scene of a recorded walk, in which the robot is set to recorded postures; its cameras, and their view in pixels."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import scipy
+from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
-from mjbiped.rendering.camera import fit_cameras
 from mjbiped.rendering.moments import Moment
 from mjbiped.utils.mujoco import mujoco
 
 _SIGHT = 6.0  # length of ground beyond what the record or a frame needs, in leg lengths
 _TOUCHING = 2e-4  # distance of foot and ground within which MuJoCo finds contacts to show, in leg lengths
 _SAME = 1e-9  # times that differ by less are the same, s
+
+_CALM = 0.35  # standard deviation of the Gaussian that smooths the path, s: half a step
+_REACH = 30  # samples of the path on either side that the Gaussian reaches
+_MOST_PLACES = 1_000_000  # greatest number of samples of the path; in ten hours of walking the Gaussian widens
 
 
 class PosedScene:
@@ -95,3 +101,66 @@ def place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)
+
+
+def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
+    """Return the offsets from the centre of mass to a smoothed path of it, which the camera follows.
+
+    Args:
+        walk: The record.
+
+    Returns:
+        Offsets in x and z at each sample, m, shape (samples, 2).
+    """
+    time, centre = walk.samples["time"], walk.robot.centre_of_mass(walk.samples["qpos"])
+    if len(time) < 2 or time[-1] == time[0]:
+        return np.zeros_like(centre)
+    pitch = max(_CALM / 10.0, (time[-1] - time[0]) / _MOST_PLACES)
+    even = np.arange(time[0], time[-1] + pitch, pitch)
+    path = np.stack([np.interp(even, time, places) for places in centre.T], axis=1)
+    # continued beyond both ends by point reflection, so that the camera neither lags at the start nor stops early
+    padded = np.pad(path, ((_REACH, _REACH), (0, 0)), mode="reflect", reflect_type="odd")
+    smoothed = scipy.ndimage.gaussian_filter1d(padded, 10.0, axis=0, radius=_REACH)[_REACH:-_REACH]
+    smooth = np.stack([np.interp(time, even, places) for places in smoothed.T], axis=1)
+    return np.asarray(smooth - centre, dtype=np.float64)
+
+
+def fit_cameras(model: mujoco.MjModel, leg_length: float) -> None:
+    """Move a scene's cameras, which are made for legs of 1 m, to see a robot with another leg length (m)."""
+    model.cam_poscom0[:] += (leg_length - 1.0) * model.cam_pos
+    flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
+    model.cam_fovy[flat] *= leg_length
+    model.stat.extent *= leg_length
+
+
+class View(NamedTuple):
+    """Projection of places to pixels by a camera of a scene.
+
+    Attributes:
+        size: Width and height of the picture, pixels.
+        place: Place of the camera, m.
+        axes: Right, up and backward directions of the camera, as rows.
+        half: Half height of the visible region at distance 1; in m for an orthographic camera.
+        orthographic: Whether sizes are the same at all distances.
+    """
+
+    size: tuple[int, int]
+    place: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    half: float
+    orthographic: bool
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, data: mujoco.MjData, camera: int, size: tuple[int, int]) -> View:
+        """Return the view of the camera with this number in a picture of the given width and height in pixels."""
+        orthographic = bool(model.cam_projection[camera] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC)
+        angle = float(model.cam_fovy[camera])
+        half = 0.5 * angle if orthographic else math.tan(math.radians(0.5 * angle))
+        return cls(size, data.cam_xpos[camera].copy(), data.cam_xmat[camera].reshape(3, 3).T.copy(), half, orthographic)
+
+    def pixel(self, x: float, y: float, z: float) -> tuple[float, float]:
+        """Return column and row of a place (m)."""
+        right, up, behind = (self.axes @ (np.array((x, y, z)) - self.place)).tolist()
+        width, height = self.size
+        share = 0.5 * height / self.half / (1.0 if self.orthographic else -behind)
+        return 0.5 * width + share * right, 0.5 * height - share * up
