@@ -4,14 +4,13 @@
 """
 
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
-from mjbiped.controllers.adaptive import AdaptiveController
+from mjbiped.controllers.adaptive import AdaptiveController, KneedController
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, BoundedKneedController
 from mjbiped.controllers.bounded.supervisor import SupervisedController
 from mjbiped.controllers.comparison.energy_constraint import EnergyConstraintController
 from mjbiped.controllers.comparison.kinetic_energy import KineticEnergyController
 from mjbiped.controllers.comparison.limit_cycle import LimitCycleController
 from mjbiped.controllers.comparison.passivity import PassivityController
-from mjbiped.controllers.kneed import KneedController
 from mjbiped.controllers.library import LibraryController
 from mjbiped.controllers.passive import PassiveController
 from mjbiped.controllers.policy import PolicyController

@@ -19,8 +19,7 @@ from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
 from .robots.footed import FootedCompass
 from .robots.kneed import KneedBiped
-from .robots.round import RoundCompass
-from .robots.round_kneed import RoundKneed
+from .robots.round import RoundCompass, RoundKneed
 from .robots.wheel import RimlessWheel
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many

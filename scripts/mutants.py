@@ -37,7 +37,7 @@ WANTED = 0.95
 _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 _WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
 ROOMS = {
-    "controllers/kneed.py": ("control_laws/test_kneed.py",),
+    "controllers/adaptive.py": ("control_laws/test_kneed.py",),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py", _WALKS, _EQUATIONS),
     _HYBRID + "guards.py": (
         "engines/hybrid/test_events.py",

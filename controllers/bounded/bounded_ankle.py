@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar
 from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import replanning
-from mjbiped.controllers.adaptive import knee_strike
+from mjbiped.controllers.adaptive import KneedController, knee_strike
 from mjbiped.controllers.bounded.identifier import (
     SLOPE,
     begin_prediction,
@@ -25,7 +25,6 @@ from mjbiped.controllers.bounded.recovery import planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.footholds import feel
-from mjbiped.controllers.kneed import KneedController
 from mjbiped.controllers.layout import SOLE_SHARE
 from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
 from mjbiped.controllers.room import FORCE, TORQUE

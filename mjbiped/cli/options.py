@@ -18,8 +18,8 @@ from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_name
 from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
+from mjbiped.engines.base import ENGINES
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.names import ENGINES
 from mjbiped.engines.plan import DEFAULT_STEPS
 from mjbiped.rendering.look import ALL, ELEMENTS, look
 from mjbiped.robots.compass import Compass

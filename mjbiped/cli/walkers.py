@@ -15,7 +15,7 @@ from mjbiped.cli.commands import Given
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, make_controller
 from mjbiped.control.settings import value_of
-from mjbiped.engines import names
+from mjbiped.engines import base
 from mjbiped.engines.base import Engine
 from mjbiped.errors import InputError, prefixed, shortened, shown
 from mjbiped.robots.compass import Compass
@@ -198,7 +198,7 @@ def engine_of(name: str, given: Given) -> Engine:
     if name == mjbiped.Mujoco.name:
         return mujoco_of(given)
     given.refuse(options.MUJOCO, f"--engine {mjbiped.Mujoco.name}", name)
-    return names.engine_of(name)
+    return base.engine_of(name)
 
 
 def mujoco_of(given: Given) -> mjbiped.Mujoco:

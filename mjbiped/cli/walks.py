@@ -17,7 +17,7 @@ from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.cli.options import Video
 from mjbiped.cli.results import Drawn, Plotted
 from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
-from mjbiped.engines.names import DEFAULT_ENGINE
+from mjbiped.engines.base import DEFAULT_ENGINE
 from mjbiped.errors import shown
 from mjbiped.rendering.look import ALL, look
 from mjbiped.utils import domains

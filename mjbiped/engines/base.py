@@ -1,10 +1,15 @@
-"""Base classes of engines: `Engine` checks and starts walks, `Run` is one walk. Your own engine derives from both."""
+"""Base classes of engines, and the engines by their names.
+
+`Engine` checks and starts walks, `Run` is one walk. Your own engine derives from both.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from functools import cache
+from pkgutil import resolve_name
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -21,6 +26,7 @@ from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
+from mjbiped.utils.domains import known_name
 from mjbiped.utils.progress import progress_bar
 
 Show: TypeAlias = Callable[[int, float], None]
@@ -191,3 +197,30 @@ class Run(ABC):
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
 
             yield show
+
+
+DEFAULT_ENGINE = "mujoco"
+ENGINES: Mapping[str, str] = {
+    "mujoco": "mjbiped.engines.mujoco.engine:Mujoco",
+    "hybrid": "mjbiped.engines.hybrid.engine:Hybrid",
+}
+"""Where the class of each engine is, as "module:name"."""
+
+
+def engine_of(engine: str | Engine) -> Engine:
+    """Look up an engine by its name; an engine itself is returned as it is.
+
+    Raises:
+        InputError: There is no such engine.
+    """
+    if isinstance(engine, Engine):
+        return engine
+    if isinstance(engine, type) and issubclass(engine, Engine):
+        raise InputError(f"the engine {engine.__name__} is a class; give an object of it, {engine.__name__}()")
+    return _with_defaults(known_name("engine", engine, ENGINES))
+
+
+@cache
+def _with_defaults(name: str) -> Engine:
+    engine: Engine = resolve_name(ENGINES[name])()
+    return engine

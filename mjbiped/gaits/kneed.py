@@ -20,10 +20,9 @@ from mjbiped.gaits import store
 from mjbiped.gaits.cycle import COARSE, Step, attributes, free_motion, glide, limit_cycle, no_gait, step, unit_of
 from mjbiped.gaits.passive import PassiveGait, checked_slope
 from mjbiped.gaits.reference import Table, closing_on, count_of_pieces, hold, in_pieces, table_of
-from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.kneed_legs import KneedLegs
+from mjbiped.robots.kneed import KneedBiped, KneedLegs
 from mjbiped.robots.robot import Array
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundKneed
 from mjbiped.utils import domains
 
 STARTS = tuple(product((0.10, 0.16, 0.22, 0.28, 0.34), (1.25, 1.45, 1.65, 1.9), (0.0, 0.4, 0.8, 1.2)))

@@ -1,4 +1,6 @@
-"""The planar compass biped: parameters, equations of motion, energy and impact map (Table I, equations 1 to 4 and 13).
+"""The planar compass biped, and what bipeds with two equal straight legs have in common on whatever feet they stand.
+
+Parameters, equations of motion, energy and impact map are those of Table I and equations 1 to 4 and 13.
 
 Each law stands here once, as a module-level function of plain floats that Numba can compile: its first argument is
 `Compass.constants`, the robot's lumped parameters. `Compass` wraps the same functions for NumPy.
@@ -7,6 +9,8 @@ Symbols: m leg mass, m_H hip mass, a lower length (foot to leg COM), b upper len
 J leg inertia about its own COM, g gravity; q1 stance and q2 swing leg from the ground's normal, rad, positive forward;
 slope positive downhill. Forces are generalised forces B tau, N m. docs/model.md derives the equations.
 """
+
+from __future__ import annotations
 
 import math
 from dataclasses import dataclass
@@ -17,9 +21,63 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.numerics.trigonometry import sine_cosine
+from mjbiped.robots.bodies import Bodies, Segment
 from mjbiped.robots.model import solve_pair
-from mjbiped.robots.straight_legs import StraightLegs
+from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
+
+
+@dataclass(frozen=True)
+class StraightLegs(Robot):
+    """A biped whose legs are rigid; subclasses add what their feet need. The defaults are Table I of the paper.
+
+    Attributes:
+        leg_mass: Mass of one leg, kg.
+        hip_mass: Mass at the hip, kg.
+        lower_length: From the foot to the leg's centre of mass, m.
+        upper_length: From the leg's centre of mass to the hip, m.
+        leg_inertia: Inertia of a leg about its centre of mass, kg m^2; a uniform rod's unless given.
+        gravity: Acceleration of gravity, m/s^2.
+
+    Raises:
+        InputError: A value is not a finite number of its domain; see `mjbiped.utils.domains`.
+    """
+
+    leg_mass: Annotated[float, domains.LEG_MASS] = 5.0
+    hip_mass: Annotated[float, domains.HIP_MASS] = 0.0
+    lower_length: Annotated[float, domains.LENGTH] = 0.5
+    upper_length: Annotated[float, domains.LENGTH] = 0.5
+    leg_inertia: Annotated[float, domains.INERTIA] = None  # type: ignore[assignment]  # a number after __post_init__
+    gravity: Annotated[float, domains.GRAVITY] = 9.81
+
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip")
+    places: ClassVar[tuple[str, ...]] = ("hip_x", "hip_z", "left", "right")
+    collides_from_lift_off: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        """Check every value, and turn it into a plain float."""
+        domains.check_fields(self)
+        if self.leg_inertia is None:
+            object.__setattr__(self, "leg_inertia", self.leg_mass * self.leg_length**2 / 12)
+        domains.LEG.check("lower_length + upper_length", self.leg_length)
+
+    @property
+    def leg_length(self) -> float:
+        """Length l = a + b of a leg, from the hip down to the foot, m."""
+        return self.lower_length + self.upper_length
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the whole robot, kg."""
+        return 2 * self.leg_mass + self.hip_mass
+
+    @property
+    def bodies(self) -> Bodies:
+        """A leg on either side of the hip."""
+        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia)
+        return Bodies("scene.xml", self.hip_mass, (leg,))
+
 
 Constants: TypeAlias = tuple[float, float, float, float, float, float, float]
 """Lumped parameters: stance inertia m a^2 + J + (m_H + m) l^2, coupling m b l and swing inertia m b^2 + J in kg m^2;

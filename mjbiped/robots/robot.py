@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.dynamics.linkage import Linkage, Motion, room
 from mjbiped.dynamics.modes import bend_stance_knee, land, opens
 from mjbiped.errors import InputError
+from mjbiped.robots.bodies import linkages_of
 from mjbiped.robots.chain import SWING_LOCKED, Chain, chain_by
-from mjbiped.robots.mechanism import linkages_of
 from mjbiped.robots.model import Model, model_of
 from mjbiped.robots.shape import Shape
 from mjbiped.utils import domains

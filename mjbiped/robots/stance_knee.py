@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundKneed
 from mjbiped.utils import domains
 
 

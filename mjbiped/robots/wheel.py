@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike
 
 from mjbiped.dynamics.linkage import Linkage
 from mjbiped.numerics.blocks import Numbers
-from mjbiped.robots.bodies import Bodies, Limb, Segment
+from mjbiped.robots.bodies import Bodies, Limb, Segment, linkage_with
 from mjbiped.robots.chain import Array
-from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 

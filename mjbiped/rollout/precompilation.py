@@ -8,7 +8,7 @@ from concurrent.futures import as_completed
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
-from mjbiped.engines.names import ENGINES
+from mjbiped.engines.base import ENGINES
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped

@@ -7,8 +7,7 @@ from typing import Any, TypeVar
 
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.base import Engine, Run
-from mjbiped.engines.names import engine_of
+from mjbiped.engines.base import Engine, Run, engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Initial, Terms, make_plan
 from mjbiped.errors import MjbipedError
 from mjbiped.records.record import Walk

@@ -9,8 +9,7 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
 from mjbiped.control.controller import Controller
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.base import Engine
-from mjbiped.engines.names import engine_of
+from mjbiped.engines.base import Engine, engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, MjbipedError
 from mjbiped.records.record import Walk

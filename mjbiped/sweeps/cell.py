@@ -12,9 +12,8 @@ from mjbiped.control.loading import digest_of
 from mjbiped.control.registry import make_controller
 from mjbiped.control.settings import checked
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.engines.base import Engine
+from mjbiped.engines.base import Engine, engine_of
 from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, INITIAL_STATES
 from mjbiped.errors import InputError, MjbipedError, explained
 from mjbiped.gaits.described import passive_gait_of

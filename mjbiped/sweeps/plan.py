@@ -22,8 +22,8 @@ from mjbiped.control.loading import is_reference, located
 from mjbiped.control.registry import DEFAULT_CONTROLLER
 from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import SETTINGS
+from mjbiped.engines.base import DEFAULT_ENGINE
 from mjbiped.engines.checks import check_controller
-from mjbiped.engines.names import DEFAULT_ENGINE
 from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait

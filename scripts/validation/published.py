@@ -15,8 +15,7 @@ from pathlib import Path
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round import RoundCompass
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundCompass, RoundKneed
 
 
 @dataclass(frozen=True)

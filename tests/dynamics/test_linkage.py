@@ -14,9 +14,9 @@ from simulations import hybrid_run
 
 from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.linkage import Motion, ground_force, room, stand
+from mjbiped.robots.bodies import linkage_with
 from mjbiped.robots.chain import Array, Chain, chain_by
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.mechanism import linkage_with
 from mjbiped.robots.round import RoundCompass
 from mjbiped.terrain.terrain import Terrain
 

@@ -19,7 +19,7 @@ from mjbiped.engines.hybrid.motion import enter_mode, rates
 from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundKneed
 from mjbiped.terrain.terrain import Terrain
 
 ROBOT = RoundKneed(hip_mass=3.0, stop_angle=0.3, shank_offset=0.03, foot_radius=0.17, thigh_length=0.5)

@@ -16,8 +16,8 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
 from mjbiped import InputError, Terrain
 from mjbiped.engines import compiling
+from mjbiped.engines.base import engine_of
 from mjbiped.engines.compiling import AHEAD, compiles, missing, note_kept
-from mjbiped.engines.names import engine_of
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.numerics import cache
 from mjbiped.rules.scuffing import ScuffingRule

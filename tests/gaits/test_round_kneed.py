@@ -11,7 +11,7 @@ from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundKneed
 
 SLOPE = 0.0456
 PLAIN = KneedBiped()

@@ -16,10 +16,9 @@ from controllers import AdaptiveController, Controller, PassiveController
 from controllers import Memory as State
 from mjbiped.dynamics.linkage import Linkage
 from mjbiped.numerics.blocks import Numbers
-from mjbiped.robots.bodies import Bodies, Segment
+from mjbiped.robots.bodies import Bodies, Segment, linkage_with
 from mjbiped.robots.chain import Chain, chain_by
-from mjbiped.robots.mechanism import linkage_with
-from mjbiped.robots.straight_legs import StraightLegs
+from mjbiped.robots.compass import StraightLegs
 from mjbiped.utils import domains
 
 

@@ -25,6 +25,9 @@ from mjbiped.engines.hybrid.guards import (
     KNEE_STRIKE,
     SHORTEST_STEP,
     first_event,
+    is_tame,
+    lags,
+    watch,
 )
 from mjbiped.engines.hybrid.impacts import (
     hit_face,
@@ -39,7 +42,6 @@ from mjbiped.engines.hybrid.impacts import (
 )
 from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
 from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
-from mjbiped.engines.hybrid.progress import is_tame, lags, watch
 from mjbiped.engines.hybrid.resets import lands, stands_still, transfer_support
 from mjbiped.engines.hybrid.state import (
     Constants,

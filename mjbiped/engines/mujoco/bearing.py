@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.constants import Constants, foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
 from mjbiped.engines.mujoco.feet import stands
-from mjbiped.engines.mujoco.legs import foot_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Numbers
 from mjbiped.records.loads import note_pressure

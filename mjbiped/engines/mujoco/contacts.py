@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.legs import Leg, foot_of, sole_angle
+from mjbiped.engines.mujoco.constants import Constants, Leg, foot_of, sole_angle
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Numbers
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.constants import Constants, Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.contacts import Felt
-from mjbiped.engines.mujoco.legs import Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Floats, numbers

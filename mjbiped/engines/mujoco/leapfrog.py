@@ -34,8 +34,7 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence
 
-from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.legs import stance_leg, turning_of
+from mjbiped.engines.mujoco.constants import Constants, stance_leg, turning_of
 from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.rules.termination import STALL_TIME
 

@@ -7,9 +7,8 @@ from collections.abc import MutableSequence
 
 from mjbiped.disturbances.chance import following
 from mjbiped.engines.mujoco import leapfrog, servo
-from mjbiped.engines.mujoco.constants import Constants, pushes_at
+from mjbiped.engines.mujoco.constants import Constants, angles_of, pushes_at, stance_leg, swing_leg
 from mjbiped.engines.mujoco.feet import swing_foot_torque
-from mjbiped.engines.mujoco.legs import angles_of, stance_leg, swing_leg
 from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import Floats, borrowed, call, call_for_float, first, give_back, numbers

@@ -14,24 +14,25 @@ import math
 
 from mjbiped.disturbances.chance import following
 from mjbiped.engines.mujoco.bearing import weigh
-from mjbiped.engines.mujoco.constants import Constants, pushes_at
-from mjbiped.engines.mujoco.feet import (
-    gaps,
-    intrusion,
-    see_stance_foot,
-    stand_flat,
-)
-from mjbiped.engines.mujoco.legs import (
+from mjbiped.engines.mujoco.collisions import NOBODY, lift
+from mjbiped.engines.mujoco.constants import (
+    Constants,
     angles_of,
     foot_of,
     leg_at,
+    pushes_at,
     rates_of,
     sole_angle,
     stance_leg,
     swing_index,
     swing_leg,
 )
-from mjbiped.engines.mujoco.lifting import NOBODY, lift
+from mjbiped.engines.mujoco.feet import (
+    gaps,
+    intrusion,
+    see_stance_foot,
+    stand_flat,
+)
 from mjbiped.engines.mujoco.record import write_touchdown
 from mjbiped.engines.mujoco.servo import lean_on
 from mjbiped.engines.mujoco.state import MARK, State, X, Z, put

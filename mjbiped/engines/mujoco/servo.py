@@ -9,8 +9,7 @@ import math
 
 import numpy as np
 
-from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.legs import Leg
+from mjbiped.engines.mujoco.constants import Constants, Leg
 from mjbiped.engines.mujoco.state import State
 from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.robot import Robot

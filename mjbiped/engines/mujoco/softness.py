@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.constants import Constants, Leg, leg_at
 from mjbiped.engines.mujoco.leapfrog import effective_step
-from mjbiped.engines.mujoco.legs import Leg, leg_at
 from mjbiped.engines.mujoco.state import State
 from mjbiped.numerics.blocks import numbers, octets
 from mjbiped.utils.mujoco import mujoco

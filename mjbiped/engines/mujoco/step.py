@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mjbiped.engines.mujoco.collisions import write_contact_bits
+from mjbiped.engines.mujoco.collisions import lift, write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
 from mjbiped.engines.mujoco.leapfrog import show
-from mjbiped.engines.mujoco.lifting import lift
 from mjbiped.engines.mujoco.motors import NOW, control
 from mjbiped.engines.mujoco.observation import observe
 from mjbiped.engines.mujoco.record import keep_touchdown

@@ -27,11 +27,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from mjbiped.engines.mujoco.bearing import read_contacts
-from mjbiped.engines.mujoco.constants import Constants
+from mjbiped.engines.mujoco.collisions import SHORTEST
+from mjbiped.engines.mujoco.constants import Constants, end_of_leg, swing_leg
 from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
-from mjbiped.engines.mujoco.legs import end_of_leg, swing_leg
-from mjbiped.engines.mujoco.lifting import SHORTEST
 from mjbiped.engines.mujoco.state import State, X, Z
 from mjbiped.numerics.blocks import borrowed, numbers
 from mjbiped.terrain.profile import height_over_ground, segment_under

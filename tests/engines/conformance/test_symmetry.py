@@ -12,7 +12,7 @@ from golden_walks import ROBOTS
 from simulations import recorded, started
 
 from mjbiped.control.registry import make_controller
-from mjbiped.engines.mujoco.legs import stance_leg
+from mjbiped.engines.mujoco.constants import stance_leg
 from mjbiped.engines.mujoco.simulation import Simulation
 
 EXCHANGED = {4: [0, 1, 3, 2], 6: [0, 1, 3, 2, 5, 4]}

@@ -13,7 +13,7 @@ from simulations import hybrid_run
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.engines.hybrid import run as hybrid
-from mjbiped.engines.hybrid.progress import ATTEMPTS_BETWEEN_LOOKS
+from mjbiped.engines.hybrid.guards import ATTEMPTS_BETWEEN_LOOKS
 from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.terrain.terrain import Terrain
 

@@ -9,8 +9,7 @@ from simulations import started
 
 import mjbiped
 from mjbiped.control.controller import Unpowered
-from mjbiped.engines.mujoco.collisions import SUNK, write_contact_bits
-from mjbiped.engines.mujoco.lifting import NOBODY
+from mjbiped.engines.mujoco.collisions import NOBODY, SUNK, write_contact_bits
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.profile import height_of, segment_met, segment_stood_on
 

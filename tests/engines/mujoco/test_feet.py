@@ -11,7 +11,7 @@ from simulations import started
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.engines.mujoco import feet
-from mjbiped.engines.mujoco.legs import sole_angle
+from mjbiped.engines.mujoco.constants import sole_angle
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()

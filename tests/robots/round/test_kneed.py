@@ -15,7 +15,7 @@ from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round_kneed import RoundKneed
+from mjbiped.robots.round import RoundKneed
 from mjbiped.robots.stance_knee import stance_knee_torque
 
 SLOPE = 0.0456
