@@ -66,7 +66,7 @@ def controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> AdaptiveController
 @pytest.fixture
 def studies_in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies walk in threads of this process: without the cost of starting others, and in reach of monkeypatches."""
-    from mjbiped.sweeps import run
+    from mjbiped.studies import run
 
     @contextmanager
     def threads(count: int) -> Iterator[Executor]:

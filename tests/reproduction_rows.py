@@ -6,9 +6,9 @@ import csv
 import io
 import math
 
-from mjbiped.reproduction.cell import COSTS
-from mjbiped.reproduction.rows import NO_WALK, Row
-from mjbiped.reproduction.section_5 import TABLE_3
+from mjbiped.studies.reproduction.cell import COSTS
+from mjbiped.studies.reproduction.rows import NO_WALK, Row
+from mjbiped.studies.reproduction.section_5 import TABLE_3
 from scripts.paper.placebo import RandomGround
 
 

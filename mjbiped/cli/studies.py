@@ -55,11 +55,11 @@ def sweep(
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.cli import tables
-    from mjbiped.sweeps.figures import draw
-    from mjbiped.sweeps.plan import read_study
-    from mjbiped.sweeps.run import estimate, run
-    from mjbiped.sweeps.store import FILE, write_table
-    from mjbiped.sweeps.summary import best, by_value, summarised
+    from mjbiped.studies.figures import draw
+    from mjbiped.studies.plan import read_study
+    from mjbiped.studies.run import estimate, run
+    from mjbiped.studies.store import FILE, write_table
+    from mjbiped.studies.summary import best, by_value, summarised
     from mjbiped.utils.packages import needed
 
     for option, wanted in (("--parquet", parquet), ("--trajectories", trajectories)):
@@ -105,10 +105,10 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
       mjbiped robustness study.toml --json
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.cli import tables
-    from mjbiped.robustness.plan import read_plan
-    from mjbiped.robustness.report import TABLES, draw, robustness_tables, write_tables
-    from mjbiped.robustness.result import Robustness
-    from mjbiped.sweeps.run import estimate, run
+    from mjbiped.studies.robustness.plan import read_plan
+    from mjbiped.studies.robustness.report import TABLES, draw, robustness_tables, write_tables
+    from mjbiped.studies.robustness.result import Robustness
+    from mjbiped.studies.run import estimate, run
 
     planned = read_plan(study)
     if dry_run:
@@ -152,8 +152,8 @@ def reproduce(
       mjbiped reproduce --out reproduction --report docs
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.cli import tables
-    from mjbiped.reproduction.claims import checks, what_counts
-    from mjbiped.reproduction.reproduce import reproduce as walk_all
+    from mjbiped.studies.reproduction.claims import checks, what_counts
+    from mjbiped.studies.reproduction.reproduce import reproduce as walk_all
 
     quiet = results.quiet
     with _resumable(out):

@@ -17,7 +17,7 @@ from mjbiped.records.summary import MEASURES, bare_table, in_words, quantile_row
 
 if TYPE_CHECKING:
     from mjbiped.analysis.compare import Comparison
-    from mjbiped.reproduction.claims import Answer
+    from mjbiped.studies.reproduction.claims import Answer
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, Table]:
@@ -123,8 +123,8 @@ def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:
 
 def _value_table(name: str, entries: Sequence[Mapping[str, Any]]) -> Table:
     """Return the share that finished and medians of the study's measures for each value of one quantity."""
-    from mjbiped.sweeps.bins import measure_label, parameter_label
-    from mjbiped.sweeps.plan import FINISHED
+    from mjbiped.studies.bins import measure_label, parameter_label
+    from mjbiped.studies.plan import FINISHED
 
     measures = [key for key in entries[0] if key not in ("value", "walks")]
     table = bare_table(parameter_label(name), "walks", *(f"{measure_label(key)}" for key in measures))

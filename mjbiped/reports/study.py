@@ -16,11 +16,11 @@ from mjbiped.records.summary import MEASURES as LISTED
 from mjbiped.records.summary import in_words, quantile_rows
 from mjbiped.reports.page import UNIFIED, Panel, Shown, check_installed, curve, flattened, include, plotted, write_page
 from mjbiped.robots.compass import Array
-from mjbiped.sweeps.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
-from mjbiped.sweeps.cell import MEASURES, Row
-from mjbiped.sweeps.plan import FINISHED
-from mjbiped.sweeps.store import read_table
-from mjbiped.sweeps.summary import summarised
+from mjbiped.studies.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
+from mjbiped.studies.cell import MEASURES, Row
+from mjbiped.studies.plan import FINISHED
+from mjbiped.studies.store import read_table
+from mjbiped.studies.summary import summarised
 
 TABLE = "study.sqlite"
 """File in a study's folder from which a report is made."""

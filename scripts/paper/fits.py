@@ -2,7 +2,7 @@
 
 python -m scripts.paper.fits
 
-The settings found stand in `mjbiped/reproduction/section_5.toml`. All results are stored in mjbiped/reproduction/fits/,
+The settings found stand in `section_5.toml` of `mjbiped/studies/reproduction/`. All results are stored in `fits/`,
 from where `mjbiped reproduce` takes the texts of its page.
 """
 
@@ -18,11 +18,11 @@ import click
 import numpy as np
 
 from mjbiped.records.measures import WORK_KINDS
-from mjbiped.reproduction.cell import LENGTHS
-from mjbiped.reproduction.claims import walks_of
-from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.reproduction.rows import NONE, number, read_rows, share
-from mjbiped.reproduction.section_5 import (
+from mjbiped.studies.reproduction.cell import LENGTHS
+from mjbiped.studies.reproduction.claims import walks_of
+from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
+from mjbiped.studies.reproduction.rows import NONE, number, read_rows, share
+from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     DELAYS,
     FIRST_CHANGES,
@@ -35,8 +35,8 @@ from mjbiped.reproduction.section_5 import (
     Variant,
     gains_told,
 )
-from mjbiped.reproduction.table_2 import Results, agreement
-from mjbiped.reproduction.tables import FITS, distance, printed
+from mjbiped.studies.reproduction.table_2 import Results, agreement
+from mjbiped.studies.reproduction.tables import FITS, distance, printed
 from mjbiped.utils.markdown import markdown_table
 from scripts.paper import placebo
 from scripts.paper.gain_scan import Tried, fitted, ranked, scan, write_tried
@@ -178,7 +178,7 @@ def main(table: Path, out: Path | None) -> None:
     with TemporaryDirectory() as nowhere:
         tried = scan(results.best, out or Path(nowhere))
         grounds = placebo.walked(placebo.drawn(), out or Path(nowhere))
-    folder = Path(__file__).parents[2] / "mjbiped" / "reproduction" / "fits"
+    folder = Path(__file__).parents[2] / "mjbiped" / "studies" / "reproduction" / "fits"
     (folder / GAINS_TABLE).write_text(write_tried(tried), encoding="utf-8")
     (folder / GROUNDS_TABLE).write_text(placebo.write_grounds(grounds), encoding="utf-8")
     text = json.dumps(sections(results, tried, grounds), indent=2, ensure_ascii=False)

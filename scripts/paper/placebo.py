@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mjbiped.reproduction import rows
-from mjbiped.reproduction.cell import cell
-from mjbiped.reproduction.rows import as_csv
-from mjbiped.reproduction.section_5 import TABLE_2, TABLE_3, UNEVEN, Segments, adaptive, end_of
-from mjbiped.reproduction.table_2 import Results, logs
-from mjbiped.sweeps.cell import Cell
+from mjbiped.studies.cell import Cell
+from mjbiped.studies.reproduction import rows
+from mjbiped.studies.reproduction.cell import cell
+from mjbiped.studies.reproduction.rows import as_csv
+from mjbiped.studies.reproduction.section_5 import TABLE_2, TABLE_3, UNEVEN, Segments, adaptive, end_of
+from mjbiped.studies.reproduction.table_2 import Results, logs
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_scan import Tried
 

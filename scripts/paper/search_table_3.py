@@ -4,7 +4,7 @@ python -m scripts.paper.search_table_3
 
 The paper's own ground is in Fig. 4(a), not in its text. This program looks for a ground of slopes and steps on which
 the adaptive controller, from rest, comes nearest to the eleven torques and eleven c_mt of Table III. It shows that such
-a ground exists; it need not be the paper's. The result stands in mjbiped/reproduction/section_5.toml.
+a ground exists; it need not be the paper's. The result stands in mjbiped/studies/reproduction/section_5.toml.
 """
 
 import math
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
-from mjbiped.reproduction.cell import measures_of
-from mjbiped.reproduction.section_5 import TABLE_3, Segments
-from mjbiped.sweeps.cell import Row, attempt
+from mjbiped.studies.cell import Row, attempt
+from mjbiped.studies.reproduction.cell import measures_of
+from mjbiped.studies.reproduction.section_5 import TABLE_3, Segments
 from mjbiped.utils.progress import progress_bar
 from scripts.paper.placebo import bounds, cells, segments_of
 

@@ -10,11 +10,11 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction.reproduce import misjudged, on_table_2, table_2
-from mjbiped.reproduction.rows import number, walked
-from mjbiped.reproduction.section_5 import BLIND, FITTED
-from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import section
+from mjbiped.studies.reproduction.reproduce import misjudged, on_table_2, table_2
+from mjbiped.studies.reproduction.rows import number, walked
+from mjbiped.studies.reproduction.section_5 import BLIND, FITTED
+from mjbiped.studies.reproduction.table_2 import Results
+from mjbiped.studies.reproduction.tables import section
 
 
 @click.command(help=__doc__)

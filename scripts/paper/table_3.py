@@ -10,10 +10,10 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.reproduction.reproduce import start, table_3
-from mjbiped.reproduction.rows import walked
-from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import distances, section
+from mjbiped.studies.reproduction.reproduce import start, table_3
+from mjbiped.studies.reproduction.rows import walked
+from mjbiped.studies.reproduction.table_2 import Results
+from mjbiped.studies.reproduction.tables import distances, section
 
 
 @click.command(help=__doc__)

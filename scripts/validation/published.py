@@ -2,7 +2,7 @@
 
 They stand in `published.toml`, each with its source, and with its fault where it has one. `python -m
 scripts.validation.page` computes them again and writes docs/tables/validation.md; `tests/scripts/validation` holds
-them. The tables of the paper that this project implements stand in `mjbiped.reproduction.section_5`.
+them. The tables of the paper that this project implements stand in `mjbiped.studies.reproduction.section_5`.
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ import mjbiped
 from mjbiped.cli.main import main
 from mjbiped.control.registry import controller_names, settings_of
 from mjbiped.robots.kinds import KINDS
-from mjbiped.robustness import plan as robustness
-from mjbiped.sweeps import plan as sweeps
-from mjbiped.sweeps.plan import SCUFFING
+from mjbiped.studies import plan as sweeps
+from mjbiped.studies.plan import SCUFFING
+from mjbiped.studies.robustness import plan as robustness
 from mjbiped.terrain.presets import PRESETS
 
 PUBLIC: tuple[Callable[..., Any], ...] = (

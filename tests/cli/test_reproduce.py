@@ -11,10 +11,10 @@ import pytest
 from command_line import run
 
 from mjbiped.plotting.style import new_figure, save_figure
-from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction import figures, section_5
-from mjbiped.reproduction import reproduce as whole
-from mjbiped.sweeps.cell import Cell
+from mjbiped.studies.cell import Cell
+from mjbiped.studies.reproduction import cell as cells
+from mjbiped.studies.reproduction import figures, section_5
+from mjbiped.studies.reproduction import reproduce as whole
 
 
 @pytest.fixture

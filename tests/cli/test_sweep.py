@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import run
 
-from mjbiped.sweeps import run as running
+from mjbiped.studies import run as running
 from mjbiped.utils import parallel as workers
 
 STUDY = """

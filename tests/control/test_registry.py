@@ -21,7 +21,7 @@ from mjbiped.control.registry import (
 )
 from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.errors import InputError
-from mjbiped.sweeps.run import law_folders
+from mjbiped.studies.run import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())

@@ -11,7 +11,7 @@ import mjbiped
 from mjbiped.cli.walkers import disturbances_of, model_of
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.errors import InputError
-from mjbiped.sweeps.plan import plan
+from mjbiped.studies.plan import plan
 
 
 def test_options_say_what_the_fields_say() -> None:

@@ -12,7 +12,7 @@ from documentation import table, text
 
 import mjbiped
 from controllers import EnergyConstraintController
-from mjbiped.reproduction.section_5 import GROUNDS
+from mjbiped.studies.reproduction.section_5 import GROUNDS
 from scripts.paper import comparison_gains as study
 from scripts.paper import gain_search
 

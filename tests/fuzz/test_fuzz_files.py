@@ -15,10 +15,10 @@ import pytest
 from time_limits import within
 
 from mjbiped.errors import InputError
-from mjbiped.sweeps import plan as plans
-from mjbiped.sweeps.plan import Study, read_study
-from mjbiped.sweeps.run import columns_of
-from mjbiped.sweeps.store import opened
+from mjbiped.studies import plan as plans
+from mjbiped.studies.plan import Study, read_study
+from mjbiped.studies.run import columns_of
+from mjbiped.studies.store import opened
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 LONGEST_MESSAGE = 1000

@@ -12,12 +12,12 @@ from time_limits import within
 
 import mjbiped
 from mjbiped.errors import InputError, MjbipedError, RecordError
-from mjbiped.reproduction.cell import cell as make_cell
-from mjbiped.reproduction.rows import walked
-from mjbiped.sweeps.cell import MEASURES
-from mjbiped.sweeps.plan import plan
-from mjbiped.sweeps.run import columns_of
-from mjbiped.sweeps.store import opened
+from mjbiped.studies.cell import MEASURES
+from mjbiped.studies.plan import plan
+from mjbiped.studies.reproduction.cell import cell as make_cell
+from mjbiped.studies.reproduction.rows import walked
+from mjbiped.studies.run import columns_of
+from mjbiped.studies.store import opened
 
 FEW, MANY = 120, 4000
 LONGEST = 20.0  # s for one case

@@ -31,11 +31,11 @@ from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multiplie
 from mjbiped.plotting.stability import plot_stability
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
-from mjbiped.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.robots.compass import Compass
-from mjbiped.sweeps import figures as sweep_figures
-from mjbiped.sweeps.cell import MEASURES
-from mjbiped.sweeps.plan import FINISHED, plan
+from mjbiped.studies import figures as sweep_figures
+from mjbiped.studies.cell import MEASURES
+from mjbiped.studies.plan import FINISHED, plan
+from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 
 ROBOT = Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2))

@@ -19,8 +19,8 @@ from controllers import AdaptiveController
 from mjbiped.rendering.gl import gl_available
 from mjbiped.reports.study import report_study
 from mjbiped.reports.walk import report_walk
-from mjbiped.sweeps.plan import plan
-from mjbiped.sweeps.run import run
+from mjbiped.studies.plan import plan
+from mjbiped.studies.run import run
 
 pytestmark = pytest.mark.browser
 

@@ -10,9 +10,9 @@ from report_pages import packed
 
 from mjbiped.errors import InputError, RecordError
 from mjbiped.reports.study import report_study, study_figures
-from mjbiped.sweeps.bins import binned, values_of
-from mjbiped.sweeps.plan import plan
-from mjbiped.sweeps.run import run
+from mjbiped.studies.bins import binned, values_of
+from mjbiped.studies.plan import plan
+from mjbiped.studies.run import run
 
 pytestmark = pytest.mark.usefixtures("studies_in_threads")
 

@@ -11,11 +11,11 @@ import pytest
 from reproduction_rows import read_grounds
 
 import mjbiped
-from mjbiped.reproduction import cell as cells
-from mjbiped.reproduction.cell import cell, measures_of
-from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
-from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.section_5 import (
+from mjbiped.studies.reproduction import cell as cells
+from mjbiped.studies.reproduction.cell import cell, measures_of
+from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
+from mjbiped.studies.reproduction.rows import read_rows
+from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     BLIND_SOURCE,
     FITTED,
@@ -28,8 +28,8 @@ from mjbiped.reproduction.section_5 import (
     gains_told,
     settled,
 )
-from mjbiped.reproduction.table_2 import Choice, Results
-from mjbiped.reproduction.tables import stored_fits
+from mjbiped.studies.reproduction.table_2 import Choice, Results
+from mjbiped.studies.reproduction.tables import stored_fits
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import gain_scan
 from scripts.paper.fits import sections
@@ -38,7 +38,7 @@ from scripts.paper.gain_search import blind_trials, choose
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
 DOCS = Path(__file__).parents[3] / "docs"
-STORED = DOCS.parent / "mjbiped" / "reproduction" / "fits"
+STORED = DOCS.parent / "mjbiped" / "studies" / "reproduction" / "fits"
 SHORT = Choice(0.6, "absolute", 3, ("descending", 0.9), ("down and up in turn, ±Δ/2", 1.5), 0.0)
 SOME = [
     Variant("PBC", slope_source="none", gains=(("gain", 25.0),)),

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from reproduction_rows import read_grounds
 
-from mjbiped.reproduction.claims import walks_of
-from mjbiped.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.reproduction.rows import read_rows
-from mjbiped.reproduction.section_5 import GROUNDS, TABLE_2, TABLE_3
-from mjbiped.reproduction.table_2 import Results
-from mjbiped.reproduction.tables import distance, turned
+from mjbiped.studies.reproduction.claims import walks_of
+from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
+from mjbiped.studies.reproduction.rows import read_rows
+from mjbiped.studies.reproduction.section_5 import GROUNDS, TABLE_2, TABLE_3
+from mjbiped.studies.reproduction.table_2 import Results
+from mjbiped.studies.reproduction.tables import distance, turned
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE
 from scripts.paper.gain_scan import Tried, fitted, read_tried

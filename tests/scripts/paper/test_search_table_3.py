@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mjbiped import Terrain
-from mjbiped.reproduction.section_5 import FOUND, TABLE_3, end_of
-from mjbiped.sweeps.cell import Row
+from mjbiped.studies.cell import Row
+from mjbiped.studies.reproduction.section_5 import FOUND, TABLE_3, end_of
 from scripts.paper import placebo as family
 from scripts.paper import search_table_3 as search
 

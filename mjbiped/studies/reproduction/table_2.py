@@ -1,0 +1,205 @@
+"""The reading of Table II's grounds nearest to its numbers, the walks on it, and their agreement with the table."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from mjbiped.studies.reproduction import section_5 as paper
+from mjbiped.studies.reproduction.cell import COSTS, LENGTHS
+from mjbiped.studies.reproduction.rows import NO_WALK, Row, select
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One consistent reading of Table II's uneven grounds for the adaptive controller.
+
+    zeta, kind of work and number of steps are shared by all grounds; pattern and place of the first change by the two
+    stairs and by the two slopes.
+
+    Attributes:
+        delay: zeta; None without re-planning.
+        kind: Kind of work.
+        length: Steps of the mean.
+        stairs: Pattern and first riser, m.
+        slopes: Pattern and first change, m.
+        distance: Root mean square of ln(ours / paper's) of the uneven grounds; infinite where one is not walked.
+    """
+
+    delay: float | None
+    kind: str
+    length: int
+    stairs: tuple[str, float]
+    slopes: tuple[str, float]
+    distance: float
+
+    @property
+    def places(self) -> list[paper.Place]:
+        """Table II's grounds as they are read, in its order."""
+        stairs, slopes = (self.stairs, paper.STAIRS), (self.slopes, paper.SLOPES)
+        return [paper.LEVEL, *(paper.Place(ground, *change) for change, pair in (stairs, slopes) for ground in pair)]
+
+    @property
+    def words(self) -> str:
+        """Describe the reading in words."""
+        replanned = "no re-planning" if self.delay is None else f"ζ = {self.delay:g}"
+        return (
+            f"{self.kind} work over the first {self.length} steps, {replanned}; stairs {self.stairs[0]}, first riser "
+            f"at {self.stairs[1]:g} m; slopes {self.slopes[0]}, first change after {self.slopes[1]:g} m"
+        )
+
+    def cost(self, walk: Row) -> float:
+        """c_mt of this kind of work after so many steps; NaN where the robot did not come so far."""
+        return float(getattr(walk, f"{self.kind}_{self.length}"))
+
+    def written(self, walk: Row) -> str:
+        """Write c_mt of a walk as this reading takes it, or the step in which it ended before."""
+        return walk.cost(self.kind, self.length)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Agreement with the paper on where methods fail, and on their numbers.
+
+    Attributes:
+        agreeing: Grounds and methods that are walked to the end in both, or in neither.
+        asked: Grounds and methods in all.
+        met: Numbers of the paper's that ours are to the last digit.
+        numbers: Numbers that the paper has.
+        distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
+    """
+
+    agreeing: int
+    asked: int
+    met: int
+    numbers: int
+    distance: float
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Sort key, smaller for better ones: first the number of X and numbers that stand where the paper's do."""
+        return -self.agreeing, math.inf if math.isnan(self.distance) else self.distance
+
+    @property
+    def in_kind(self) -> str:
+        """Write how many cells of Table II are X or number as in the paper."""
+        return f"{self.agreeing} of {self.asked}"
+
+
+def agreement(costs: Iterable[tuple[str, str, float]]) -> Agreement:
+    """Compare costs with the paper's Table II.
+
+    Args:
+        costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
+    """
+    both = [(ours, paper.TABLE_2[method][ground]) for method, ground, ours in costs]
+    agreeing = sum(math.isnan(ours) == math.isnan(printed) for ours, printed in both)
+    numbers = [(ours, printed) for ours, printed in both if not math.isnan(printed)]
+    off = [_log(*each) for each in numbers if each[0] > 0.0]
+    distance = root_mean_square(off) if off else math.nan
+    return Agreement(agreeing, len(both), sum(paper.meets(*each) for each in numbers), len(numbers), distance)
+
+
+@dataclass(frozen=True)
+class Results:
+    """The rows of a reproduction, read as fits Table II.
+
+    Attributes:
+        rows: The rows; those of MuJoCo may be missing.
+    """
+
+    rows: Sequence[Row]
+
+    @cached_property
+    def readings(self) -> list[Choice]:
+        """All readings by the adaptive controller's walks in the hybrid engine, the nearest to the paper first."""
+        found = []
+        sides = (side_distances(self.rows, pair) for pair in (paper.STAIRS, paper.SLOPES))
+        for stairs, slopes in itertools.product(*sides):
+            if (stairs.delay, stairs.kind, stairs.length) == (slopes.delay, slopes.kind, slopes.length):
+                distance = root_mean_square((stairs.distance, slopes.distance))
+                found.append(replace(stairs, slopes=slopes.slopes, distance=distance))
+        return sorted(found, key=lambda choice: choice.distance)
+
+    @property
+    def best(self) -> Choice:
+        """The reading that is nearest to the paper."""
+        return self.readings[0]
+
+    @cached_property
+    def sources(self) -> list[str]:
+        """Slope sources of gains that settle, the one that agrees best in the hybrid engine first."""
+        return sorted(paper.SLOPE_SOURCES, key=lambda source: self.agreement("hybrid", source).rank)
+
+    @cached_property
+    def _walks(self) -> dict[tuple[str, str, str | float | None, paper.Place], Row]:
+        """Walks of Table II by engine, method, settings (zeta of the adaptive controller) and ground."""
+        found = {}
+        for row in self.rows:
+            if row.part in ("table 2", "blind", "fitted"):
+                settings = row.slope_source if row.part == "table 2" else row.part
+                settings = row.delay if row.method == "adaptive" else settings
+                found[row.engine, row.method, settings, row.place_read] = row
+        return found
+
+    def walks(
+        self,
+        method: str,
+        settings: str | float | None = "fitted",
+        engine: str = "hybrid",
+        places: Iterable[paper.Place] | None = None,
+    ) -> list[Row]:
+        """Find a method's walks on grounds of Table II; `NO_WALK` where there is none.
+
+        Args:
+            method: One of `mjbiped.studies.reproduction.section_5.METHODS`.
+            settings: "blind", "fitted", or the slope source of gains that settle. The adaptive controller has the best
+                reading's zeta, unless another one is given here.
+            engine: "hybrid" or "mujoco".
+            places: The grounds; those of the best reading unless given.
+        """
+        if method == "adaptive" and isinstance(settings, str):
+            settings = self.best.delay
+        chosen = self.best.places if places is None else places
+        return [self._walks.get((engine, method, settings, place), NO_WALK) for place in chosen]
+
+    def agreement(self, engine: str, settings: str) -> Agreement:
+        """Compare the energy-based methods' walks with the paper; arguments as in `walks`."""
+        walks = [walk for method in paper.ENERGY_BASED for walk in self.walks(method, settings, engine)]
+        return agreement((walk.method, walk.ground, self.best.cost(walk)) for walk in walks if walk.outcome)
+
+
+def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[Choice]:
+    """List readings of the stairs or of the slopes alone, with their distances."""
+    known = logs(rows)
+    for delay, kind, length, place in known:
+        if place.ground == pair[0]:
+            distance = root_mean_square([known[delay, kind, length, place._replace(ground=each)] for each in pair])
+            yield Choice(delay, kind, length, place[1:], place[1:], distance)
+
+
+def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, paper.Place], float]:
+    """ln(ours / paper's) of the hybrid engine's walks of the adaptive controller on uneven ground.
+
+    By zeta, kind of work, number of steps, and ground as it is read.
+    """
+    return {
+        (row.delay, kind, steps, row.place_read): _log(getattr(row, name), paper.TABLE_2["adaptive"][row.ground])
+        for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
+        if row.ground in paper.UNEVEN
+        for name, (kind, steps) in COSTS.items()
+        if steps in LENGTHS
+    }
+
+
+def root_mean_square(values: Sequence[float]) -> float:
+    """Compute the root mean square of some values."""
+    return math.sqrt(sum(value**2 for value in values) / len(values))
+
+
+def _log(ours: float, printed: float) -> float:
+    """ln(ours / paper's); infinite where ours does not exist or is not positive."""
+    return math.log(ours / printed) if ours > 0.0 else math.inf

@@ -1,0 +1,240 @@
+"""The committed report: it says what its table says, the table says what is walked, and the prose is true of it."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from mjbiped.control.registry import settings_of
+from mjbiped.studies.cell import Cell
+from mjbiped.studies.reproduction import reproduce as plan
+from mjbiped.studies.reproduction.cell import COSTS, LENGTHS, RESOLVED_SLOPE, TRACES
+from mjbiped.studies.reproduction.cell import row as row_as_walked
+from mjbiped.studies.reproduction.claims import ZERO, walks_of
+from mjbiped.studies.reproduction.reproduce import TABLE
+from mjbiped.studies.reproduction.rows import Row, read_rows, row_of, write_rows
+from mjbiped.studies.reproduction.section_5 import (
+    BLIND,
+    BLIND_SOURCE,
+    DELAYS,
+    GROUNDS,
+    PRINTED,
+    SETTLED,
+    SLOPE_PATTERNS,
+    SLOPES,
+    STAIR_PATTERNS,
+    STAIRS,
+    START_ERROR,
+    START_ESTIMATES,
+    TABLE_2,
+    TABLE_3,
+    gains_told,
+)
+from mjbiped.studies.reproduction.table_2 import Results, side_distances
+from mjbiped.studies.reproduction.tables import PAGE, TABLES, distance, render
+from mjbiped.terrain.profile import GROUND_FRICTION
+from mjbiped.terrain.terrain import Terrain
+from scripts.paper import placebo
+from scripts.paper.fits import SMALL_SHARE
+from scripts.paper.gain_scan import GAINS, RATIOS, settings
+
+DOCS = Path(__file__).parents[3] / "docs"
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+
+
+def identity(row: Row) -> tuple[object, ...]:
+    """What a walk is, without what was measured."""
+    parts = (row.part, row.ground, row.pattern, row.first, row.engine, row.method, row.slope_source, row.update)
+    return *parts, repr(row.delay), repr(row.adaptation_gain), repr(row.start_estimate)
+
+
+@pytest.mark.slow
+def test_pages_are_made_of_the_table(rows: list[Row]) -> None:
+    for name, page in render(Results(rows)).items():
+        assert (DOCS / name).read_text(encoding="utf-8") == page
+    assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
+
+
+def test_constants_in_the_prose_are_those_of_the_code() -> None:
+    templates = (DOCS.parent / "mjbiped" / "studies" / "reproduction").glob("template_*.md")
+    prose = " ".join(word for path in templates for word in path.read_text(encoding="utf-8").split())
+    (short, long), (up, down), (low, high) = placebo.LENGTHS, placebo.SLOPES, placebo.RISES
+    readings = len(DELAYS) * 3 * len(LENGTHS) * 2 * len(STAIR_PATTERNS) * 2 * len(SLOPE_PATTERNS)
+    for words in (
+        f"{len(settings()) * len(GROUNDS)} walks",
+        f"{len(settings())} settings",
+        f"{readings} readings",
+        f"{len(STAIR_PATTERNS)} patterns of stairs and {len(SLOPE_PATTERNS)} of slopes",
+        f"{len(DELAYS)} ζ, three kinds of work, {len(LENGTHS)} lengths",
+        f"from {min(GAINS):g} to {max(GAINS):g} ({len(GAINS)} values)",
+        f"from −{-min(RATIOS):g} to −{-max(RATIOS):g} ({len(RATIOS)} values)",
+        f'slope source "{BLIND_SOURCE}"',
+        *(
+            gains_told(dict(variant.gains)).replace("-", "−")
+            for chosen in (BLIND, SETTLED)
+            for variant in chosen.values()
+        ),
+        f"nearest to the paper's {TABLE_2['PBC']['level']:.4f}",
+        f"its friction is {GROUND_FRICTION:g}",
+        f"{plan.MIXED_STEPS} steps",
+        f"{1000 * max(map(abs, Terrain.mixed().rises)):.0f} mm",
+        f"{2 * len(TABLE_3)} numbers",
+        f"{math.degrees(RESOLVED_SLOPE):.2f}° (ε",
+        f"{math.degrees(settings_of('adaptive')['replanning_threshold']):.2f}° (from which",
+        f"{100 * ZERO:g} % of the greatest",
+        f"wrong by {START_ESTIMATES[0]:g}° at the start",
+        f"wrong by {START_ERROR:g}°",
+        f"{placebo.ROWS} random rows",
+        f"{100 * SMALL_SHARE:g} % or more",
+        f"{placebo.COUNT} random grounds",
+        f"with {len(placebo.bounds())} free numbers",
+        f"from {placebo.span('level')[0]:.4f} to {placebo.span('level')[1]:.4f}",
+        f"{placebo.span('stair 2')[0]:.4f} to",
+        f"{placebo.span('stair 2')[1]:.4f}",
+        f"{placebo.SEGMENTS} segments of {short:g} to {long:g} m, slopes of −{-up:g}° to {down:g}°",
+        f"steps of −{-1000 * low:g} to {1000 * high:g} mm",
+        f"{max(LENGTHS)} steps in the hybrid engine",
+    ):
+        assert words in prose, words
+
+
+@pytest.mark.slow
+def test_walks_again_give_the_table(rows: list[Row]) -> None:
+    """A share of the hybrid engine's walks, one of each method, ground and part; MuJoCo's are the slow test's."""
+    known = {identity(row): row for row in rows}
+    cells = [*plan.table_2()[::97], *plan.table_3("hybrid")[::3], *plan.start()[::5], plan.figure_5("hybrid")[1]]
+    for cell in cells:
+        compare(cell, known)
+
+
+@pytest.mark.slow
+def test_walks_in_mujoco_again_give_the_table(rows: list[Row]) -> None:
+    known = {identity(row): row for row in rows}
+    for cell in plan.table_3("mujoco")[-2:]:
+        compare(cell, known)
+
+
+def compare(cell: Cell, known: dict[tuple[object, ...], Row]) -> None:
+    """Walk a cell again and compare it with its row."""
+    fresh = row_of(row_as_walked(cell))
+    row = known[identity(fresh)]
+    assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
+    for name in ("place", "ankle", "hip", "friction", "least_force"):
+        # six digits are kept; the rest is for other processors' arithmetic, which 60 steps do not magnify
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5), name
+    for name in COSTS:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5, nan_ok=True), name
+    for name in ("begun", "ended", "rms"):
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), abs=1e-5, nan_ok=True), name
+    # distances from a line and ways up and down are sums of differences: more of the arithmetic is seen in them
+    for name in TRACES:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=1e-3, abs=1e-4, nan_ok=True), name
+
+
+@pytest.mark.slow
+def test_table_is_whole(rows: list[Row]) -> None:
+    """Every walk of the plan has a row, and none failed with an error."""
+    hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+    best = Results(rows).best
+    gravity = plan.gravity(best)
+    engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
+    compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
+    assert len(compared) == 3 * (1 + 1 + 2) * len(best.places)
+    assert engines[0] == len(hybrid) + len(gravity) + len(compared)
+    assert engines[1] > 50
+    assert not [row for row in rows if row.outcome == "failed"]
+
+
+def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
+    """The sentences of the template that no number carries."""
+    best = Results(rows).best
+    stairs = {side.stairs[0] for side in side_distances(rows, STAIRS) if math.isfinite(side.distance)}
+    assert stairs == {"descending"}, "stairs fit as descending alone"
+    slopes: dict[str, float] = {}
+    for side in side_distances(rows, SLOPES):
+        slopes[side.slopes[0]] = min(side.distance, slopes.get(side.slopes[0], math.inf))
+    assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
+    ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
+    assert all(pattern.startswith("down and up in turn") for pattern in ranked[:2]), "beginning downhill"
+    assert best.stairs[0] == "descending"
+    assert best.slopes[0].startswith("down and up")
+    assert best.length == 20, "over few steps"
+    climbing = [
+        r for r in rows if r.part == "table 2" and r.place_read[:2] == PRINTED[1][:2] == ("stair 2", "ascending")
+    ]
+    assert climbing
+    assert not any(row.finished for row in climbing), "nothing walks up stair 2"
+    near = Results(rows).readings[9].distance / best.distance
+    assert near < 1.5, "the next ones are as good"
+    by_gravity = [best.cost(row) for row in rows if row.part == "gravity"]
+    assert len(by_gravity) == 5
+    for ground in ("mixed", "found"):
+        for zeta, walk in walks_of(rows, ground, "mujoco").items():
+            asked = walks_of(rows, ground, "hybrid")[zeta].friction
+            assert walk.outcome in ("finished", "slipped")
+            assert walk.finished or asked > GROUND_FRICTION, "walks end where more friction is asked"
+        forces = {zeta: walk.least_force for zeta, walk in walks_of(rows, ground, "hybrid").items()}
+        assert forces[0.1] < 0.0, "the smallest zeta needs glue"
+        assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
+    assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
+    costs = {
+        (row.ground, row.delay): best.cost(row)
+        for row in rows
+        if row.part == "table 2"
+        and row.engine == "hybrid"
+        and row.method == "adaptive"
+        and row.place_read in best.places
+    }
+    assert costs["stair 1", 0.8] < costs["stair 1", None], "on stair 1 re-planning saves"
+    assert costs["stair 2", 0.8] > costs["stair 2", None], "on stair 2 it costs"
+
+
+def test_start_alone_sets_the_torque_of_the_smallest_delays(rows: list[Row]) -> None:
+    start = {row.delay: row.torque for row in rows if row.part == "start"}
+    whole = walks_of(rows, "mixed", "hybrid")
+    assert start[0.1] == whole[0.1].torque
+    assert start[1.0] < whole[1.0].torque
+
+
+def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
+    walks = {
+        (row.engine, row.adaptation_gain, row.start_estimate, row.update): row for row in rows if row.part == "figure 5"
+    }
+    assert len(walks) == 2 * 4 * 2 * 2
+    small = math.degrees(RESOLVED_SLOPE)
+    for (engine, gain, start, update), walk in walks.items():
+        other = walks[engine, gain, start, "no" if update == "yes" else "yes"]
+        assert walk.trace_settled == pytest.approx(other.trace_settled, rel=1e-5), "alike before the first change"
+        if update == "yes":
+            assert walk.jump < 0.02, "(27) leaves an error as it is"
+            assert walk.trace_off_time < other.trace_off_time
+            if gain in (0.3, 3.0):
+                assert walk.trace_later < small, "along at once"
+        else:
+            assert walk.begun > 1.0
+            assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"
+            fast = walks[engine, 3.0, start, update].trace_off_time
+            assert (walk.trace_off_time > fast) == (gain != 3.0)
+
+
+def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:
+    for engine in ("hybrid", "mujoco"):
+        found, mixed = (distance(walks_of(rows, ground, engine)) for ground in ("found", "mixed"))
+        assert found < 0.1 < mixed
+    assert set(walks_of(rows, "found", "mujoco")) == set(TABLE_3)
+
+
+def test_pictures_of_the_page_are_there() -> None:
+    text = (DOCS / PAGE).read_text(encoding="utf-8")
+    pictures = re.findall(r"\]\((images/[^)]+)\)", text)
+    assert len(pictures) == 4
+    for picture in pictures:
+        assert (DOCS / picture).stat().st_size < 400_000
+    assert "$" not in text + (DOCS / TABLES).read_text(encoding="utf-8")
