@@ -155,6 +155,7 @@ def basin_of_attraction(
     gait = passive_gait_of(robot, slope)
     rule = chosen(scuffing)
     check_scuffing(gait, gait.slope, rule)
+    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     basin = _empty(gait.slope, gait.start, stance_rates, swing_rates, limit, "passive")
     plane = plane_of(robot, gait.slope, rule)
     walked = ReturnMap(robot, gait.slope, rule).walk(kicked(gait.start), _TRANSIENT)
@@ -214,6 +215,7 @@ def basin_of_control(
             "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
         )
     slope = domains.SLOPE.check("slope", slope)
+    threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)
     engine = Hybrid()
     terms = Terms(engine, basin.limit, None, robot, None, chosen(scuffing), walks=basin.fates.size)
@@ -304,16 +306,15 @@ def _nearness(robot: Robot) -> Array:
     return SETTLED * np.repeat([1.0, frequency], angles)
 
 
-def _filled(basin: Basin, row: Callable[[int], None], threads: int | None, progress: bool) -> Basin:
+def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
     """Compute all rows of a map in threads.
 
     Raises:
-        InputError: The number of threads is outside its domain.
         BasinInterrupted: Ctrl-C.
         BasinStopped: The controller raised an exception.
     """
     rows = range(len(basin.swing_rates))
-    with ThreadPoolExecutor(domains.WORKERS.check("threads", cores() if threads is None else threads)) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         try:
             futures = [pool.submit(row, number) for number in rows]
             for future in progress_bar(as_completed(futures), total=len(rows), desc="rows", progress=progress):

@@ -30,7 +30,7 @@ def progress_bar(iterable: Iterable[object] | None = None, *, progress: bool = T
         return shown(iterable, disable=not progress, **given)
     # each step looks at the clock, and the rate is that of the whole time: a line says what is so when it is written
     rare = {"delay": EVERY, "mininterval": EVERY, "miniters": 1, "smoothing": 0.0}
-    lines: tqdm[Any] = _lines()(iterable, leave=False, bar_format=_LINE, **rare, **given)
+    lines: tqdm[Any] = _lines()(iterable, leave=False, bar_format=_LINE, **{**rare, **given})
     return lines
 
 

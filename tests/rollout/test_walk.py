@@ -141,9 +141,9 @@ def nested(levels: int) -> list[Any]:
 
 
 UNTELLABLE: tuple[Any, ...] = (
-    *(None, [1], "x", {}, {"name": 5}, {"name": "x", "n": 10**100}, {"name": "x", "n": 10**5000}),
+    *(None, [1], "x", {}, {"name": 5}, {"name": "x", "n": 10**5000}),
     *({"name": "\ud800"}, {"name": "x", "n": nested(60)}, {"name": "x", "n": nested(3000)}, {"name": "x", "n": {1, 2}}),
-    {"name": "x", "n": [0] * 200_000},
+    {"name": "x", "n": [0] * 2_000_000},
 )
 """What no record could tell of a controller."""
 

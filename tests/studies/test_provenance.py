@@ -12,7 +12,6 @@ from mjbiped.studies.run import digest, machinery
 COUNTED = (
     "mjbiped/engines/a.py",
     "mjbiped/studies/reproduction/cell.py",
-    "mjbiped/studies/reproduction/traces.py",
     "mjbiped/studies/cell.py",
     "laws/sub/a.py",
     "models/a.xml",

@@ -47,7 +47,7 @@ DAMAGED: dict[str, tuple[Callable[[Path], Any], str]] = {
     "one array": (one_array, "File is not a zip file"),
     "text": (lambda path: path.write_text("a policy"), "File is not a zip file"),
     "pipe": (os.mkfifo, "is a device or a pipe"),
-    "claims": (claiming, "claims the shape"),
+    "claims": (claiming, "cannot reshape"),
     "seed of text": (lambda path: changed(path, seed="one"), "seed is of type <U3"),
     "seeds": (lambda path: changed(path, seed=[1, 2]), r"seed is of type int64 and shape \(2,\)"),
     "seed of none": (lambda path: changed(path, seed=np.nan), "seed is of type float64"),
