@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import AdaptiveController, Controller, Law, Memory, PassiveController
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.mujoco import run as mujoco_run
 from mjbiped.plotting.walk import plot_walk
@@ -140,6 +140,10 @@ def nested(levels: int) -> list[Any]:
     return made
 
 
+def flat(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0] = out[1] = 0.0
+
+
 UNTELLABLE: tuple[Any, ...] = (
     *(None, [1], "x", {}, {"name": 5}, {"name": "x", "n": 10**5000}),
     *({"name": "\ud800"}, {"name": "x", "n": nested(60)}, {"name": "x", "n": nested(3000)}, {"name": "x", "n": {1, 2}}),
@@ -161,6 +165,7 @@ UNTELLABLE: tuple[Any, ...] = (
         ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
         ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
         ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),
+        ({"law": lambda *_: Law(((1.0, 2.0), 0.3), flat)}, r"parameters\[0\] of its law .* one flat list"),
         ({"start": lambda *_: 1 / 0}, r"Made\.start fails: ZeroDivisionError"),
         ({"start": lambda *_: sys.exit(5)}, r"Made\.start fails: SystemExit: 5"),
         ({"describe": _raise_wordless}, "does not tell what it is: Wordless, whose words cannot be told"),
