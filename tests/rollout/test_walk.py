@@ -140,6 +140,9 @@ def nested(levels: int) -> list[Any]:
     return made
 
 
+TABLED: Any = ((1.0, 2.0), 0.3)  # a table among the parameters
+
+
 def flat(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
     out[0] = out[1] = 0.0
 
@@ -165,7 +168,7 @@ UNTELLABLE: tuple[Any, ...] = (
         ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
         ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
         ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),
-        ({"law": lambda *_: Law(((1.0, 2.0), 0.3), flat)}, r"parameters\[0\] of its law .* one flat list"),
+        ({"law": lambda *_: Law(TABLED, flat)}, r"parameters\[0\] of its law .* one flat list"),
         ({"start": lambda *_: 1 / 0}, r"Made\.start fails: ZeroDivisionError"),
         ({"start": lambda *_: sys.exit(5)}, r"Made\.start fails: SystemExit: 5"),
         ({"describe": _raise_wordless}, "does not tell what it is: Wordless, whose words cannot be told"),
