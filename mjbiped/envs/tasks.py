@@ -1,4 +1,4 @@
-"""The tasks: their grounds, actions and observations."""
+"""The tasks: their names in Gymnasium, actions, observations and torque limits."""
 
 from __future__ import annotations
 
