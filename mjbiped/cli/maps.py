@@ -46,8 +46,8 @@ def return_map(
 ) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
-    Angle and rates of the legs after a step, over the same before it; the gait, where the map meets the diagonal; its
-    multipliers; and a walk that begins 2 % off the gait.
+    The figure has angle and rates of the legs after a step over those before it; the gait, where the map meets the
+    diagonal; its multipliers; and a walk that begins 2 % off the gait.
 
     Map:
         slope_deg: Slope of the plane, positive downhill.
@@ -88,8 +88,7 @@ def bifurcation(
 ) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
-    The onsets are zeros of a multiplier plus one on the branches of gaits, found by Newton's method; the diagram is
-    walked, slope by slope.
+    Newton's method finds the onsets, the gaits with a multiplier of -1. For the diagram the robot walks on each slope.
 
     Map:
         slope_deg: Slopes of the diagram; around the period doublings if left out.
@@ -222,7 +221,7 @@ def basin(
 
 
 def _usual_rates(gait: Any, *, controlled: bool) -> tuple[Ends, Ends]:
-    """Return the ranges of initial rates of stance and swing leg around a gait's, rad/s; of no gait zero."""
+    """Return the ranges of initial rates of stance and swing leg around a gait's, rad/s; zero without a gait."""
     greatest = 0.0 if gait is None else float(np.abs(gait.start[len(gait.start) // 2 :]).max())
     if controlled:
         return (-2.0 * greatest, 11.0 * greatest), (-25.0 * greatest, 25.0 * greatest)

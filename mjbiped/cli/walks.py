@@ -160,7 +160,7 @@ def render(
       mjbiped render walk.npz --no-video --plot walk.svg
     """  # noqa: D301 (click reads the backspace)
     if no_video and (results.plot is None or video is not None):
-        raise click.UsageError("--no-video leaves a --plot to be drawn, and no VIDEO.")
+        raise click.UsageError("--no-video needs a --plot to draw, and takes no VIDEO.")
     done = mjbiped.Walk.load(record)
     results.draw("walk:plot_walk", done)
     if not no_video:
@@ -185,7 +185,7 @@ class Window:
     View:
         slow_motion: Seconds in the window per second of the walk, at the start.
         hide: Elements to hide, separated by commas: {marks}.
-        flags: A visual flag of MuJoCo to set at first, such as contactforce; with no- before it to clear; may be
+        flags: A visual flag of MuJoCo to set at the start, such as contactforce; with no- before it to clear; may be
             repeated.
         seconds: Time after which the window closes, s.
     """

@@ -1,4 +1,4 @@
-"""Laws of scalars, the form of `Law` until this release: they work for one release more, in plain Python.
+"""Laws of scalars, the form of `Law` before this release: they are interpreted, and work until the next release.
 
 Their `torque` takes angles and rates one by one, and returns torques and rates of the states as a tuple.
 """
@@ -20,7 +20,7 @@ _ON_ARRAYS = 6  # parameters, memory, t, q, dq, out
 
 
 def on_arrays(law: Law) -> Law:
-    """Return a law of arrays; the functions of one of scalars are wrapped, with a `DeprecationWarning`."""
+    """Return a law whose functions take arrays; those of a law of scalars are wrapped, with a `DeprecationWarning`."""
     if not takes_scalars(law.torque):
         return law
     _warn(law.torque)
@@ -35,7 +35,7 @@ def _torque(torque: Function, parameters: object, memory: object, t: float, q: N
 
 
 def _event(event: Function, parameters: object, memory: object, first: float | Numbers, *state: Numbers) -> None:
-    """Call the function of a touchdown or a knee strike, which begins with angles or with a time."""
+    """Call a law's function of a touchdown, given angles and rates, or of a knee strike, given the time before them."""
     parts = ((first,) if isinstance(first, float) else first, *state)
     event(parameters, memory, *chain.from_iterable(parts))
 
@@ -49,7 +49,7 @@ def takes_scalars(torque: Function) -> bool:
 
 @lru_cache(maxsize=256)
 def _warn(torque: Function) -> None:
-    """Warn, once for a law."""
+    """Warn of a law of scalars, once for each law."""
     warnings.warn(
         f"{torque.__module__}.{torque.__name__} is a law of scalars: it is interpreted, and the next release does "
         "not accept it. Write it on arrays, with all parameters as floats in one flat list: "

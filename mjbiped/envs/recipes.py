@@ -1,4 +1,4 @@
-"""What walks and on what, in each episode: robot, terrain and disturbances, fixed or drawn from distributions.
+"""Recipes of episodes: robot, terrain and disturbances of an environment, fixed or drawn from distributions.
 
 A recipe is what a user gives: an object, a name, or a table of parameters. In a table each number may be a
 distribution, {"uniform": [4, 5]}, as in the study files of `mjbiped sweep`; it is drawn anew in each episode.
@@ -38,7 +38,7 @@ TASKS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
         "walk_random": ("random", {"length": 15.0}),
     }
 )
-"""The terrain's preset and parameters by the task's name; random ground is another one in each episode."""
+"""The terrain's preset and parameters by the task's name; random ground is new in each episode."""
 
 _ROBOT = "a robot, a name such as 'kneed', or a table of parameters such as {'kind': 'kneed', 'thigh_mass': 4.0}"
 _TERRAIN = (
@@ -89,7 +89,7 @@ class Recipe(Generic[Made]):
 
     @property
     def middle(self) -> Made:
-        """The object with the medians of what is drawn."""
+        """The object made with the median of each distribution."""
         return self.made({name: draw.middle for name, draw in self.draws.items()})
 
     def check(self) -> None:
@@ -104,7 +104,7 @@ class Recipe(Generic[Made]):
 
 
 def _changed(name: str, value: object, change: Callable[[str, Any], Any]) -> object:
-    """Replace the distributions in a value by what a function of their dotted names and themselves says."""
+    """Replace each distribution in a value by what a function returns for its dotted name and itself."""
     if isinstance(value, Mapping | Draw):
         return change(name, value)
     if isinstance(value, list | tuple):
@@ -148,8 +148,8 @@ class Curriculum:
     Attributes:
         easy: Parameters at difficulty 0, with the preset's name as `name`, unless it is the task's. Numbers may be
             distributions.
-        hard: Those that differ at difficulty 1, of the same form.
-        step: By how much the difficulty changes from one episode to the next, from 0 to 1.
+        hard: Parameters that differ at difficulty 1; their values have the same form as in `easy`.
+        step: Change of the difficulty from one episode to the next, from 0 to 1.
         by: "success": it grows after an episode that the robot walked to the time limit or to the end of the ground,
             and shrinks after any other; "episodes": it grows after each.
 

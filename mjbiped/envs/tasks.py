@@ -1,4 +1,4 @@
-"""The tasks: their grounds, actions and observations."""
+"""Settings of an environment (`WalkTask`): task, actions and torque limits; and the tasks' names in Gymnasium."""
 
 from __future__ import annotations
 

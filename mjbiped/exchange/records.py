@@ -53,7 +53,7 @@ def export_walk(walk: Walk, path: str | Path) -> None:
 
 
 def parts_of(walk: Walk, path: Path) -> dict[str, tuple[Path, Callable[[Path], None]]]:
-    """Return what a record becomes in the format of a path, by kind: files, and the functions that write them."""
+    """Return the files of a record in the format of a path, by kind, each with the function that writes it."""
     if path.suffix == OWN:
         return {"record": (path, walk.save)}
     if path.suffix == MCAP:

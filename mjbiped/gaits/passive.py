@@ -2,9 +2,9 @@
 
 Those of straight legs are found along the branch of gaits that leaves level ground. There, at slope -> 0, the gait is
 known: angles and rates shrink like slope^(1/3), the motion about mid-stance is the odd solution of the linearised
-equations whose legs move as one at touchdown, and the energy lost at the impact sets the slope. That holds for every
-mass distribution, so that no guess, and no other robot's gait, is needed. docs/model.md gives the formulas. The steady
-rolling of a rimless wheel is known in closed form but for its motion.
+equations whose legs have equal rates at touchdown, and the energy lost at the impact sets the slope. That holds for
+every mass distribution, so that no guess, and no other robot's gait, is needed. docs/model.md gives the formulas. The
+start of a rimless wheel's steady rolling is known in closed form.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from mjbiped.robots.round import RoundCompass
 from mjbiped.robots.wheel import RimlessWheel
 from mjbiped.utils import domains
 
-MOST_PLACES = 60  # slopes on the way from level ground to the one asked for; 5 to 50 do
+MOST_PLACES = 60  # greatest number of slopes on the way from level ground to the final one; 5 to 50 are usual
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -53,7 +53,7 @@ class PassiveGait(Gait):
 
     Attributes:
         multipliers: Floquet multipliers, the eigenvalues of the return map's Jacobian; complex, shape (3,), the largest
-            magnitude first; six digits or better. That of a wheel is of the rate after impacts, shape (1,).
+            magnitude first; six digits or better. A wheel has one, of the rate after impacts, shape (1,).
     """
 
     multipliers: NDArray[np.complex128]
@@ -82,9 +82,9 @@ def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGai
     """The passive gait of period one on a plane (equation 28), stable or not.
 
     Where several gaits exist, it is the one whose swing leg swings out and comes back (the "long" gait), on the branch
-    that leaves level ground. Table I has it beyond 20 degrees, stable up to 2.728; a leg with all its mass near the hip
-    loses it much earlier. Results are kept in the user's cache folder, or where the environment variable
-    MJBIPED_CACHE_DIR says.
+    that leaves level ground. The robot of Table I has such gaits to beyond 20 degrees, stable ones up to 2.728; with
+    all mass of the legs near the hip they end much earlier. Results are kept in the user's cache folder, or where the
+    environment variable MJBIPED_CACHE_DIR says.
 
     Args:
         robot: Any compass biped, on point feet or on round ones.
@@ -133,8 +133,9 @@ def _search(robot: Robot, slope: float) -> dict[str, Any]:
 def _follow_branch(robot: Robot, slope: float) -> Array:
     """The start of the gait on a slope, found by following the gaits from level ground.
 
-    Over the slope's cube root it is smooth in slope^(2/3), in which the steps are taken; one counts only if the gait
-    found is close to the one extrapolated, so that the search does not slip onto the other family (the "short" gaits).
+    The start, divided by the slope's cube root, is smooth in slope^(2/3), by which the search proceeds. A gait counts
+    only if it is close to the extrapolated one, so that the search does not slip onto the other family (the "short"
+    gaits).
     """
     places, gaits, width = [0.0], [_level_limit(robot, slope)], 1 / 256
     for _ in range(MOST_PLACES):
@@ -185,11 +186,11 @@ def _level_limit(robot: Robot, slope: float) -> Array:
     part1 = together[1] * modes[0, 0] * fall / math.tanh(fall * half)
     part2 = together[0] * modes[0, 1] * swing / math.tan(swing * half)
     growth = float((part1 - part2) / np.linalg.det(modes))
-    # the slope makes good the impact's loss, which is of fourth order in the angle: any small angle will do
+    # on the slope gravity restores the impact's loss, which is of fourth order in the angle: any small angle serves
     q, dq = np.array([1e-2, -1e-2]), np.full(2, 1e-2 * growth)
     loss = chain.kinetic_energy(q, dq) - chain.kinetic_energy(q[::-1], robot.rates_after_touchdown(q, dq))
     ratio = math.cbrt(loss / unit**2 / (robot.weight * 2 * robot.leg_length * q[0]))
-    if not ratio > 0.0:  # what is lost is rounding beside the energy
+    if not ratio > 0.0:  # the loss is no more than rounding of the energy
         raise no_gait(slope, "none leaves level ground; check the robot's lengths, masses and inertia")
     return np.array([-q[0], *dq]) / ratio
 
@@ -230,7 +231,7 @@ def find_rolling(robot: RimlessWheel, slope: float) -> PassiveGait:
 
     Raises:
         InputError: The slope is outside its domain.
-        GaitError: The wheel does not roll on: the slope does not give what the impacts take.
+        GaitError: The wheel comes to a stop: on this slope gravity restores less than the impacts take.
     """
     slope, half, unit = domains.SLOPE.check("slope", slope), robot.between / 2, unit_of(robot)
     start = np.array([-half, robot.rolling_rate(slope)])

@@ -1,1 +1,1 @@
-"""Compilation and integration."""
+"""Machine code: how it is made and kept, and memory that plain Python shares with it."""

@@ -25,22 +25,23 @@ class FootedCompass(Compass):
     """A compass biped with feet that are bodies, each on an ankle with a motor.
 
     A leg and its foot together are the leg of `Compass`: the leg is lighter by the foot, whose centre of mass is the
-    ankle. So the equations of a robot that stands flat, with its other foot held parallel to the ground, are those of a
-    compass biped with a sole, but for the ankle's height: laws, gaits and references are found for that.
+    ankle. A robot that stands flat, with its other foot parallel to the ground, therefore has the equations of a
+    compass biped with a sole, but for the ankle's height. Laws, gaits and references are found for that compass biped
+    (`flat`).
 
     In the hybrid engine the stance foot lies flat, or turns about its toe or heel where the ankle's torque is more than
     the sole bears, and comes down again. On ground of another slope a foot lands on its heel or toe and turns until it
     lies flat.
 
-    In MuJoCo the feet stand, tip and slide on the ground as their contacts make them. The swing foot is held parallel
-    to the ground that the last footholds told, by the angles of the joints.
+    In MuJoCo the feet stand, tip and slide on the ground as their contacts make them. A servo holds the swing
+    foot parallel to the ground, whose slope it infers from the joints' angles at the last footholds.
 
     Attributes:
         leg_mass: Mass of one leg with its foot, kg.
         hip_mass: Mass at the hip, kg.
         lower_length: From the ankle to the centre of mass of leg and foot, m.
-        upper_length: From there to the hip, m.
-        leg_inertia: Inertia of leg and foot about their centre of mass, without that of the foot about the ankle,
+        upper_length: From that centre of mass to the hip, m.
+        leg_inertia: Inertia of leg and foot about their centre of mass, without the foot's own about the ankle,
             kg m^2; a uniform rod's unless given.
         gravity: Acceleration of gravity, m/s^2.
         sole: Distances along the sole from below the ankle to the heel and to the toe, m, or one for both.

@@ -1,4 +1,4 @@
-"""One walk of a study: its inputs, and the row of the table that is measured."""
+"""One walk of a study: its inputs, and the measures in its row of the table."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ ROBOT = Compass.kind
 """The robot that walks unless a study names another, by its name in `mjbiped.robots.kinds.NAMED`."""
 
 LIMITS = ("steps", "distance")
-"""Limits of a walk, which `walk` takes as they are."""
+"""Limits of a walk: arguments of `walk`, passed on unchanged."""
 
 LIMIT = "limit"
 """Section of `LIMITS` in a cell's values; the number of steps that were walked is a measure."""
@@ -62,7 +62,7 @@ OPTIONS = ("timestep", "contact_timestep")
 """Settings of the engine mujoco, s."""
 
 FAILED = "failed"
-"""Outcome of a walk that an error kept from ending."""
+"""Outcome of a walk that an error stopped."""
 
 TRAJECTORY = "trajectory"
 """Key of a row for the walk's samples, in flat columns; it is no column of the table."""
@@ -145,7 +145,7 @@ class Cell:
             if part == "plus_minus":
                 half = domains.STUDY_HALF.check(f"terrain.{key}", value)
                 parameters[outer] = (-half, half)
-            elif part:  # the low end or the high one
+            elif part:  # "low" or "high"
                 parameters[outer] = (settings[f"{outer}.low"], settings[f"{outer}.high"])
             else:
                 parameters |= parse_parameters(f"{key}={value}") if isinstance(value, str) else {key: value}
@@ -204,7 +204,7 @@ class Cell:
             laws: Digests of the user's own controllers, by their names in the study, with which it must walk.
 
         Raises:
-            MjbipedError: The user's own controller is another one here.
+            MjbipedError: The source of the user's own controller differs from the one that the study began with.
         """
         name = self.values["controller.name"]
         if self.law is not None and laws and digest_of(self.law) != laws[str(name)]:
@@ -240,8 +240,8 @@ def state_of(robot: type[Robot]) -> dict[str, Domain]:
 def attempt(walked: Callable[[], Walk], measure: Callable[[Walk], Row]) -> Row:
     """Measure a walk that may fail.
 
-    An error is a result: its text is kept, and the measures of the steps before it where there were any. What is the
-    machine's fault and not the walk's is raised.
+    An error is a result: its text is kept, and the measures of the steps before it where there were any. Errors of the
+    machine, in memory or files, are raised.
 
     Args:
         walked: Makes the walk.

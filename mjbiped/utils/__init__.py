@@ -1,1 +1,1 @@
-"""Validation, files and processes."""
+"""Valid ranges of user inputs, distributions, files and processes."""

@@ -1,8 +1,8 @@
 """Book-keeping of the hybrid engine: work, peak torques, forces and samples of an accepted integration step.
 
 The net work of each joint is integrated with the motion. Its absolute and positive work follow from the turning points
-of that integral, where the power changes sign: there it is flat, so that it hardly matters how exactly they are found,
-and no step has to end on them.
+of that integral, where the power changes sign. The integral is flat there, so that the exact place of a turning point
+hardly matters, and no step has to end on it.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from mjbiped.engines.hybrid.state import Constants, State, touches
 from mjbiped.numerics.blocks import Floats, numbers, row
 
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
-UNLOADED = 0.7  # of the weight: in a gait step that bears less, the least force is looked for within integration steps
+UNLOADED = 0.7  # of the weight: if the normal force falls below it, look for the least force within steps as well
 NO_WORK = 1e-14  # J in a step: rounding
-FAR, NEAR = 0.25, 0.05  # of the power's spread in a step: whether zero can be, and is looked for, between two stages
+# of the power's spread in a step: a power farther from zero than FAR at all stages has no zero between them; the top of
+# a parabola through three stages that comes nearer to zero than NEAR may hide one
+FAR, NEAR = 0.25, 0.05
 
 
 def accumulate(c: Constants, w: State, h: float) -> bool:
-    """Take a step of length h into work, peaks, forces and samples; the law was last asked at its end.
+    """Account for a step of length h: work, peaks, forces and samples; the law was last asked at its end.
 
     Returns:
-        Whether the motion within it is one: a torque may be no number where only a sample is taken.
+        False if a sample within the step is no motion (`is_motion`), as after a torque that is NaN there alone.
     """
     note_peaks(c, w, STAGES)
     acts, peaks, pressure = False, numbers(w.peak_torque, ROOM), numbers(w.pressure, 2)
@@ -61,9 +63,9 @@ def note_peaks(c: Constants, w: State, stage: int) -> None:
 
 
 def _greatest_torque(c: Constants, w: State, joint: int) -> tuple[float, float]:
-    """Greatest magnitude of a joint's torque in the step as its stages tell it, N m, and its share of the step.
+    """Greatest magnitude of a joint's torque at the stages of the step, N m, and its place as a share of the step.
 
-    Near the peak known so far it is the top of the parabola through the greatest value and two beside it.
+    If it may exceed the peak of the walk so far, it is the top of the parabola through three stages around it.
     """
     last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
@@ -121,7 +123,7 @@ def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
 def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float) -> None:
     """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
 
-    It is climbed to in sixteenths of the step from the place, a share of the step, at which the torque seemed greatest.
+    The search climbs in sixteenths of the step, from the place (a share of the step) where the torque seemed greatest.
     """
     piece = min(max(int(PIECES * place + 0.5), 1), PIECES - 1)
     ensure_dense(c, w, h)
@@ -142,7 +144,7 @@ def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float
 
 
 def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> float:
-    """A joint's torque so many sixteenths into the step, N m."""
+    """Torque of a joint after a number of sixteenths (`piece`) of the step, N m."""
     x = piece / PIECES
     write_state_at(c, w, x)
     write_torques(c, w, w.elapsed + x * h, numbers(w.spare, c.size))
@@ -246,7 +248,7 @@ def _last_before_turn(c: Constants, w: State, rate: int, other: int) -> float:
 
 
 def _take_samples(c: Constants, w: State, h: float) -> bool:
-    """Take the samples that lie in the step; whether the motion is one where they are taken."""
+    """Take the samples that lie in the step; False if the state of one of them is no motion (`is_motion`)."""
     end, y = w.clock + w.elapsed + h, numbers(w.spare, c.size)
     while w.sample * c.sample_period < end:
         ensure_dense(c, w, h)

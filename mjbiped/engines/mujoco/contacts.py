@@ -1,4 +1,4 @@
-"""Contacts of the feet: which geoms collide, and the forces of the physics step just resolved."""
+"""Contact forces of the feet in the physics step just resolved."""
 
 from __future__ import annotations
 
