@@ -7,6 +7,8 @@ which the eye sees a slope of a degree.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,8 @@ _LINE = 0.004  # thickness of a level line, in leg lengths: more than a pixel, o
 _PITCH = 0.1  # between level lines, in leg lengths, then rounded to a power of ten in m
 _MOST_LINES = 300
 _STRIPE, _STRIPES = 0.006, 0.5  # width of the stripes across the ground, and the distance between them, in leg lengths
+_SHADES, _MOST_FACES = 20, 5000  # plain shades that make a gradient, and faces of all of them: rough ground has fewer
+_OVERLAP = 1e-5  # of neighbouring shades, a share of the way, or specks of sky would shine between them
 _BEFORE = 5e-4  # of line before cut, edge before line, and stripes over ground, in leg lengths: no faces in one plane
 
 Points = NDArray[np.float64]
@@ -45,10 +49,13 @@ def add_section(spec: mujoco.MjSpec, ground: Ground, pieces: list[Piece], leg_le
         points = np.vstack([points[0] - _BEYOND * leg_length * fall, points])
     from_, to = points[:-1], points[1:]
     down, cut, before = np.array([0.0, _DEPTH * leg_length]), -CUT * leg_length, _BEFORE * leg_length
-    _add_cut(spec, "earth", cut, from_, to, from_ - down, to - down)
+    shades = max(4, min(_SHADES, _MOST_FACES // len(from_)))
+    for name, begin, end in _shades(spec, "earth", "depth", shades):
+        _add_cut(spec, name, cut, *(points - share * down for share in (begin, end) for points in (from_, to)))
     _add_cut(spec, "level_line", cut - before, *_level_lines(from_, to, leg_length))
     _add_cut(spec, "profile_line", cut - 2.0 * before, *_edges(from_, to, _EDGE * leg_length))
-    _add_floor(spec, "surface", from_, to, leg_length)
+    for name, begin, end in _shades(spec, "surface", "distance", shades):
+        _add_floor(spec, name, from_, to, leg_length, (begin, end))
     pitch = _STRIPES * leg_length
     starts = pitch * np.arange(math.ceil(points[0, 0] / pitch), math.floor(points[-1, 0] / pitch))
     edges = (starts, starts + _STRIPE * leg_length)
@@ -59,14 +66,32 @@ def add_section(spec: mujoco.MjSpec, ground: Ground, pieces: list[Piece], leg_le
 def _add_cut(
     spec: mujoco.MjSpec, name: str, y: float, left: Points, right: Points, low_left: Points, low_right: Points
 ) -> None:
-    """Add faces in the plane at y by their corners (x, z), which become paler downwards."""
+    """Add faces in the plane at y by their corners (x, z)."""
     _add_mesh(spec, name, *(_at(y, each) for each in (right, left, low_left, low_right)))
 
 
-def _add_floor(spec: mujoco.MjSpec, name: str, from_: Points, to: Points, leg_length: float) -> None:
-    """Add faces from the cut backwards, which become paler far away."""
-    cut, back = -CUT * leg_length, _BACK * leg_length
-    _add_mesh(spec, name, _at(cut, from_), _at(cut, to), _at(back, to), _at(back, from_))
+def _add_floor(
+    spec: mujoco.MjSpec, name: str, from_: Points, to: Points, leg_length: float, part: tuple[float, float] = (0.0, 1.0)
+) -> None:
+    """Add faces from the cut backwards, or a part of them between two shares of the way."""
+    near, far = (leg_length * (share * (_BACK + CUT) - CUT) for share in part)
+    _add_mesh(spec, name, _at(near, from_), _at(near, to), _at(far, to), _at(far, from_))
+
+
+def _shades(spec: mujoco.MjSpec, first: str, last: str, count: int) -> Iterator[tuple[str, float, float]]:
+    """Make plain materials from one material's colour to another's: a textured pixel takes software twice as long.
+
+    Yields:
+        Name of a material, and the shares of the way at which its band begins and ends; there is a little overlap.
+    """
+    colour, change = spec.material(first).rgba.copy(), spec.material(last).rgba - spec.material(first).rgba
+    shares = np.linspace(0.0, 1.0, count + 1)
+    edges = (0.5 - np.sin(np.arcsin(1.0 - 2.0 * shares) / 3.0)).tolist()  # even steps of a smooth S
+    for number, (begin, end) in enumerate(pairwise(edges)):
+        name = f"{first}_{number}" if number else first
+        material = spec.add_material(name=name) if number else spec.material(first)
+        material.rgba, material.specular = colour + (number + 0.5) / count * change, 0.0
+        yield name, begin, end + _OVERLAP
 
 
 def _at(y: float, points: Points) -> Points:
@@ -77,7 +102,7 @@ def _at(y: float, points: Points) -> Points:
 def _add_mesh(spec: mujoco.MjSpec, name: str, *corners: Points) -> None:
     """Add four-cornered faces: the first corners of all, their second ones, and so on, counterclockwise.
 
-    The mesh has the material of its name, whose texture runs from its middle at the first two corners to its end.
+    The mesh has the material of its name; a texture runs from its middle at the first two corners to its end.
     """
     count = len(corners[0])
     a, b, c, d = (np.arange(count) + k * count for k in range(4))
