@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -55,6 +55,9 @@ _SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
 _SPOT_OPACITY = 0.45
 _TRACE_PIXELS = 2.5
 _BAR = mujoco.mjtGeom.mjGEOM_BOX
+_NOWHERE, _UPRIGHT = np.zeros(3), np.eye(3).ravel()  # of a geom that is put in its place later
+_DECOR, _UNKNOWN = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtObj.mjOBJ_UNKNOWN)
+_rgb = lru_cache(palette.rgb)  # a frame has a hundred bars in a few colours
 _SOLE_WIDTH = 0.012
 _PRESSED = 0.016
 
@@ -254,7 +257,7 @@ class _Pen:
         """
         if not 0.0 < math.dist(start, stop) < math.inf:
             return
-        geom = self._add(kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), (*palette.rgb(colour), opacity))
+        geom = self._add(kind, _NOWHERE, _NOWHERE, _UPRIGHT, (*_rgb(colour), opacity))
         if geom is not None:
             ends = (np.array((x, y * self.length, z)) for x, z in (start, stop))
             mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE if kind == _BAR else kind, width, *ends)
@@ -267,7 +270,7 @@ class _Pen:
     def blob(self, place: Pair, y: float, size: object, slope: float, colour: str, opacity: float = 1.0) -> None:
         """Add an ellipsoid of three half axes (m) at a point x, z (m) of the plane at y, tilted by a slope (rad)."""
         cosine, sine, centre = math.cos(slope), math.sin(slope), (place[0], y * self.length, place[1])
-        frame, rgba = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine)), (*palette.rgb(colour), opacity)
+        frame, rgba = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine)), (*_rgb(colour), opacity)
         self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array(size), np.array(centre), frame, rgba)
 
 
@@ -299,8 +302,7 @@ def add_geom(
     geom = geoms[scene.ngeom]
     mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
     # mjv_initGeom leaves these as they are in memory, and pixels depend on them
-    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-    geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1
+    geom.category, geom.objtype, geom.objid, geom.segid = _DECOR, _UNKNOWN, -1, -1
     geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
     scene.ngeom += 1
     return geom

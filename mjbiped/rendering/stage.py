@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -158,11 +159,11 @@ class Stage:
         """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
         far, geoms, box = _FAR * self._robot.leg_length, self._scene.geoms, mujoco.mjtGeom.mjGEOM_BOX
         high = view.half * (1.0 if view.orthographic else far)
-        half = 0.5 * high / _BANDS
-        size = np.array([high * self._film.width / self._picture, half, 1e-3])
-        for band in range(-_BANDS, _BANDS):
-            place = view.place - far * view.axes[2] + (2 * band + 1) * half * view.axes[1]
-            colour = np.array(_HORIZON) + max(0.0, band / _BANDS) * np.subtract(_ZENITH, _HORIZON)
+        wide, change = high * self._film.width / self._picture, np.subtract(_ZENITH, _HORIZON)
+        edges = np.linspace(0.0, high, _BANDS + 1)[1:].tolist()
+        for band, (low, top) in enumerate(pairwise((-high, *edges))):
+            place = view.place - far * view.axes[2] + 0.5 * (low + top) * view.axes[1]
+            size, colour = np.array([wide, 0.5 * (top - low), 1e-3]), _HORIZON + band / _BANDS * change
             add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0))
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
