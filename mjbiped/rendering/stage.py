@@ -26,7 +26,7 @@ from mjbiped.utils.mujoco import environment, mujoco
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
 _HORIZON, _ZENITH = (0.90, 0.93, 0.955), (0.74, 0.83, 0.915)  # colours of the sky
-_FAR, _BANDS = 40.0, 16  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
+_FAR, _BANDS = 40.0, 12  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
 _ONE_AT_A_TIME = threading.Lock()
 
 _SMOOTHED, _FEW = 4, 640 * 480

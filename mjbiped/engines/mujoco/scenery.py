@@ -27,7 +27,7 @@ _LINE = 0.004  # thickness of a level line, in leg lengths: more than a pixel, o
 _PITCH = 0.1  # between level lines, in leg lengths, then rounded to a power of ten in m
 _MOST_LINES = 300
 _STRIPE, _STRIPES = 0.006, 0.5  # width of the stripes across the ground, and the distance between them, in leg lengths
-_SHADES, _MOST_FACES = 20, 5000  # plain shades that make a gradient, and faces of all of them: rough ground has fewer
+_SHADES, _MOST_FACES = 10, 5000  # plain shades that make a gradient, and faces of all of them: rough ground has fewer
 _OVERLAP = 1e-5  # of neighbouring shades, a share of the way, or specks of sky would shine between them
 _BEFORE = 5e-4  # of line before cut, edge before line, and stripes over ground, in leg lengths: no faces in one plane
 
