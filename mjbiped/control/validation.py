@@ -44,7 +44,6 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     _check_parameters(controller)
     try:
         law = law_of(controller)
-        _check_flat(controller, law)
         if law is None:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
@@ -80,23 +79,6 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
         size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
         advice = f"; {size}" if begun in ("start", "on_tick") and isinstance(error, IndexError) else ""
         raise InputError(f"{kind.__name__}.{begun} fails: {explained(error)}{place_of(error, kind)}{advice}") from error
-
-
-def _check_flat(controller: Controller, law: Law | None) -> None:
-    """Check that the parameters of a law are numbers, which machine code keeps in one array.
-
-    Raises:
-        InputError: One is a table, or anything else.
-    """
-    if law is None or hasattr(law.parameters, "_fields"):  # a block of numbers, as the laws of this project have
-        return
-    for place, each in enumerate(law.parameters):
-        if not isinstance(each, Real):
-            raise InputError(
-                f"{type(controller).__name__}: parameters[{place}] of its law is {shown(each)}, and no number; the "
-                "parameters are one flat list: put the numbers of a table behind the others, and the index at which "
-                "they begin among them"
-            )
 
 
 def _names(controller: Controller) -> tuple[str, ...]:
