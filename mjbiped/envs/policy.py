@@ -205,8 +205,15 @@ class OnnxController(ActingController):
                 f"{self.file} does not say for which task its policy was trained; mjbiped.envs.export_policy writes "
                 "that, and mjbiped.envs.PolicyController takes any function"
             )
-        settings = json.loads(described)
-        self._take(WalkTask(**{**settings, "robot": robot_from(settings["robot"])}))
+        try:
+            settings = json.loads(described)
+            task = WalkTask(**{**settings, "robot": robot_from(settings["robot"])})
+        except (InputError, KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{self.file} describes its policy's task in a way that this mjbiped cannot read: {explained(error)}; "
+                "write it again with mjbiped.envs.export_policy"
+            ) from error
+        self._take(task)
         numbers, wanted = self._session.get_inputs()[0].shape[-1], len(bounds(len(self.joints))[0])
         if numbers != wanted:
             raise InputError(f"{self.file}: the policy observes {numbers} numbers; its task has {wanted}")

@@ -137,8 +137,8 @@ def written(path: Path, task: WalkTask, described: dict[str, Any] | None = None)
         [numpy_helper.from_array(weights, "W")],
     )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
-    if described is None:
-        helper.set_model_props(model, {"mjbiped": json.dumps(_described(task))})
+    if described != {}:
+        helper.set_model_props(model, {"mjbiped": json.dumps(described or _described(task))})
     onnx.save(model, str(path))
     return weights
 
@@ -184,6 +184,11 @@ def test_files_that_are_no_policies_are_named(tmp_path: Path) -> None:
     written(file, WalkTask("walk_level"), {})
     with pytest.raises(InputError, match="does not say for which task"):
         OnnxController(str(file))
+    robot = {"robot": mjbiped.Compass().to_dict()}
+    for described in ({"name": "walk_level"}, {**robot, "name": "fly"}, {**robot, "wings": 2}, {"robot": 5}):
+        written(file, WalkTask("walk_level"), described)
+        with pytest.raises(InputError, match="describes its policy's task in a way"):
+            OnnxController(str(file))
     written(file, WalkTask("walk_level"))
     with pytest.raises(InputError, match="is another policy than the one recorded"):
         OnnxController(str(file), sha256="0")
