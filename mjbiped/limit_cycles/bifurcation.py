@@ -242,7 +242,7 @@ class BifurcationDiagram:
 
         Shape (n,); 0 also where the robot fell.
         """
-        tolerance = domains.LENGTH_TOLERANCE.check("tolerance", tolerance)
+        tolerance = domains.Domain(0.0, 1e3, "m").check("tolerance", tolerance)
         lengths = self.step_lengths
         result = np.zeros(len(lengths), dtype=np.int64)
         for count in (32, 28, 24, 20, 16, 14, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1):  # the least that fits is the last
