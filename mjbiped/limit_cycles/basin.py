@@ -30,8 +30,7 @@ from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.parallel import cores
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import cores, progress_bar
 
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""

@@ -17,7 +17,7 @@ from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 
 FIRST_SLOPE = math.radians(0.1)
 """Slope on which the branch of period one begins; where it has no gait, on the gentlest one that has."""
