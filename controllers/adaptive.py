@@ -101,8 +101,8 @@ class KneedController(PaperSettings, Tracking):
     """
 
     robot: KneedBiped
-    knee_bump: Annotated[float, domains.KNEE_BUMP] = 0.5
-    knee_bump_per_step: Annotated[float, domains.KNEE_BUMP_PER_STEP] = 5.0
+    knee_bump: Annotated[float, domains.Domain(0.0, 3.0, "rad")] = 0.5
+    knee_bump_per_step: Annotated[float, domains.Domain(0.0, 1e3, "rad/m")] = 5.0
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = KNEES_SIZE

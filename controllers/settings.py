@@ -53,11 +53,11 @@ class PaperSettings(LawController):
     gait: Gait
     position_gain: Annotated[float, domains.GAIN] = 5.0
     velocity_gain: Annotated[float, domains.GAIN] = 12.0
-    adaptation_gain: Annotated[float, domains.ADAPTATION_GAIN] = 0.3
-    replanning_delay: Annotated[float | None, domains.REPLANNING_DELAY] = 0.8
+    adaptation_gain: Annotated[float, domains.Domain(1e-9, 1e9, "s^2")] = 0.3
+    replanning_delay: Annotated[float | None, domains.Domain(1e-3, 1.0, "gait periods")] = 0.8
     estimate_update: bool = True
-    update_threshold: Annotated[float, domains.SLOPE_THRESHOLD] = 2e-3
-    replanning_threshold: Annotated[float, domains.STATE_THRESHOLD] = 1e-2
+    update_threshold: Annotated[float, domains.Domain(0.0, 1e3, "rad")] = 2e-3
+    replanning_threshold: Annotated[float, domains.Domain(0.0, 1e6, "rad and rad/s")] = 1e-2
     initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table
 
 
 def show_table(

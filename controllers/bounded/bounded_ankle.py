@@ -103,7 +103,7 @@ class OnSole(PaperSettings, Tracking):
     """
 
     replanning: str = "additive"
-    sole_share: Annotated[float, domains.SOLE_SHARE] = 0.95
+    sole_share: Annotated[float, domains.Domain(0.01, 1.0)] = 0.95
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
     functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike

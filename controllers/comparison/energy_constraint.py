@@ -58,7 +58,7 @@ class EnergyConstraintController(KnownSlopeController):
     """
 
     gain: Annotated[float, domains.GAIN] = 5.0
-    ratio: Annotated[float, domains.TORQUE_RATIO] = -2.3
+    ratio: Annotated[float, domains.Domain(-1e6, 1e6)] = -2.3
     singular_band: Annotated[float, domains.SLOWEST_RATE] = 0.1
 
     def __post_init__(self) -> None:

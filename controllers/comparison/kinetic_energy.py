@@ -49,7 +49,7 @@ class KineticEnergyController(KnownSlopeController):
 
     gain: Annotated[float, domains.GAIN] = 20.0
     slowest: Annotated[float, domains.SLOWEST_RATE] = 0.1
-    hip_weight: Annotated[float, domains.HIP_WEIGHT] = 0.0
+    hip_weight: Annotated[float, domains.Domain(0.0, 1e6)] = 0.0
     slope_source: str = field(default="two_point", kw_only=True)
 
 

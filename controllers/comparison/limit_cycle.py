@@ -40,7 +40,7 @@ class LimitCycleController(KnownSlopeController):
     """
 
     rate_gain: Annotated[float, domains.GAIN] = 10.0
-    position_gain: Annotated[float, domains.POSITION_GAIN] = 25.0
+    position_gain: Annotated[float, domains.Domain(1e-9, 1e9, "1/s^2")] = 25.0
 
     follows: ClassVar[bool] = True
 

@@ -33,7 +33,7 @@ class PassivityController(KnownSlopeController):
         slope_source: One of `SLOPE_SOURCES`; `KnownSlopeController` describes it and the other attributes.
     """
 
-    gain: Annotated[float, domains.DAMPING_GAIN] = 5.0
+    gain: Annotated[float, domains.Domain(1e-6, 1e6, "s")] = 5.0
     slope_source: str = field(default="two_point", kw_only=True)
 
 

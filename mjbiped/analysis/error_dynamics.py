@@ -102,33 +102,6 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
     return Evolution(transitions, gramian)
 
 
-class Envelope(NamedTuple):
-    """The bound (23) of the norm of Phi over a step, gain exp(-rate (t - t_0)), which is sharp at its end.
-
-    Attributes:
-        gain: k_C.
-        rate: lambda_alpha, 1/s.
-    """
-
-    gain: float
-    rate: float
-
-
-def envelope(time: Array, transitions: Array) -> Envelope:
-    """The bound (23) with the smallest k_C among those whose value at the end is the norm of Phi there.
-
-    No other pair of constants makes the left side of (24) smaller, for none can be below the norm itself.
-
-    Args:
-        time: Shape (n,), s.
-        transitions: Phi(t, t_0) at them, shape (n, 6, 6).
-    """
-    logs = np.log(np.linalg.norm(transitions, 2, axis=(1, 2)))
-    left = time[-1] - time[:-1]
-    rate = float(np.max((logs[:-1] - logs[-1]) / left))
-    return Envelope(math.exp(logs[-1] + rate * (time[-1] - time[0])), rate)
-
-
 def lyapunov_weights(controller: AdaptiveTracking) -> Array:
     """Diagonal of P, with V_a = eta' P eta / 2 (15); shape (6,)."""
     return np.array([1.0] * 4 + [1.0 / controller.adaptation_gain] * 2)

@@ -45,8 +45,6 @@ class Stability:
         end: eta at the step's end, shape (steps, 6).
         gramian: Integral of W W' over the step, shape (steps, 2, 2) in (sine, cosine), 1/s³.
         transition: Phi of (22) over the step, shape (steps, 6, 6).
-        envelope_gain: k_C of (23), with the bound sharp at the step's end, shape (steps,).
-        envelope_rate: lambda_alpha of (23), 1/s, shape (steps,).
         alpha: The smallest alpha with which (19) holds at the step's first touchdown with this beta; unbounded where an
             error of the rates arises without one of the angles. NaN for the first step.
         beta: Norm of the impact map in the posture of the touchdown, beta of (19). NaN for the first step.
@@ -67,8 +65,6 @@ class Stability:
     end: Array
     gramian: Array
     transition: Array
-    envelope_gain: Array
-    envelope_rate: Array
     alpha: Array
     beta: Array
     impact_gain: Array
@@ -243,14 +239,11 @@ def _evaluate(controller: AdaptiveTracking, step: _Step) -> dict[str, object]:
     """Excitation, transition matrix and balances of a step."""
     evolution = error_dynamics.evolve(controller, step.time, step.q, step.dq)
     phi = evolution.transitions[-1]
-    bound = error_dynamics.envelope(step.time, evolution.transitions)
     first, last = 0.5 * step.errors[[0, -1]] ** 2 @ error_dynamics.lyapunov_weights(controller)
     lost = CubicSpline(step.time, _dissipation(controller, step.errors)).integrate(step.time[0], step.time[-1])
     return {
         "gramian": evolution.gramian,
         "transition": phi,
-        "envelope_gain": bound.gain,
-        "envelope_rate": bound.rate,
         "residual": float(np.linalg.norm(step.errors[-1] - phi @ step.errors[0])),
         "balance": float(last - first + lost),
     }

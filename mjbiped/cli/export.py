@@ -18,7 +18,7 @@ from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import InputError, shown
 from mjbiped.exchange.records import MODULES
 from mjbiped.records.record import Walk
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 
 _SCENE, _ROBOT = ".xml", ".urdf"
 

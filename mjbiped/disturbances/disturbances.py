@@ -78,7 +78,7 @@ class Disturbances:
     push_impulse: Annotated[float, domains.IMPULSE] = 0.0
     push_interval: Annotated[float | None, Domain(1e-3, 1e9, "s")] = None
     push_duration: Annotated[float, Domain(1e-3, 10.0, "s")] = 0.05
-    friction: Annotated[float | None, domains.FRICTION] = None
+    friction: Annotated[float | None, domains.Domain(0.0, 1e3)] = None
     seed: Annotated[int, domains.SEED] = 0
 
     def __post_init__(self) -> None:

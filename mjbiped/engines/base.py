@@ -27,7 +27,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import known_name
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 
 Show: TypeAlias = Callable[[int, float], None]
 """Function that takes the number of touchdowns since its last call and the stance foot's position x, m."""

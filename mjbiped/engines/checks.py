@@ -10,7 +10,7 @@ from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils.domains import MEMORY_SIZE
+from mjbiped.utils.domains import Count
 
 
 def check_rule(robot: Robot, rule: ScuffingRule) -> None:
@@ -77,7 +77,7 @@ def _checked_parts(controller: Controller) -> dict[str, object]:
     states: object = controller.states
     if not isinstance(states, tuple | list) or not all(isinstance(state, str) for state in states):
         raise InputError(f"{name}.states = {shown(states)}: must be a tuple of names")
-    if MEMORY_SIZE.check(f"{name}.memory_size", controller.memory_size) < len(states):
+    if Count(0, 10_000).check(f"{name}.memory_size", controller.memory_size) < len(states):
         raise InputError(f"{name}.memory_size = {controller.memory_size}: must be at least its {len(states)} states")
     places, last = controller.support, controller.memory_size - 2
     if places != -1 and not (isinstance(places, int) and len(states) <= places <= last):

@@ -69,7 +69,7 @@ class Terms:
     steps: Annotated[int | None, domains.STEPS]
     distance: Annotated[float | None, domains.DISTANCE]
     robot: Robot | None
-    sample_period: Annotated[float | None, domains.SAMPLE_PERIOD]
+    sample_period: Annotated[float | None, domains.Domain(1e-5, 1e4, "s")]
     scuffing: ScuffingRule
     walks: int = field(default_factory=AHEAD.get)
 

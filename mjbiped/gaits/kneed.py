@@ -31,7 +31,7 @@ heavy shanks on 1 to 5 degrees lie between them."""
 ROLLING = tuple(product((0.20, 0.25, 0.30, 0.35, 0.40), (0.9, 1.05, 1.25), (-0.5, -0.2, 0.1, 0.4, 0.8)))
 """More of them for round feet, on which legs roll more slowly through greater angles."""
 TRIED = 8  # number of starts that are refined: those that repeat themselves best
-SAMPLES = 400  # samples of a gait's motion
+SAMPLES = 401  # of a gait's angles
 _EARLY = 0.5  # of the time until the knee strike: further back no robot's knee strikes that is to walk on
 _ON = 0.15  # of the period after the knee strike, in which the motion of the bent knee goes on of itself
 
@@ -54,30 +54,15 @@ class KneedGait(PassiveGait):
         """Rates of the three segments just before the knee strike, shape (3,), rad/s."""
         return self.branch(self.knee_strike, bent=True)[1]
 
-    @property
-    def bent_samples(self) -> int:
-        """Number of samples before the knee strike; the next one is at the same time, after it."""
-        return round(SAMPLES * self.knee_strike / self.period)
-
     @cached_property
-    def times(self) -> Array:
-        """Times of the samples, shape (n,), s; both sides of the knee strike are among them."""
-        before = self.bent_samples
-        after = np.linspace(self.knee_strike, self.period, SAMPLES - before)
-        return np.concatenate([np.linspace(0.0, self.knee_strike, before), after])
-
-    @cached_property
-    def states(self) -> Array:
-        """States at these times, as `start`, shape (n, 6)."""
-        before = self.bent_samples
-        bent = np.hstack(self.branch(self.times[:before], bent=True)[:2])
-        straight = np.hstack(self.branch(self.times[before:], bent=False)[:2])
-        return np.concatenate([bent, straight[:, [0, 1, 1, 2, 3, 3]]])
+    def angles(self) -> Array:
+        """Angles of the three segments at even times of the step, shape (SAMPLES, 3), rad."""
+        return self.reference(np.linspace(0.0, self.period, SAMPLES))[0]
 
     @property
     def feet(self) -> Array:
-        """Place of the swing foot from the stance foot at `times`, along the ground and its normal, shape (n, 2), m."""
-        return np.asarray(self.robot.swing_foot(self.states[:, :3]))
+        """Place of the swing foot from the stance foot then, along the ground and its normal, shape (SAMPLES, 2), m."""
+        return np.asarray(self.robot.swing_foot(self.angles))
 
     @property
     def clearance(self) -> float:
@@ -88,7 +73,7 @@ class KneedGait(PassiveGait):
     @property
     def greatest_flexion(self) -> float:
         """Greatest flexion of the swing knee, rad."""
-        return float((self.states[:, 2] - self.states[:, 1]).max())
+        return float((self.angles[:, 2] - self.angles[:, 1]).max())
 
 
 def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:

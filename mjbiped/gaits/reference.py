@@ -203,11 +203,11 @@ def hold(angles: Array, rates: Array, accelerations: Array, width: float, most: 
     Returns:
         Coefficients as of `in_pieces`; the last piece is the one before the stance leg has fallen by `FALLEN`.
     """
+    stance = _even(angles[0], rates[0], accelerations[0], width)
 
     def motion(place: Array) -> Array:
-        t = width * place
-        stance = angles[0] + rates[0] * t + accelerations[0] * acceleration_decays(t, width)
-        return np.stack([stance, angles[1] + _rate_decays(t, rates[1], accelerations[1], 2.0 * width)], axis=-1)
+        swing = angles[1] + _rate_decays(width * place, rates[1], accelerations[1], 2.0 * width)
+        return np.stack([stance(place), swing], axis=-1)
 
     fallen = (k for k in range(1, most) if abs(motion(k + NODES)[-1, 0]) > FALLEN)
     return in_pieces(motion, range(next(fallen, most)))
@@ -223,19 +223,19 @@ def closing_on(flexion: float, rate: float, acceleration: float, width: float, c
         width: Duration of a piece, s.
         count: Number of pieces.
     """
+    return in_pieces(_even(flexion, rate, acceleration, width), range(count))
+
+
+def _even(angle: float, rate: float, acceleration: float, width: float) -> Callable[[Array], Array]:
+    """A motion whose acceleration falls to zero as 1 - 3 u² + 2 u³ within a piece of a width, s; it then is even."""
 
     def motion(place: Array) -> Array:
         t = width * place
-        return np.asarray(flexion + rate * t + acceleration * acceleration_decays(t, width))
+        u = np.minimum(t / width, 1.0)
+        until = width * width * (u**2 / 2 - u**4 / 4 + u**5 / 10)
+        return np.asarray(angle + rate * t + acceleration * (until + 0.5 * width * np.maximum(t - width, 0.0)))
 
-    return in_pieces(motion, range(count))
-
-
-def acceleration_decays(t: Array, end: float) -> Array:
-    """Angle due to an acceleration that falls from 1 to zero as 1 - 3 u² + 2 u³ until the time `end`."""
-    u = np.minimum(t / end, 1.0)
-    until = end * end * (u**2 / 2 - u**4 / 4 + u**5 / 10)
-    return np.asarray(until + 0.5 * end * np.maximum(t - end, 0.0))
+    return motion
 
 
 def _rate_decays(t: Array, rate: float, acceleration: float, end: float) -> Array:

@@ -54,8 +54,8 @@ class Goal:
     speed: Annotated[float, domains.SPEED]
     clearance: Annotated[float, domains.CLEARANCE]
     retraction: bool
-    torque_limit: Annotated[float | None, domains.TORQUE]
-    friction: Annotated[float, domains.NEEDED_FRICTION]
+    torque_limit: Annotated[float | None, domains.Domain(1e-9, 1e9, "N m")]
+    friction: Annotated[float, domains.Domain(1e-3, 100.0)]
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -28,10 +28,10 @@ from mjbiped.limit_cycles.periodic import check_biped, check_scuffing
 from mjbiped.limit_cycles.return_map import ReturnMap, kicked, plane_of, walk_all
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
+from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.parallel import cores
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import cores, progress_bar
 
 SETTLED = 1e-3
 """A walk has settled when a state after an impact is as near to the gait's as this, in rad and sqrt(g/l)."""
@@ -54,9 +54,7 @@ class Fate(IntEnum):
 _FATES = {
     return_map.SETTLED: Fate.SETTLED,
     return_map.TOUCHDOWN: Fate.UNDECIDED,
-    return_map.FELL: Fate.FELL,
-    return_map.STALLED: Fate.STALLED,
-    return_map.DIVERGED: Fate.DIVERGED,
+    **{int(Outcome[fate.name]): fate for fate in (Fate.FELL, Fate.STALLED, Fate.DIVERGED)},
 }
 
 

@@ -17,7 +17,7 @@ from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils import domains
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 
 FIRST_SLOPE = math.radians(0.1)
 """Slope on which the branch of period one begins; where it has no gait, on the gentlest one that has."""
@@ -242,7 +242,7 @@ class BifurcationDiagram:
 
         Shape (n,); 0 also where the robot fell.
         """
-        tolerance = domains.LENGTH_TOLERANCE.check("tolerance", tolerance)
+        tolerance = domains.Domain(0.0, 1e3, "m").check("tolerance", tolerance)
         lengths = self.step_lengths
         result = np.zeros(len(lengths), dtype=np.int64)
         for count in (32, 28, 24, 20, 16, 14, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1):  # the least that fits is the last

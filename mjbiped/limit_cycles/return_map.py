@@ -52,9 +52,7 @@ KICK = 1e-4
 """Angle by which the robot is pushed off a gait that may be unstable, so that it walks to a stable one, rad."""
 
 SETTLED = -1  # an outcome of walks in addition to those of the engines
-TOUCHDOWN, FELL, STALLED, DIVERGED, UNRESOLVED = (
-    int(outcome) for outcome in (Outcome.WALKING, Outcome.FELL, Outcome.STALLED, Outcome.DIVERGED, Outcome.UNRESOLVED)
-)
+TOUCHDOWN, DIVERGED, UNRESOLVED = int(Outcome.WALKING), int(Outcome.DIVERGED), int(Outcome.UNRESOLVED)
 
 
 def kicked(state: Array) -> Array:
@@ -72,13 +70,11 @@ class Plane(NamedTuple):
         robot: The robot.
         constants: Robot, law and rules; their addresses are those of machine code.
         code: The law, which has to live as long as they do.
-        step: Length of the first integration step of each gait step, s.
     """
 
     robot: Robot
     constants: Constants
     code: MachineCode | CalledMethods
-    step: float
 
 
 class Batch(Block):
@@ -183,7 +179,7 @@ def walk_all(
     buffers = buffer_constants(1, 1, 0, math.inf)
     constants, below = packed(plane.constants.but(**buffers))
     first = state_of(plane.constants, [0.0] * count, [], (0.0, 0.0, 0), math.inf)
-    first.next_step = plane.step
+    first.next_step = plane.constants.longest_step
     share_arrays(first)
     (state, arrays), (fresh, _) = packed(first), packed(first)
     batch = Batch(
@@ -238,7 +234,7 @@ def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
         tolerance=TOLERANCE,
         control_period=math.inf,
     )
-    return Plane(robot, constants, code, step)
+    return Plane(robot, constants, code)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 
 WIDTH, HEIGHT = 1280, 720
 """Default size of a picture, pixels."""

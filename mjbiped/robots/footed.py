@@ -16,7 +16,7 @@ from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
-PADS, BOX = domains.UNDERSIDE.valid
+PADS, BOX = "pads", "box"
 """What a foot stands on: a pad under the heel and one under the toe, or all of a flat sole."""
 
 
@@ -56,7 +56,7 @@ class FootedCompass(Compass):
     sole: Annotated[tuple[float, float] | None, domains.SOLE] = (0.12, 0.12)
     foot_mass: Annotated[float, domains.LEG_MASS] = 0.15
     ankle_height: Annotated[float, domains.LENGTH] = 0.02
-    underside: Annotated[str, domains.UNDERSIDE] = PADS
+    underside: Annotated[str, domains.Words((PADS, BOX))] = PADS
 
     kind: ClassVar[str] = "footed"
     places: ClassVar[tuple[str, ...]] = (*Compass.places, "left_foot", "right_foot")

@@ -97,8 +97,8 @@ class RoundKneed(KneedLegs):
     shank_length: Annotated[float, domains.LENGTH] = 0.54
     thigh_centre: Annotated[float, domains.LENGTH] = 0.20
     shank_centre: Annotated[float, domains.LENGTH] = 0.24
-    shank_offset: Annotated[float, domains.OFFSET] = -0.01
-    stop_angle: Annotated[float, domains.STOP_ANGLE] = 0.2
+    shank_offset: Annotated[float, domains.Domain(-1e3, 1e3, "m")] = -0.01
+    stop_angle: Annotated[float, domains.Domain(-1.0, 1.0, "rad")] = 0.2
     foot_radius: Annotated[float, domains.FOOT_RADIUS] = 0.2
 
     kind: ClassVar[str] = "round-kneed"

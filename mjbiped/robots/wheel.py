@@ -49,7 +49,7 @@ class RimlessWheel(Robot):
     mass: Annotated[float, domains.LEG_MASS] = 10.0
     inertia: Annotated[float, domains.INERTIA] = 0.0
     length: Annotated[float, domains.LEG] = 1.0
-    spokes: Annotated[int, domains.SPOKES] = 8
+    spokes: Annotated[int, domains.Count(5, 100)] = 8
     gravity: Annotated[float, domains.GRAVITY] = 9.81
 
     kind: ClassVar[str] = "wheel"

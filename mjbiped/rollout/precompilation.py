@@ -16,8 +16,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rollout.walk import walk
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
-from mjbiped.utils.parallel import cores, processes
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import cores, processes, progress_bar
 
 Unit = tuple[str, str, Robot]
 """Names of an engine and of a controller, and a robot of the kind that is walked."""

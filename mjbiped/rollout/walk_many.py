@@ -18,8 +18,7 @@ from mjbiped.rollout.batch import Batch, Result
 from mjbiped.rules.scuffing import ScuffingRule, chosen
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import WORKERS, entries
-from mjbiped.utils.parallel import cores
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import cores, progress_bar
 
 Initial: TypeAlias = str | Sequence[float]
 

@@ -143,7 +143,7 @@ class Cell:
         for key, value in settings.items():
             outer, _, part = key.partition(".")
             if part == "plus_minus":
-                half = domains.STUDY_HALF.check(f"terrain.{key}", value)
+                half = domains.Domain(0.0, 1e18).check(f"terrain.{key}", value)
                 parameters[outer] = (-half, half)
             elif part:  # "low" or "high"
                 parameters[outer] = (settings[f"{outer}.low"], settings[f"{outer}.high"])

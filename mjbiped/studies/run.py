@@ -28,8 +28,7 @@ from mjbiped.studies.cell import Cell, Row
 from mjbiped.studies.plan import Study
 from mjbiped.studies.store import join_samples, opened, sampled, save_samples, write_samples
 from mjbiped.utils.packages import needed
-from mjbiped.utils.parallel import cluster, cores, processes
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import cluster, cores, processes, progress_bar
 
 _NO_NUMBERS = ("cli", "plotting", "rendering", "reports", "studies", "viewing")
 _NUMBERS = "cell.py"

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from mjbiped.errors import InputError, prefixed, shortened, shown
+from mjbiped.errors import InputError, shortened, shown
 from mjbiped.terrain.profile import check_slope
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name, parse_number
@@ -45,42 +45,29 @@ def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
     Raises:
         InputError: The file cannot be read, or a row is invalid; the message names the line.
     """
-    samples: list[Sample] = []
-    header = False
+    rows = []
     for line, full in enumerate(read_text(path).splitlines(), start=1):
-        row = full.split("#", 1)[0].strip()
-        if not row:
-            continue
-        cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
-        if len(cells) != 2:
-            raise InputError(
-                f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m, and a comma"
-            )
-        values = [parse_number(cell) for cell in cells]
-        if not samples and not header and values == [None, None]:
-            header = True
-            if cells[0].lower().startswith("z") or cells[1].lower().startswith("x"):
+        if row := full.split("#", 1)[0].strip():
+            cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
+            if len(cells) != 2:
                 raise InputError(
-                    f"line {line}: the header reads {shown(row)}; expected x first, then z: swap the columns"
+                    f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m, and a comma"
                 )
-            continue
+            rows.append((line, cells))
+    if rows and [*map(parse_number, rows[0][1])] == [None, None]:
+        line, (first, second) = rows.pop(0)
+        if first.lower().startswith("z") or second.lower().startswith("x"):
+            raise InputError(f"line {line}: the header reads {first}, {second}; expected x first: swap the columns")
+    samples = []
+    for line, cells in rows:
         x, z = (
-            domains.PLACE.check(f"line {line}: {name}", cell if value is None else value)
-            for name, cell, value in zip("xz", cells, values, strict=True)
+            domains.PLACE.check(f"line {line}: {name}", cell if (value := parse_number(cell)) is None else value)
+            for name, cell in zip("xz", cells, strict=True)
         )
-        _check_order(samples, Sample(x, z, line))
         samples.append(Sample(x, z, line))
     if len(samples) < 2:
         raise InputError(f"{len(samples)} elevation sample(s); expected at least two rows x,z in m")
-    if samples[-1].x == samples[-2].x:
-        raise InputError(
-            f"line {samples[-1].line}: a vertical step at the last sample leads onto no ground; add a sample beyond it"
-        )
-    if not samples[0].x <= 0.0 < samples[-1].x:
-        raise InputError(
-            f"the samples reach from x = {samples[0].x:g} m to {samples[-1].x:g} m, but the robot starts at x = 0 and "
-            "walks forward; subtract the x of the place where it shall start from all x"
-        )
+    _check_order(samples)
     segments = []
     for here, there in pairwise(samples):
         where = f"lines {here.line} to {there.line}"
@@ -151,11 +138,7 @@ def parse_toml(text: str) -> dict[str, Any]:
     Raises:
         InputError: The text is not TOML; the message names the line.
     """
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        raise InputError(f"not readable as TOML: {shortened(' '.join(reason.split()))}") from error
+    return _parsed("TOML", tomllib.loads, text)  # type: ignore[no-any-return]
 
 
 def _parse_yaml(text: str) -> object:
@@ -166,43 +149,46 @@ def _parse_yaml(text: str) -> object:
     """
     import yaml  # only few users need it
 
+    return _parsed("YAML", lambda text: yaml.load(text, Loader=yaml.BaseLoader), text)
+
+
+def _parsed(language: str, parse: Callable[[str], Any], text: str) -> Any:
     try:
-        return yaml.load(text, Loader=yaml.BaseLoader)
+        return parse(text)
     except Exception as error:  # a code of a letter that there is not is a ValueError or an OverflowError
         reason = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        raise InputError(f"not readable as YAML: {shortened(' '.join(reason.split()))}") from error
+        raise InputError(f"not readable as {language}: {shortened(' '.join(reason.split()))}") from error
 
 
-def _check_order(samples: Sequence[Sample], new: Sample) -> None:
-    """Check that a new elevation sample may follow the earlier ones."""
-    if not samples or new.x > samples[-1].x:
-        return
-    last = samples[-1]
-    if new.x < last.x:
-        raise InputError(f"line {new.line}: x = {new.x:g} m comes after {last.x:g} m; sort the rows by x")
-    if new.z == last.z:
-        raise InputError(f"line {new.line}: repeats the sample of line {last.line}; delete one of them")
-    if len(samples) == 1:
-        raise InputError(
-            f"line {new.line}: a vertical step at the first sample has no ground before it; drop line {last.line}"
-        )
-    if samples[-2].x == new.x:
-        raise InputError(
-            f"line {new.line}: x = {new.x:g} m stands there three times; a vertical step has two rows, its ends"
-        )
+def _check_order(samples: Sequence[Sample]) -> None:
+    """Check that x ascends, and that two samples at one place are the ends of a step between two pieces of ground."""
+    for number, (here, there) in enumerate(pairwise(samples)):
+        if there.x < here.x:
+            raise InputError(f"line {there.line}: x = {there.x:g} m comes after {here.x:g} m; sort the rows by x")
+        if there.x > here.x:
+            continue
+        if there.z == here.z:
+            raise InputError(f"line {there.line}: repeats the sample of line {here.line}; delete one of them")
+        if number in (0, len(samples) - 2):
+            raise InputError(
+                f"line {there.line}: a vertical step at an end of the profile leads to no ground; add a sample beyond "
+                f"it, or drop line {here.line}"
+            )
+        if samples[number + 2].x == here.x:
+            raise InputError(
+                f"line {samples[number + 2].line}: x = {here.x:g} m stands there three times; a vertical step has two "
+                "rows, its ends"
+            )
 
 
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
     """Convert the k-th segment of a file (1-based), a list or a table, to a tuple."""
     if isinstance(segment, dict):
-        with prefixed(f"segment {k}: "):
-            for key in segment:
-                known_name("key", key, SEGMENT_KEYS)
-        for key in SEGMENT_KEYS[:2]:
-            if key not in segment:
-                raise InputError(
-                    f"segment {k}: {key!r} is missing; a segment has {', '.join(SEGMENT_KEYS)} (step may be left out)"
-                )
+        if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
+            raise InputError(
+                f"segment {k} has the keys {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)} "
+                "(step may be left out)"
+            )
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
         raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")

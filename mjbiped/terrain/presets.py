@@ -30,12 +30,12 @@ GROWN = 3.0
 """Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
 
 Seed: TypeAlias = Annotated[int, domains.SEED]
-Length: TypeAlias = Annotated[float, domains.FAMILY_STRETCH]
+Length: TypeAlias = Annotated[float, domains.Domain(2.0, 1e5, "m")]
 Stretch: TypeAlias = Annotated[float, domains.STRETCH]
 Slope: TypeAlias = Annotated[float, STANDABLE]
 Slopes: TypeAlias = Annotated[tuple[float, float], Interval(STANDABLE)]
-Changes: TypeAlias = Annotated[int, domains.CHANGES]
-Deviation: TypeAlias = Annotated[float, domains.DEVIATION]
+Changes: TypeAlias = Annotated[int, domains.Count(1, MOST_SEGMENTS - 1)]
+Deviation: TypeAlias = Annotated[float, domains.Domain(0.0, 0.1, "m")]
 
 _WAVES = 64  # of band-limited ground; their sum is nearly normal
 
@@ -161,12 +161,12 @@ class Presets:
     def random(
         cls,
         seed: Seed = 0,
-        length: Annotated[float, domains.RANDOM_STRETCH] = 25.0,
+        length: Annotated[float, domains.Domain(1.0, 1e5, "m")] = 25.0,
         segment_length: Annotated[tuple[float, float], Interval(domains.STRETCH)] = (0.8, 2.0),
         slope_deg: Slopes = (-3.0, 3.0),
         rise: Annotated[tuple[float, float], Interval(domains.STEP)] = (-0.02, 0.005),
         step_probability: Annotated[float, domains.PROBABILITY] = 0.5,
-        roughness: Annotated[float, domains.ROUGHNESS] = 0.0,
+        roughness: Annotated[float, domains.Domain(0.0, 0.5, "m")] = 0.0,
         spacing: Stretch = 0.25,
     ) -> Self:
         """Make random ground; the same arguments give the same terrain bit by bit (NumPy's PCG64).

@@ -6,7 +6,7 @@ Slope > 0 goes down in the walking direction (dz/dx = -tan slope), step > 0 goes
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
@@ -101,7 +101,8 @@ class Terrain(Presets):
                 )
         if not self.x[0] <= 0.0 < self.end:
             raise InputError(
-                f"the ground reaches from x = {self.x[0]:g} m to {self.end:g} m, but the robot starts at x = 0"
+                f"the ground reaches from x = {self.x[0]:g} m to {self.end:g} m, but the robot starts at x = 0 and "
+                "walks forward; subtract the x of the place where it shall start from all x"
             )
         for i, angle in enumerate(self.angle, start=1):
             check_slope(f"segment {i}", angle)
@@ -227,11 +228,6 @@ class Terrain(Presets):
         jumps = (after - before for after, before in zip(self.z, self.heights_before, strict=True))
         return tuple(jump if abs(jump) > STEP_RESOLUTION else 0.0 for jump in jumps)
 
-    @cached_property
-    def _arrays(self) -> tuple[NDArray[np.float64], ...]:
-        """x, z, gradients and angles as arrays."""
-        return tuple(np.array(values) for values in (self.x, self.z, self.gradients, self.angle))
-
     @property
     def caption(self) -> str:
         """Name and parameters in one line; of a list of segments only the number."""
@@ -271,12 +267,7 @@ class Terrain(Presets):
         Raises:
             InputError: x is not numeric.
         """
-        at = _places(x)
-        starts, heights, gradients, _ = self._arrays
-        i = self._segments_at(at)
-        with np.errstate(invalid="ignore"):  # level ground at infinity has no height: NaN, as in height_at
-            found = np.asarray(heights[i] + gradients[i] * (at - starts[i]))
-        return found if at.ndim else float(found)
+        return _asked(self.height_at, x)
 
     @overload
     def slope(self, x: float) -> float: ...
@@ -295,13 +286,7 @@ class Terrain(Presets):
         Raises:
             InputError: x is not numeric.
         """
-        at = _places(x)
-        found = np.where(np.isnan(at), at, self._arrays[3][self._segments_at(at)])
-        return found if at.ndim else float(found)
-
-    def _segments_at(self, x: NDArray[np.float64]) -> NDArray[np.intp]:
-        """Indices of the segments under the places x (m)."""
-        return np.maximum(np.searchsorted(self._arrays[0], x, side="right") - 1, 0)
+        return _asked(self.slope_at, x)
 
     @property
     def samples(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -378,15 +363,17 @@ def _listed(name: str, values: object) -> tuple[Any, ...]:
     return listed
 
 
-def _places(x: object) -> NDArray[np.float64]:
-    """Return x as an array of floats."""
+def _asked(ask: Callable[[float], float], x: object) -> float | NDArray[np.float64]:
+    """Ask at one place or at each of an array."""
     try:
         places = np.asarray(x)
     except (ValueError, TypeError) as error:
         raise InputError(f"x = {shown(x)}: must be numbers in m") from error
     if places.dtype.kind not in "iuf":
         raise InputError(f"x = {shown(x)}: must be numbers in m")
-    return places.astype(np.float64)
+    if not places.ndim:
+        return ask(float(places))
+    return np.array([ask(float(place)) for place in places.flat], dtype=np.float64).reshape(places.shape)
 
 
 def _frozen_pairs(pairs: object) -> tuple[tuple[str, Any], ...]:

@@ -362,15 +362,10 @@ LEG_MASS = Domain(1e-9, 1e6, "kg")  # as far as the simplest walker (docs/gaits.
 HIP_MASS = Domain(0.0, 1e6, "kg")
 LENGTH = Domain(1e-9, 1e3, "m")
 LEG = Domain(1e-3, 2e3, "m")
-SPOKES = Count(5, 100)  # an impact stops a wheel with fewer
 INERTIA = Domain(0.0, 1e12, "kg m^2")
 FOOT_RADIUS = Domain(0.0, 1e3, "m")
-OFFSET = Domain(-1e3, 1e3, "m")
-STOP_ANGLE = Domain(-1.0, 1.0, "rad")
 GRAVITY = Domain(1e-3, 1e3, "m/s^2")
 SOLE = Ends(Domain(0.0, 1e3, "m"))
-UNDERSIDE = Words(("pads", "box"))
-MUJOCO_LEG = Domain(0.01, 10.0, "m")
 
 # ---- its state -------------------------------------------------------------------------------------------------------
 
@@ -387,10 +382,7 @@ TIME = Domain(0.0, 1e9, "s")
 STEPS = Count(1, 1_000_000_000)
 DISTANCE = Domain(1e-6, 1e7, "m")
 TIMESTEP = Domain(1e-6, 4e-3, "s")
-CONTACT_TIMESTEP = Domain(1e-6, 1.0, "s")
 CONTROL_PERIOD = Domain(1e-6, 1e3, "s")
-SAMPLE_PERIOD = Domain(1e-5, 1e4, "s")
-TOLERANCE = Domain(1e-14, 1e-3)
 REACH = Domain(0.0, 2.0, "leg lengths")
 WORKERS = Count(1, 1024)
 
@@ -398,14 +390,11 @@ WORKERS = Count(1, 1024)
 
 SPEED = Domain(1e-3, 100.0, "m/s")
 CLEARANCE = Domain(0.0, 100.0, "m")
-TORQUE = Domain(1e-9, 1e9, "N m")
-NEEDED_FRICTION = Domain(1e-3, 100.0)
 
 # ---- its disturbances ------------------------------------------------------------------------------------------------
 
 ANGLE_NOISE = Domain(0.0, 1.0, "rad")
 TORQUE_LIMIT = Domain(0.0, 1e12, "N m")
-FRICTION = Domain(0.0, 1e3)
 MODEL_ERROR = Domain(1e-3, 1e3)
 IMPULSE = Domain(0.0, 1e9, "N s")
 PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
@@ -413,39 +402,21 @@ PUSH = Domain(-IMPULSE.high, IMPULSE.high, "N s")
 # ---- gains -----------------------------------------------------------------------------------------------------------
 
 GAIN = Domain(1e-6, 1e6, "1/s")
-POSITION_GAIN = Domain(1e-9, 1e9, "1/s^2")
-ADAPTATION_GAIN = Domain(1e-9, 1e9, "s^2")
-DAMPING_GAIN = Domain(1e-6, 1e6, "s")
-TORQUE_RATIO = Domain(-1e6, 1e6)
 SLOWEST_RATE = Domain(1e-9, 1e6, "rad/s")
-HIP_WEIGHT = Domain(0.0, 1e6)
-SOLE_SHARE = Domain(0.01, 1.0)
-REPLANNING_DELAY = Domain(1e-3, 1.0, "gait periods")
-SLOPE_THRESHOLD = Domain(0.0, 1e3, "rad")
-STATE_THRESHOLD = Domain(0.0, 1e6, "rad and rad/s")
-KNEE_BUMP = Domain(0.0, 3.0, "rad")
-KNEE_BUMP_PER_STEP = Domain(0.0, 1e3, "rad/m")
-MEMORY_SIZE = Count(0, 10_000)
 
 # ---- the ground ------------------------------------------------------------------------------------------------------
 
 PLACE = Domain(-1e5, 1e5, "m")
 STRETCH = Domain(1e-6, 1e5, "m")
-RANDOM_STRETCH = Domain(1.0, 1e5, "m")
-FAMILY_STRETCH = Domain(2.0, 1e5, "m")
 STEP = Domain(-0.5, 0.5, "m")
-DEVIATION = Domain(0.0, 0.1, "m")
-ROUGHNESS = Domain(0.0, 0.5, "m")
 PROBABILITY = Domain(0.0, 1.0)
 SEGMENTS = Count(1, 100_000)
-CHANGES = Count(1, SEGMENTS.high - 1)
 SEED = Count(0, 2**64 - 1)
 
 # ---- many walks and gaits --------------------------------------------------------------------------------------------
 
 MAP_STEPS = Count(1, 1_000_000)
 KEPT = Count(1, 20_000_000)
-LENGTH_TOLERANCE = Domain(0.0, LENGTH.high, "m")
 DOUBLINGS = Count(1, 6)
 SLOPES = Count(4, 100_000)
 GRID = Count(2, 10_000)
@@ -453,9 +424,6 @@ LIMIT = Count(1, 10_000)
 WALKS = Count(1, 1_000_000)
 STUDY_NUMBER = Domain(-1e18, 1e18)
 STUDY_POSITIVE = Domain(1e-18, 1e18)
-STUDY_HALF = Domain(0.0, 1e18)
-STUDY_RANGE = Count(2, WALKS.high)
-STUDY_WHOLE = Count(-(2**64), 2**64)
 STUDY_EXACT = Count(-(2**53), 2**53)
 
 # ---- pictures --------------------------------------------------------------------------------------------------------

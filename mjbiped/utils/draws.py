@@ -131,7 +131,7 @@ def _scalar(where: str, value: object) -> Scalar:
         raise InputError(f"{where} = {shown(value)}: must be a number, a text, true or false")
     if isinstance(value, float) and not math.isfinite(value):
         raise InputError(f"{where} = {shown(value)}: must be finite")
-    return domains.STUDY_WHOLE.check(where, value) if type(value) is int else value
+    return Count(-(2**64), 2**64).check(where, value) if type(value) is int else value
 
 
 def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
@@ -140,7 +140,7 @@ def _read_range(where: str, table: Mapping[str, object]) -> tuple[Scalar, ...]:
     scale = known_name(f"scale of {where}", table.get("scale", "linear"), SCALES)
     domain = domains.STUDY_POSITIVE if scale == "log" else domains.STUDY_NUMBER
     first, last = (domain.check(f"{where}: {end}", table[end]) for end in ("from", "to"))
-    count = domains.STUDY_RANGE.check(f"{where}: count", table["count"])
+    count = Count(2, domains.WALKS.high).check(f"{where}: count", table["count"])
     if first == last:
         raise InputError(f"{where} goes from {first:g} to {last:g}; give one value, or two different ends")
     whole = isinstance(table["from"], int) and isinstance(table["to"], int)

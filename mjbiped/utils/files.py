@@ -1,4 +1,4 @@
-"""Files: written whole or not at all, and read if they are regular files of bounded size.
+"""Files: written whole or not at all, and read if they are regular files of bounded size; tables in Markdown.
 
 A file is written under a temporary name in its folder, and renamed at the end.
 """
@@ -9,7 +9,7 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -154,3 +154,17 @@ def read_text(path: Path) -> str:
     if not text.strip():
         raise InputError("the file is empty")
     return text
+
+
+def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int | None = None) -> str:
+    """Write a table in Markdown, without a line break at its end.
+
+    Args:
+        headings: Heading of each column.
+        rows: Cells of each row.
+        words: Number of columns, the first ones, that are aligned left; all others are aligned right. None aligns all
+            columns left.
+    """
+    left = len(headings) if words is None else words
+    rules = ["---"] * left + ["---:"] * (len(headings) - left)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (headings, rules, *rows))

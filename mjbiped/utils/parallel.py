@@ -1,17 +1,22 @@
-"""Worker processes, here or on a cluster, with the interface of `concurrent.futures`."""
+"""Long work: worker processes, here or on a cluster, with the interface of `concurrent.futures`; and its progress."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from mjbiped.errors import InputError, shown
 from mjbiped.utils.packages import needed
+
+if TYPE_CHECKING:
+    from tqdm.std import tqdm
 
 _PATIENCE = 30.0
 """Time to wait for a scheduler, and then for its first worker, s."""
@@ -116,3 +121,43 @@ def _begin() -> None:
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+EVERY = 30.0
+"""Time between lines where there is no terminal, s."""
+
+_LINE = "{desc}: {n_fmt} of {total_fmt} after {elapsed}, {rate_fmt}, {remaining} left"
+
+
+def progress_bar(iterable: Iterable[object] | None = None, *, progress: bool = True, **given: Any) -> tqdm[Any]:
+    """Return a progress bar on stderr; where that is no terminal, one that writes a line every half a minute.
+
+    Args:
+        iterable: What is gone through, as for tqdm.
+        progress: Whether progress is shown at all.
+        **given: Other arguments of tqdm.
+    """
+    # imported where it is used: `import mjbiped` need not wait for it
+    from tqdm.auto import tqdm as shown
+    from tqdm.std import tqdm
+
+    class Lines(tqdm):  # type: ignore[type-arg]  # generic in its stubs only
+        """A bar each of whose states is a line of its own."""
+
+        def display(self, msg: str | None = None, pos: int | None = None) -> None:
+            """Write a line; none at the end, where tqdm clears its own by an empty one."""
+            if msg is None:
+                print(self, file=self.fp, flush=True)
+
+    if not progress or in_notebook() or sys.stderr.isatty():
+        return shown(iterable, disable=not progress, **given)
+    # each step looks at the clock, and the rate is that of the whole time: a line says what is so when it is written
+    rare = {"delay": EVERY, "mininterval": EVERY, "miniters": 1, "smoothing": 0.0}
+    return Lines(iterable, leave=False, bar_format=_LINE, **{**rare, **given})
+
+
+def in_notebook() -> bool:
+    """Whether this process is a notebook's kernel, by the test of `tqdm.auto`."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and "IPKernelApp" in shell.config

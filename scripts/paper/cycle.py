@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +12,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.error_dynamics import (
     ESTIMATES,
     SIZE,
-    Envelope,
     Evolution,
-    envelope,
     evolve,
     impact_matrix,
     lyapunov_weights,
@@ -20,6 +20,33 @@ from mjbiped.analysis.error_dynamics import (
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.robots.compass import Array
+
+
+class Envelope(NamedTuple):
+    """The bound (23) of the norm of Phi over a step, gain exp(-rate (t - t_0)), which is sharp at its end.
+
+    Attributes:
+        gain: k_C.
+        rate: lambda_alpha, 1/s.
+    """
+
+    gain: float
+    rate: float
+
+
+def envelope(time: Array, transitions: Array) -> Envelope:
+    """The bound (23) with the smallest k_C among those whose value at the end is the norm of Phi there.
+
+    No other pair of constants makes the left side of (24) smaller, for none can be below the norm itself.
+
+    Args:
+        time: Shape (n,), s.
+        transitions: Phi(t, t_0) at them, shape (n, 6, 6).
+    """
+    logs = np.log(np.linalg.norm(transitions, 2, axis=(1, 2)))
+    left = time[-1] - time[:-1]
+    rate = float(np.max((logs[:-1] - logs[-1]) / left))
+    return Envelope(math.exp(logs[-1] + rate * (time[-1] - time[0])), rate)
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ from mjbiped.studies.reproduction.section_5 import (
 )
 from mjbiped.studies.reproduction.table_2 import Results, agreement
 from mjbiped.studies.reproduction.tables import FITS, distance, printed
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table
 from scripts.paper import placebo
 from scripts.paper.gain_scan import Tried, fitted, ranked, scan, write_tried
 from scripts.paper.placebo import Placebo, RandomGround

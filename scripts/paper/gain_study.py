@@ -21,7 +21,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table
 from scripts.pages import write_block
 from scripts.paper.cycle import cycle_stability, lyapunov_gain
 

@@ -19,7 +19,7 @@ from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 from mjbiped.studies.cell import Row, attempt
 from mjbiped.studies.reproduction.cell import measures_of
 from mjbiped.studies.reproduction.section_5 import TABLE_3, Segments
-from mjbiped.utils.progress import progress_bar
+from mjbiped.utils.parallel import progress_bar
 from scripts.paper.placebo import bounds, cells, segments_of
 
 _FALL = 10.0  # distance of a ground on which the robot falls, more the earlier it does

@@ -13,7 +13,6 @@ from scipy.integrate import quad_vec, solve_ivp
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import (
-    envelope,
     evolve,
     impact_gain,
     impact_matrix,
@@ -22,6 +21,7 @@ from mjbiped.analysis.error_dynamics import (
 )
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
+from scripts.paper.cycle import envelope
 
 gains = st.floats(0.05, 60.0)
 angles = st.floats(-1.0, 1.0)

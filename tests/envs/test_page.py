@@ -9,7 +9,7 @@ import pytest
 from mjbiped.envs import IDS, TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table
 
 PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
 

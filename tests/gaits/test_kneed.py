@@ -1,30 +1,64 @@
-"""Passive gaits with knees: the design's numbers, published ones, an integration written anew, ends of branches."""
+"""Passive gaits with knees: published numbers, an integration written anew, ends of branches, and trajectories."""
 
 import math
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-import mjbiped
 from mjbiped.errors import GaitError, InputError
+from mjbiped.gaits.cycle import free_motion, step
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
+from mjbiped.gaits.reference import RATE
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.robot import Robot
+from mjbiped.robots.round import RoundKneed
 
-SLOPE = math.radians(2.5)
+MCGEERS = 0.0456
+PLAIN = KneedBiped()
+
+
+class Latched(RoundKneed):
+    """A latch keeps the departing knee straight through the heel strike, as that of `KneedBiped`."""
+
+    knee_opens = False
+
+    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """Legs of one piece."""
+        angles, rates = np.asarray(q), np.asarray(dq)
+        return angles[::-1], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
+
+    def after_touchdown(self, places: Array) -> Array:
+        """The knee is straight."""
+        return Robot.after_touchdown(self, places)
 
 
 @pytest.fixture(scope="module")
 def gait() -> KneedGait:
-    return find_kneed_gait(KneedBiped(), SLOPE)
+    return find_kneed_gait(PLAIN, math.radians(2.5))
 
 
 @pytest.fixture(scope="module")
 def rods() -> KneedGait:
     return find_kneed_gait(KneedBiped.halved_rods(), math.radians(5.5))
+
+
+@pytest.fixture(scope="module")
+def machine() -> KneedGait:
+    return find_kneed_gait(RoundKneed(), MCGEERS)
+
+
+def parts(gait: KneedGait, count: int) -> list[tuple[Array, Array, Array]]:
+    """Angles, rates and accelerations of the free knee until it strikes, then of two straight legs."""
+    ends = ((0.0, gait.knee_strike), (gait.knee_strike, gait.period))
+    return [gait.branch(np.linspace(*each, count), bent=bent) for each, bent in zip(ends, (True, False), strict=True)]
+
+
+# ---- gaits -----------------------------------------------------------------------------------------------------------
 
 
 def test_the_gait_of_light_shanks(gait: KneedGait) -> None:
@@ -37,28 +71,54 @@ def test_the_gait_of_light_shanks(gait: KneedGait) -> None:
     assert gait.clearance == pytest.approx(0.026, abs=5e-4)
     assert gait.step_length == pytest.approx(2 * math.sin(0.24448), abs=2e-5)
     assert gait.stable
-    assert repr(gait).startswith("<KneedGait on 2.5 deg: stable, period 0.614646 s")
 
 
-def test_every_part_of_the_step_joins_the_next(gait: KneedGait) -> None:
-    """From the samples alone: start, knee strike, end, and the impact that leads back to the start."""
-    robot, at = gait.robot, gait.bent_samples
-    before, after = gait.states[at - 1], gait.states[at]
-    assert gait.times[at - 1] == gait.times[at] == pytest.approx(gait.knee_strike, abs=1e-15)
-    np.testing.assert_allclose(gait.states[0], gait.start, rtol=0, atol=1e-10)  # of degree 9
-    np.testing.assert_allclose(before[3:], gait.knee_rates, rtol=0, atol=1e-9)  # the dense solution is of order 7
+def test_the_halved_rods_walk_too(rods: KneedGait) -> None:
+    """On steeper slopes, where a prototype had found none: stable, and clear of the ground by 8 mm."""
+    np.testing.assert_allclose(rods.start[[0, 3, 4]], [-0.265841, 1.287258, 0.685040], rtol=0, atol=5e-7)
+    assert rods.stable
+    assert rods.period == pytest.approx(0.757109, abs=5e-7)
+
+
+@pytest.mark.slow
+def test_the_gait_of_mcgeers_machine(machine: KneedGait) -> None:
+    """The numbers that he gives to two or three digits, from the nonlinear model; half a unit of our last digit."""
+    pair, _, real = machine.multipliers
+    assert (abs(pair), abs(np.angle(pair))) == pytest.approx((0.4606, 0.9443), abs=5e-5)
+    assert real == pytest.approx(0.0670, abs=5e-5)
+    assert machine.stable
+    assert machine.period / math.sqrt(1.0 / 9.81) == pytest.approx(2.6550, abs=5e-5)
+    assert machine.start[0] == pytest.approx(-0.35011, abs=5e-6)
+    assert machine.start[5] > machine.start[4]  # the heel strike bends the departing knee
+    assert machine.clearance == pytest.approx(0.0088, abs=5e-5)
+
+
+@pytest.mark.parametrize("which", ["gait", pytest.param("machine", marks=pytest.mark.slow)])
+def test_every_part_of_the_step_joins_the_next(which: str, request: pytest.FixtureRequest) -> None:
+    """From the trajectories alone: start, knee strike, end, the impact that leads back to the start, and energies."""
+    gait: KneedGait = request.getfixturevalue(which)
+    robot, (bent, straight) = gait.robot, parts(gait, 100)
+    # states are read from the table, whose pieces of degree 9 keep the rates of a quick shank to 2.5e-10
+    np.testing.assert_allclose([*bent[0][0], *bent[1][0]], gait.start, rtol=0, atol=1e-9)
+    before, rates = bent[0][-1], bent[1][-1]
     assert before[2] == pytest.approx(before[1], abs=1e-9)
-    np.testing.assert_allclose(robot.knee_impact(gait.end[:3], gait.knee_rates)[0], gait.end[:2], rtol=0, atol=1e-12)
-    _, rates = robot.knee_impact([before[0], before[1], before[1]], before[3:])
-    np.testing.assert_allclose(after[[3, 4]], rates, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(rates, gait.knee_rates, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(straight[1][0], robot.knee_impact(before[[0, 1, 1]], rates)[1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose([*straight[0][-1], *straight[1][-1]], gait.end[[0, 1, 3, 4]], rtol=0, atol=1e-9)
     assert robot.swing_foot(gait.end[:2])[1] == pytest.approx(0, abs=1e-10)
     q, dq = robot.heel_impact(gait.end[:2], gait.end[3:5])
-    np.testing.assert_allclose([*q, *dq], gait.start[[0, 1, 3, 4]], rtol=0, atol=1e-9)  # the root finder's own
-    # no torque acts: the energy changes at impacts alone
-    energies = [robot.energy(state[:3], state[3:], gait.slope) for state in gait.states]
-    np.testing.assert_allclose(energies[:at], energies[0], rtol=1e-9)
-    np.testing.assert_allclose(energies[at:], energies[at], rtol=1e-9)
-    assert energies[at] < energies[0]
+    after = gait.start if len(dq) == 3 else gait.start[[0, 1, 3, 4]]
+    np.testing.assert_allclose([*q, *dq], after, rtol=0, atol=1e-9)  # the root finder's own
+    # no torque acts: the energy changes at impacts alone, and what they take is what the way downhill gives
+    energies = [
+        [robot.energy(q[columns], dq[columns], gait.slope) for q, dq in zip(part[0], part[1], strict=True)]
+        for part, columns in ((bent, [0, 1, 2]), (straight, [0, 1, 1]))
+    ]
+    np.testing.assert_allclose(energies[0], energies[0][0], rtol=1e-9)
+    np.testing.assert_allclose(energies[1], energies[1][0], rtol=1e-9)
+    lost = robot.kinetic_energy(gait.end[:3], gait.end[3:]) - robot.kinetic_energy(gait.start[:3], gait.start[3:])
+    lost += energies[0][0] - energies[1][0]
+    assert lost == pytest.approx(gait.step_length * math.sin(gait.slope) * robot.weight, rel=1e-8)
 
 
 def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gait: KneedGait) -> None:
@@ -75,7 +135,7 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
             free -= turn * (between @ free) / (between @ turn)
         return np.concatenate([dq, free])
 
-    def step(start: Array) -> Array:
+    def walked(start: Array) -> Array:
         y = np.concatenate([start[0] * np.array([1, -1, -1]), start[[1, 2, 2]]])
         for locked in (False, True):
 
@@ -93,9 +153,9 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
         return np.array([q[0], *dq])
 
     start = gait.start[[0, 3, 4]]
-    np.testing.assert_allclose(step(start), start, rtol=0, atol=1e-7)  # some 1e2 steps of relative error 1e-9
+    np.testing.assert_allclose(walked(start), start, rtol=0, atol=1e-7)  # some 1e2 steps of relative error 1e-9
     width = 1e-3  # truncation about 1e-4 of the multipliers, noise 1e-7 / 1e-3
-    columns = [(step(start + d) - step(start - d)) / (2 * width) for d in width * np.eye(3)]
+    columns = [(walked(start + d) - walked(start - d)) / (2 * width) for d in width * np.eye(3)]
     multipliers = np.linalg.eigvals(np.column_stack(columns))
     np.testing.assert_allclose(np.sort_complex(multipliers), np.sort_complex(gait.multipliers), rtol=0, atol=1e-3)
 
@@ -104,37 +164,32 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
 def test_the_ground_pushes_all_the_time_and_the_foot_clears_it(which: str, request: pytest.FixtureRequest) -> None:
     """What the equations take for granted: the stance foot never has to pull, in motion or at the knee's strike."""
     gait: KneedGait = request.getfixturevalue(which)
-    robot, lowest, at = gait.robot, math.inf, gait.bent_samples
-    for k, state in enumerate(gait.states):
-        n = 3 if k < at else 2
-        chain, q, dq = robot.chains[n], state[:n], state[3 : 3 + n]
-        ddq = chain.accelerations(np.zeros(n), q, dq, gait.slope)
+    robot, (bent, straight) = gait.robot, parts(gait, 100)
+    for n, (q, dq, _) in ((3, bent), (2, straight)):
+        chain = robot.chains[n]
+        ddq = np.array([chain.accelerations(np.zeros(n), *each, gait.slope) for each in zip(q, dq, strict=True)])
         upward = robot.weight * math.cos(gait.slope)
-        upward -= chain.moments / robot.gravity @ (np.sin(q) * ddq + np.cos(q) * dq**2)
-        lowest = min(lowest, float(upward))
-    assert lowest > 0.5 * robot.weight
-    chain, before, after = robot.chains[3], gait.states[at - 1], gait.states[at]
-    impulse = -chain.moments / robot.gravity @ (np.sin(before[:3]) * (after[3:] - before[3:]))
-    assert impulse > 0.1  # N s
+        upward -= (np.sin(q) * ddq + np.cos(q) * dq**2) @ (chain.moments / robot.gravity)
+        assert upward.min() > 0.5 * robot.weight
+    jump = straight[1][0][[0, 1, 1]] - bent[1][-1]
+    assert -robot.chains[3].moments / robot.gravity @ (np.sin(bent[0][-1]) * jump) > 0.1  # N s
     assert gait.feet[1:-1, 1].min() > 0
     assert gait.clearance > 0.005
 
 
-def test_the_halved_rods_walk_too(rods: KneedGait) -> None:
-    """On steeper slopes, where a prototype had found none: stable, and clear of the ground by 8 mm."""
-    np.testing.assert_allclose(rods.start[[0, 3, 4]], [-0.265841, 1.287258, 0.685040], rtol=0, atol=5e-7)
-    assert rods.stable
-    assert rods.period == pytest.approx(0.757109, abs=5e-7)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("robot", "walks", "none"),
-    [(KneedBiped(), 1.96, 1.92), (KneedBiped.halved_rods(), 4.51, 4.46), (KneedBiped(), 6.84, 6.88)],
+    ("robot", "walks", "none", "clearance"),
+    [
+        (PLAIN, 1.96, 1.92, 0.02),
+        (KneedBiped.halved_rods(), 4.51, 4.46, 0.02),
+        (PLAIN, 6.84, 6.88, 0.02),
+        (RoundKneed(), 0.62, 0.0, 5e-4),
+    ],
 )
-def test_gaits_end_where_two_meet_or_the_foot_touches(robot: KneedBiped, walks: float, none: float) -> None:
+def test_gaits_end_where_two_meet_or_the_foot_touches(robot: Any, walks: float, none: float, clearance: float) -> None:
     """Downwards no gait is left; upwards the foot comes down to the ground."""
-    assert find_kneed_gait(robot, math.radians(walks)).clearance < 0.02
+    assert find_kneed_gait(robot, math.radians(walks)).clearance < clearance
     with pytest.raises(GaitError):
         find_kneed_gait(robot, math.radians(none))
 
@@ -148,21 +203,87 @@ def test_robots_that_are_alike_walk_alike(gait: KneedGait) -> None:
     time = math.sqrt(2 * robot.gravity / gravity)
     found = find_kneed_gait(other, gait.slope)
     # both by the same search; its tolerance is 1e-11, and the integration's relative to the units
-    np.testing.assert_allclose(found.start[:3], gait.start[:3], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(found.start[3:], gait.start[3:] / time, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found.start * np.repeat([1.0, time], 3), gait.start, rtol=0, atol=1e-8)
     assert found.period == pytest.approx(gait.period * time, rel=1e-8)
     assert found.clearance == pytest.approx(2 * gait.clearance, abs=1e-4)  # of samples
 
 
 @pytest.mark.slow
-def test_what_cannot_be_found_is_told() -> None:
-    with pytest.raises(GaitError, match=r"walks only downhill; give one above 0, to 89.95 degrees"):
-        find_kneed_gait(KneedBiped(), 0.0)
-    with pytest.raises(InputError, match=r"robot must be a mjbiped.KneedBiped, got Compass"):
-        find_kneed_gait(Compass(), 0.1)  # type: ignore[arg-type]
-    with pytest.raises(GaitError, match=r"no passive gait on a slope of 25 degrees: the search found none"):
-        find_kneed_gait(KneedBiped(), math.radians(25))
-    with pytest.raises(GaitError, match="the search found none"):  # the swing foot would dip into the ground
-        find_kneed_gait(KneedBiped(), math.radians(7.2))
-    assert mjbiped.find_kneed_gait is find_kneed_gait
-    assert mjbiped.KneedGait is KneedGait
+@pytest.mark.parametrize(
+    ("robot", "degrees", "error", "message"),
+    [
+        (PLAIN, 0.0, GaitError, "walks only downhill"),
+        (Compass(), 6.0, InputError, "robot must be a mjbiped.KneedBiped"),
+        (PLAIN, 25.0, GaitError, "on a slope of 25 degrees: the search found none"),
+        (PLAIN, 7.2, GaitError, "the search found none"),  # the swing foot would dip into the ground
+    ],
+)
+def test_what_cannot_be_found_is_told(robot: Any, degrees: float, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        find_kneed_gait(robot, math.radians(degrees))
+
+
+# ---- round feet and stops --------------------------------------------------------------------------------------------
+
+
+def test_without_radius_and_latched_steps_are_those_of_point_feet(gait: KneedGait) -> None:
+    """The whole step from the gait of `KneedBiped`, integrated to 1e-11, is the same to rounding; the stop alone opens.
+
+    Without the latch the heel strike bends the knee.
+    """
+    numbers = {name: getattr(PLAIN, name) for name in KneedBiped.numbers()}
+    terms = {**numbers, "foot_radius": 0.0, "stop_angle": 0.0, "shank_offset": 0.0}
+    second = math.sqrt(1.0 / 9.81)
+    for scaled in (gait.start[[0, 3, 4]] * [1.0, second, second], np.array([-0.22, 0.32, 0.09])):
+        mine, its = (step(robot, gait.slope, scaled) for robot in (Latched(**terms), PLAIN))
+        np.testing.assert_allclose(mine.after, its.after, rtol=0, atol=1e-12)
+        assert mine.second.duration == pytest.approx(its.second.duration, abs=1e-12)
+    _, rates = RoundKneed(**terms).heel_impact(gait.end[:2], gait.end[3:5])
+    assert rates[2] - rates[1] > 1.0
+
+
+# ---- trajectories ----------------------------------------------------------------------------------------------------
+
+
+def test_pieces_join_up_to_the_acceleration(gait: KneedGait) -> None:
+    """Those of the bent knee all; those of the straight knee from where its motion is no longer followed back."""
+    rate = gait.tables[0][RATE]
+    followed = math.floor(0.5 * gait.knee_strike * rate)
+    joints = np.arange(1, round(gait.horizon * rate)) / rate
+    for bent in (True, False):
+        before, after = (gait.branch(joints * (1.0 + side * 1e-12), bent=bent) for side in (-1, 1))
+        for order, tolerance in enumerate((1e-9, 1e-8, 2e-5)):  # of degree 9, times 9 and 8, and 20 pieces a second
+            jumps = np.abs(after[order] - before[order]).max(axis=1)
+            if order == 2 and not bent:
+                jumps = np.delete(jumps, followed - 1)
+            assert jumps.max() < tolerance
+
+
+def test_branches_move_by_the_robots_equations_about_the_strike(gait: KneedGait) -> None:
+    """The free knee's for a while beyond it; then the knee closes on at the rate that it has in the end.
+
+    The straight legs' from half of the time before it; until then they turn evenly.
+    """
+    width = 1.0 / gait.tables[0][RATE]
+    until = math.ceil(min(gait.knee_strike + 0.15 * gait.period, gait.period) / width - 1e-9) * width
+    since = math.floor(0.5 * gait.knee_strike / width) * width
+    for n, first, last in ((3, 0.0, until - 1e-9), (2, since + 1e-9, gait.period - 1e-9)):
+        law = free_motion(gait.robot.chains[n], gait.slope, 1.0)
+        for q, dq, ddq in zip(*gait.branch(np.linspace(first, last, 50), bent=n == 3), strict=True):
+            # the pieces' own errors, with two derivatives of degree 9
+            assert law(0.0, np.concatenate([q, dq]))[n:] == pytest.approx(ddq, abs=1e-3)
+    _, dq, _ = gait.branch(np.linspace(until + width + 1e-9, gait.horizon - 1e-9, 50), bent=True)
+    closing = dq[:, 2] - dq[:, 1]
+    assert closing.max() < -1.0
+    assert np.ptp(closing) < 1e-9
+    _, dq, _ = gait.branch(np.linspace(0.0, since - 1e-9, 20), bent=False)
+    assert np.ptp(dq, axis=0).max() < 1e-9
+
+
+def test_the_reference_is_the_branch_of_the_knee_at_each_time(gait: KneedGait) -> None:
+    """Bent before the knee strike; after it thigh and shank of the swing leg are in line."""
+    times = np.array([0.0, 0.9, 1.1]) * gait.knee_strike
+    bent, straight = gait.branch(times, bent=True), gait.branch(times, bent=False)
+    for found, first, second in zip(gait.reference(times), bent, straight, strict=True):
+        np.testing.assert_array_equal(found[:2], first[:2])
+        np.testing.assert_array_equal(found[2], second[2, [0, 1, 1]])

@@ -4,17 +4,19 @@ import json
 import math
 import pickle
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.profile import MOST_SEGMENTS
-from mjbiped.terrain.terrain import Terrain
+from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 
 @pytest.mark.parametrize("name", [name for name in PRESETS if name != "recorded"])  # that one needs a file
@@ -28,10 +30,6 @@ def test_every_preset_goes_on_far_enough_and_into_the_record(name: str) -> None:
     assert pickle.loads(pickle.dumps(terrain)) == terrain
     assert Terrain.preset(name) == terrain
     assert terrain.caption.startswith(name)
-
-
-def test_level_ground() -> None:
-    assert Terrain.level().height(np.linspace(-5, 50, 7)).tolist() == [0.0] * 7
 
 
 def test_stairs_are_the_papers() -> None:
@@ -51,10 +49,6 @@ def test_slopes_change_by_the_same_angle() -> None:
     assert len(list(terrain.stretches())) == 1
     constant = Terrain.slopes(change_deg=0, start_deg=3)
     assert set(constant.angle) == set(Terrain.incline(3.0).angle)
-
-
-def test_the_papers_slopes_can_be_stood_on() -> None:
-    assert math.degrees(Terrain.slopes(change_deg=-1).angle[-1]) == pytest.approx(-16.0)
 
 
 def test_mixed_is_the_table_in_its_docstring() -> None:
@@ -85,15 +79,6 @@ def test_mixed_is_varied_but_can_be_walked() -> None:
     # The promise of the docstring: a step up never meets ground that turns uphill by more than a degree.
     turns = np.diff(slopes, prepend=slopes[0])
     assert (turns[rises > 0.0] >= -1.0 - 1e-9).all()
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2**32), st.sampled_from([0.0, 0.002]))
-def test_the_same_seed_gives_the_same_ground_bit_by_bit(seed: int, roughness: float) -> None:
-    terrain, again = (Terrain.random(seed=seed, roughness=roughness) for _ in range(2))
-    assert terrain == again
-    assert np.asarray(terrain.z).tobytes() == np.asarray(again.z).tobytes()
-    assert terrain != Terrain.random(seed=seed + 1, roughness=roughness)
 
 
 @settings(max_examples=30, deadline=None)
@@ -137,47 +122,115 @@ def test_the_first_random_terrain_is_this_one() -> None:
     assert terrain.rises[1:5] == pytest.approx((-0.018975661902, 0.0, 0.000396338853, -0.001758613839), abs=1e-11)
 
 
+def test_treads_have_the_named_depth_steps_and_slopes() -> None:
+    deviation, count = 0.03, 2000
+    terrain = Terrain.treads(seed=3, length=2.0 + 1.5 * count, tread=1.5, deviation=deviation, slope_deg=(-5.0, 3.0))
+    slopes = np.degrees(terrain.angle)
+    assert np.diff(terrain.x)[1:] == pytest.approx(1.5 * np.cos(terrain.angle[1:-1]))
+    assert (terrain.x[1], slopes[0], terrain.z[:1]) == (2.0, 0.0, (0.0,))
+    rises = np.array(terrain.rises[1:])
+    assert rises.std() == pytest.approx(deviation, rel=4 / math.sqrt(2 * count))  # four standard errors
+    assert abs(rises.mean()) < 4 * deviation / math.sqrt(count)
+    assert (slopes[1:].min(), slopes[1:].max()) == pytest.approx((-5.0, 3.0), abs=8 * 10 / count)
+    assert (np.abs(slopes[1:] + 1.0) <= 4.0).all()
+
+
+def test_waves_have_the_named_deviation_and_no_other_lengths() -> None:
+    deviation, spacing = 0.01, 0.05
+    terrain = Terrain.waves(seed=5, length=2000.0, deviation=deviation, shortest=0.8, longest=4.0, spacing=spacing)
+    heights = np.array(terrain.z[1:])[1000:]
+    assert heights.std() == pytest.approx(deviation, rel=0.03)  # the mean over 490 of the longest waves
+    power = np.abs(np.fft.rfft(heights * np.hanning(heights.size))) ** 2
+    numbers = np.fft.rfftfreq(heights.size, spacing)
+    inside = (numbers > 0.95 / 4.0) & (numbers < 1.05 / 0.8)
+    assert power[inside].sum() / power.sum() > 0.999
+    assert max(map(abs, terrain.rises)) == 0.0
+    assert np.abs(np.array(terrain.z[:3])).max() < 0.02 * deviation  # it begins level and without a step
+
+
+@pytest.fixture(scope="module")
+def trail(tmp_path_factory: pytest.TempPathFactory) -> Terrain:
+    """A record of 20 m that rises by 1 m, rough, with a step up of 3 cm."""
+    x = np.linspace(-1.0, 19.0, 81)
+    z = 0.05 * x + 0.02 * np.sin(2.0 * x) + 0.004 * np.cos(11.0 * x) + np.where(x > 8.0, 0.03, 0.0)
+    rows = [f"{a:.6f},{b:.6f}" for a, b in zip(x, z, strict=True)]
+    at = int(np.searchsorted(x, 8.0, side="right"))
+    rows.insert(at, f"{x[at]:.6f},{z[at] - 0.03:.6f}")
+    path = tmp_path_factory.mktemp("record") / "trail.csv"
+    path.write_text("\n".join(rows))
+    return Terrain.from_file(path)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**64 - 1), st.floats(2.5, 150.0))
+def test_recorded_ground_is_the_record_to_and_fro_without_its_trend(trail: Terrain, seed: int, length: float) -> None:
+    terrain, once = Terrain.recorded(trail, seed=seed, length=length), 20.0
+    first = np.random.Generator(np.random.PCG64(seed)).uniform(0.0, 2.0 * once)
+    x, z = trail.samples
+    slope, offset = np.polyfit(x, z, 1)
+
+    def expected(way: NDArray[np.float64]) -> NDArray[np.float64]:
+        place = once - np.abs(once - way % (2.0 * once)) - 1.0  # a wave of triangles: there, and back
+        return np.asarray(trail.height(place) - slope * place - offset)
+
+    ahead = np.linspace(0.0, length - 2.0, 500)[1:-1]
+    heights = terrain.height(2.0 + ahead)
+    wanted = expected(first + ahead) - expected(np.array([first]))
+    off = np.abs(heights - wanted) > 1e-9  # rounding, of angles of segments and of sums over a hundred metres
+    assert off.sum() <= 2  # at a step, rounding may put a place on its other side
+    assert (terrain.x[1], terrain.z[0], terrain.rises[1]) == (2.0, 0.0, 0.0)
+    assert np.abs(np.array(terrain.rises)[np.array(terrain.rises) != 0.0]) == pytest.approx(0.03, abs=2e-6)
+
+
+def test_seeds_take_other_stretches_in_both_directions(trail: Terrain) -> None:
+    grounds = [Terrain.recorded(trail, seed=seed, length=30.0) for seed in range(40)]
+    assert len(set(grounds)) == 40
+    first_steps = [next(rise for rise in ground.rises if rise) for ground in grounds]
+    assert 8 <= sum(rise > 0.0 for rise in first_steps) <= 32  # 20 expected; four standard errors
+
+
+def test_a_path_and_what_was_read_from_it_give_one_ground(tmp_path: Path) -> None:
+    path = tmp_path / "hill.csv"
+    path.write_text("x,z\n0,0\n3,0.1\n7,-0.1\n")
+    ground = Terrain.recorded(path, seed=2, length=20.0)
+    assert ground == Terrain.recorded(Terrain.from_file(path), seed=2, length=20.0)
+    assert ground == parse_terrain(f"recorded:file={path},seed=2,length=20")
+    assert ground.caption == "recorded (file=hill.csv, seed=2, length=20.0)"
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**64 - 1), st.sampled_from(["random", "treads", "waves", "recorded"]))
+def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str) -> None:
+    more = {"file": trail} if name == "recorded" else {}
+    terrain, again = (Terrain.preset(name, seed=seed, length=30.0, **more) for _ in range(2))
+    assert terrain == again
+    assert terrain.to_dict() == again.to_dict()
+    assert terrain != Terrain.preset(name, seed=seed // 2 + 1, length=30.0, **more) or seed in (0, 1, 2)
+    longer = Terrain.preset(name, seed=seed, length=60.0, **more)
+    assert longer.z[:20] == terrain.z[:20]  # a longer ground begins as this one
+
+
 @pytest.mark.parametrize(
     ("name", "parameters", "message"),
     [
         ("incline", {"slope_deg": 40}, "terrain incline: slope_deg: a slope of 40 degrees"),
-        ("incline", {"slope_deg": "steep"}, "slope_deg"),
         ("stairs", {"tread": 0.0}, "tread = 0.0: must be from 1e-06 to 100000 m"),
-        ("stairs", {"tread": -1}, "tread"),
-        ("stairs", {"rise": 0.6}, "rise"),
         ("stairs", {"rise": None}, "rise"),
-        ("stairs", {"first": 0.0}, "first"),
-        ("stairs", {"first": -1.0}, "first"),
-        ("stairs", {"count": 0}, "count = 0: must be a whole number from 1 to 99999"),
-        ("stairs", {"count": 2.5}, "count"),
-        ("stairs", {"count": True}, "count"),
         ("stairs", {"count": MOST_SEGMENTS}, "count"),
-        ("stairs", {"tread": 9e4}, "segment 3: x"),
-        ("slopes", {"length": 0}, "length"),
-        ("slopes", {"change_deg": math.inf}, "change_deg"),
-        ("slopes", {"count": 0}, "count"),
-        ("slopes", {"start_deg": 40}, "start_deg: a slope"),
         ("slopes", {"change_deg": 3.0}, "start_deg . 16 x change_deg: a slope of 48 degrees"),
         ("mixed", {"seed": 1}, "unknown parameter of the terrain mixed 'seed'"),
-        ("random", {"seed": -1}, "seed"),
-        ("random", {"seed": 1.5}, "seed"),
-        ("random", {"seed": None}, "seed"),
-        ("random", {"length": 0.99}, "length = 0.99: must be from 1 to 100000 m"),
         ("random", {"length": 1e5, "segment_length": (1e-4, 2.0)}, "can be more than"),
         ("random", {"segment_length": (0.8, 1e5), "spacing": 0.25, "roughness": 0.001}, "can be more than"),
-        ("random", {"segment_length": (0.0, 1.0)}, "segment_length, low end = 0.0: "),
         ("random", {"segment_length": (2.0, 1.0)}, "swap them"),
-        ("random", {"segment_length": 1.0}, "range"),
         ("random", {"segment_length": "12"}, "range"),
-        ("random", {"slope_deg": (-3.0, 3.0, 5.0)}, "range"),
         ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
         ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
-        ("random", {"rise": (-0.6, 0.0)}, "rise, low end = -0.6: "),
-        ("random", {"step_probability": 1.1}, "step_probability = 1.1: must be from 0 to 1"),
-        ("random", {"step_probability": -0.1}, "step_probability"),
-        ("random", {"roughness": -0.1}, "roughness"),
-        ("random", {"spacing": 0.0}, "spacing"),
         ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
+        ("treads", {"tread": 1e-3}, "take a shorter length or a longer tread"),
+        ("waves", {"spacing": 0.2}, "at least four times spacing"),
+        ("waves", {"shortest": 6.0}, "less than longest"),
+        ("waves", {"length": 1e5}, "take a shorter length or a longer spacing"),
+        ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
     ],
 )
 def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict[str, Any], message: str) -> None:
@@ -185,7 +238,18 @@ def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict
         Terrain.preset(name, **parameters)
 
 
-@pytest.mark.parametrize("name", ["stair", "Level", "", None, 3])
-def test_unknown_presets_are_refused_with_the_valid_names(name: Any) -> None:
-    with pytest.raises(InputError, match="valid are level, incline, slopes, stairs, mixed, random"):
-        Terrain.preset(name)
+@pytest.mark.parametrize(
+    ("rows", "length", "message"),
+    [
+        (None, 9.0, "recorded ground needs an elevation file"),
+        ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; random ground needs 5 m at least"),
+        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "take a shorter length, or a record with fewer samples"),
+    ],
+)
+def test_no_record_is_refused_in_words(rows: str | None, length: float, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text(rows or "")
+    with pytest.raises(InputError, match=message):
+        Terrain.recorded(None if rows is None else path, length=length)
+    with pytest.raises(InputError, match="its ground goes on without end; expected an elevation file"):
+        Terrain.recorded(Terrain.level())

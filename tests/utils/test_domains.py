@@ -30,6 +30,7 @@ from controllers import (
     PassivityController,
 )
 from mjbiped.disturbances.disturbances import PUSHES
+from mjbiped.engines.mujoco.engine import LEG
 from mjbiped.engines.plan import Terms
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
@@ -133,7 +134,7 @@ DOCUMENTED = {
     "`shank_offset`": of_field(mjbiped.RoundKneed, "shank_offset"),
     "`stop_angle`": of_field(mjbiped.RoundKneed, "stop_angle"),
     "`gravity`": domains.GRAVITY,
-    "length of a leg in MuJoCo": domains.MUJOCO_LEG,
+    "length of a leg in MuJoCo": LEG,
     "angle of a leg": domains.ANGLE,
     "rate of a leg": domains.RATE,
     "slope of a gait, plane or estimate": domains.SLOPE,
@@ -157,7 +158,7 @@ DOCUMENTED = {
     "pushes at given times": PUSHES,
     "`push_interval`": of_field(mjbiped.Disturbances, "push_interval"),
     "`push_duration`": of_field(mjbiped.Disturbances, "push_duration"),
-    "`friction`": domains.FRICTION,
+    "`friction`": of_field(mjbiped.Disturbances, "friction"),
     "factor of `--model-error`": domains.MODEL_ERROR,
     "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
     "`position_gain` of limit cycle tracking": of_field(LimitCycleController, "position_gain"),
@@ -395,7 +396,7 @@ def test_hybrid_walks_at_the_ends_are_that_of_table_one(mass: float, length: flo
 
 
 @pytest.mark.slow  # each kind of controller is compiled for both engines
-@pytest.mark.parametrize("leg", [domains.MUJOCO_LEG.low, domains.MUJOCO_LEG.high])
+@pytest.mark.parametrize("leg", [LEG.low, LEG.high])
 def test_mujoco_walks_at_the_ends_cost_what_they_should(leg: float) -> None:
     robot = mjbiped.Compass(lower_length=leg / 2, upper_length=leg / 2)
     faster = math.sqrt(1.0 / leg)
@@ -418,7 +419,7 @@ def test_mujoco_walks_at_the_ends_cost_what_they_should(leg: float) -> None:
     assert walk.cost_of_transport == pytest.approx(math.sin(GAIT.slope), rel=0.015 if leg < 1.0 else 1e-3)
 
 
-@pytest.mark.parametrize("leg", [0.99 * domains.MUJOCO_LEG.low, 1.01 * domains.MUJOCO_LEG.high])
+@pytest.mark.parametrize("leg", [0.99 * LEG.low, 1.01 * LEG.high])
 def test_mujoco_refuses_legs_that_its_ground_is_not_made_for(leg: float) -> None:
     robot = mjbiped.Compass(lower_length=leg / 2, upper_length=leg / 2)
     with pytest.raises(InputError, match=r"leg length in MuJoCo .*must be from 0.01 to 10 m"):

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from mjbiped.utils import progress
-from mjbiped.utils.progress import in_notebook, progress_bar
+from mjbiped.utils import parallel as progress
+from mjbiped.utils.parallel import in_notebook, progress_bar
 
 
 def kernel(**config: object) -> SimpleNamespace:

@@ -32,7 +32,7 @@ class Hybrid(Engine):
     name: ClassVar[str] = "hybrid"
     robots: ClassVar[tuple[type[Robot], ...]] = (Robot,)
 
-    tolerance: Annotated[float, domains.TOLERANCE] = TOLERANCE
+    tolerance: Annotated[float, domains.Domain(1e-14, 1e-3)] = TOLERANCE
 
     def __post_init__(self) -> None:
         """Check the value."""

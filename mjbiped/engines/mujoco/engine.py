@@ -22,10 +22,13 @@ from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
-from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain
 
 if TYPE_CHECKING:
     from mjbiped.control.controller import Controller
+
+LEG = Domain(0.01, 10.0, "m")
+"""Legs for which ground and feet are made in MuJoCo."""
 
 PLAIN = 1e-4
 """Longest step of plain `mujoco.mj_step`, s: with longer ones impacts err (docs/convergence.md)."""
@@ -84,7 +87,7 @@ class Mujoco(Options, Engine):
                     f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "
                     'stance_knee = "motor" at the knees of this robot'
                 )
-        domains.MUJOCO_LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
+        LEG.check("leg length in MuJoCo (engine='hybrid' takes any)", plan.robot.leg_length)
         check_masses(plan.robot)
 
     def check_disturbances(self, disturbances: Disturbances) -> None:

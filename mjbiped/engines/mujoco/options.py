@@ -38,7 +38,7 @@ class Options:
     """
 
     timestep: Annotated[float, domains.TIMESTEP] = DEFAULT_TIMESTEP
-    contact_timestep: Annotated[float, domains.CONTACT_TIMESTEP] = DEFAULT_CONTACT_TIMESTEP
+    contact_timestep: Annotated[float, domains.Domain(1e-6, 1.0, "s")] = DEFAULT_CONTACT_TIMESTEP
     control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
     ground: Annotated[str, Words(GROUND_KINDS)] = AUTO
     lands: bool = True

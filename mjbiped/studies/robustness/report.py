@@ -20,8 +20,7 @@ from mjbiped.records.summary import bare_table
 from mjbiped.studies.robustness.limits import ALL, DISTURBANCES
 from mjbiped.studies.robustness.plan import LEVEL_STEPS, Plan, rough_from
 from mjbiped.studies.robustness.result import FORGETTING, SOLE, Findings, Robustness
-from mjbiped.utils.files import saved
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table, saved
 
 TABLES = "robustness.md"
 """Name of the file with the tables in a study's folder."""

@@ -9,7 +9,7 @@ import pytest
 
 import mjbiped
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.utils.markdown import markdown_table
+from mjbiped.utils.files import markdown_table
 from scripts.learning import evaluate
 from scripts.learning.controller import LearnedController
 from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
