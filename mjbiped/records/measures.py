@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 SLIDING = 1.0 - 1e-3
 """Share of the friction coefficient at which a foot counts as sliding; MuJoCo's solver is accurate to 1e-4."""
 
-THROUGH, THROUGH_VIOLATING = "through", "through, contact violated"
-"""Verdicts of finished walks; see `violations`."""
+FINISHED = Outcome.FINISHED.words
+VIOLATING = f"{FINISHED}, contact violated"
+"""Verdicts of walks that finished; see `violations`."""
 
 WORK_KINDS = ("absolute", "net", "positive")
 
@@ -156,10 +157,8 @@ def violations(touchdowns: Table) -> NDArray[np.bool_]:
 
 
 def verdict(outcome: str, violated: int | None) -> str:
-    """Outcome of a walk, with finished walks split by whether any of their steps violate the contact."""
-    if outcome != Outcome.FINISHED.words:
-        return outcome
-    return THROUGH_VIOLATING if violated else THROUGH
+    """Outcome of a walk, which says of a finished one whether any of its steps violate the contact."""
+    return VIOLATING if outcome == FINISHED and violated else outcome
 
 
 def summary(walk: Walk) -> dict[str, Any]:

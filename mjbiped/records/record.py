@@ -110,7 +110,7 @@ class Walk:
 
     @property
     def verdict(self) -> str:
-        """Outcome, with "finished" split into "through" and "through, contact violated"; see `contact_violations`."""
+        """Outcome; "finished, contact violated" for a finished walk with any of `contact_violations`."""
         return measures.verdict(self.outcome, int(self.contact_violations.sum()))
 
     @property
