@@ -24,7 +24,7 @@ from controllers import AdaptiveController, LibraryController
 from mjbiped.gaits.reference import DEGREE, bernstein, count_of_pieces, in_pieces, table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.records.measures import FINISHED, VIOLATING, foot_length
+from mjbiped.records.measures import FINISHED, VIOLATING
 from mjbiped.utils import palette
 from scripts.pages import show_table
 
@@ -115,7 +115,7 @@ def over_step(controller: AdaptiveController, rise: float, engine: str = "hybrid
         len(on),
         len(through),
         max(torques[1], default=math.nan),
-        max(map(foot_length, through), default=math.nan),
+        max((walk.summary()["foot_length_99_percent_m"] for walk in through), default=math.nan),
         max(torques[0], default=math.nan),
     )
 
