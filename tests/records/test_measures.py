@@ -161,8 +161,10 @@ def test_printed_it_is_what_the_command_line_prints(monkeypatch: pytest.MonkeyPa
     given = ("--disturb", "rate_noise=0.01", "--push", "0.1:0.5")
     printed = run(*words, *given, "--out", tmp_path / "walk.npz").stdout
     walk = mjbiped.Walk.load(tmp_path / "walk.npz")
-    lines = [line.split() for line in printed.splitlines() if line.strip()]
-    assert [line.split() for line in str(walk.summary()).splitlines()] == lines[:-1]  # the last names the file
+    shown, told = (
+        [line.split() for line in text.splitlines() if line.strip()] for text in (str(walk.summary()), printed)
+    )
+    assert shown == told[:-1]  # the last line names the file
     fallen = " ".join(printed.split())
     assert "outcome fell" in fallen
     assert "disturbances rate noise 0.01, pushes 1" in fallen
