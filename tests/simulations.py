@@ -24,7 +24,7 @@ from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.mujoco.run import stepped
 from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
-from mjbiped.records.recorder import Recorder
+from mjbiped.records.columns import Recorder
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -87,12 +86,19 @@ def checks_table(answers: Iterable[Answer]) -> Table:
 
 def estimate_sentence(expected: Mapping[str, float]) -> Text:
     """Say how many walks a study has, and how much time and disk they are likely to take."""
-    took = timedelta(seconds=max(1, round(expected["seconds"])))
     processes = "1 process" if expected["workers"] == 1 else f"{expected['workers']} processes"
     return Text(
-        f"{expected['walks']} walks: about {took} h in {processes} (beside their start and compilation), "
-        f"{max(0.1, expected['bytes'] / 1e6):.1f} MB of tables and samples; inferred from {expected['tried']} of them"
+        f"{expected['walks']} walks: about {_duration(expected['seconds'])} in {processes} (beside their start and "
+        f"compilation), {max(0.1, expected['bytes'] / 1e6):.1f} MB of tables and samples; inferred from "
+        f"{expected['tried']} of them"
     )
+
+
+def _duration(seconds: float) -> str:
+    """Write a duration in its two largest units."""
+    minutes, rest = divmod(max(1, round(seconds)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def sweep_tables(summary: Mapping[str, Any]) -> list[RenderableType]:

@@ -19,10 +19,10 @@ from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.compiling import Costs
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, explained, place_of
+from mjbiped.records.columns import Cancellation, Recorder, never_cancelled
 from mjbiped.records.loads import unknown
 from mjbiped.records.measures import Summary
 from mjbiped.records.record import Walk
-from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
@@ -176,7 +176,8 @@ class Run(ABC):
 
     def summary(self) -> dict[str, Any]:
         """The measures so far, for a walk that was started with `summarised`."""
-        return self.recorder.summary().to_dict(self.record())
+        assert self.recorder.summary is not None
+        return self.recorder.summary.to_dict(self.record())
 
     def message(self, error: BaseException) -> str:
         """Describe an error in the controller, with the time of the walk and the line of its source."""

@@ -1,4 +1,4 @@
-"""Arrays of an .npz file, which is written whole or not at all and read without trust in its source.
+"""Files of numbers and texts, which are written whole or not at all and read without trust in their source.
 
 Nothing in a file is executed, and nothing is unpacked or allocated before the sizes that it claims have been compared
 with each other and with the size of the file.
@@ -7,6 +7,7 @@ with each other and with the size of the file.
 from __future__ import annotations
 
 import io
+import json
 import sys
 import zipfile
 from collections.abc import Collection, Mapping
@@ -30,15 +31,15 @@ MOST_MEMBERS = 256
 NUMBERS = (np.dtype(np.float64), np.dtype(np.int64))
 """Types of the numbers in a record."""
 
-_SUFFIX = ".npy"
+LONGEST_HEADER, LONGEST_DESCRIPTION = 32_000_000, 3_200_000
+"""Greatest numbers of characters of a record's header and of a controller's description; the longest terrain, of
+100 000 segments, takes half of a header."""
+
+_DEEPEST = 40  # levels of nested settings; the engines' own have five
 
 
 def write_arrays(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
-    """Write an .npz file, which appears whole or not at all.
-
-    Args:
-        path: The file.
-        arrays: Numbers or texts by name, as arrays or as anything that NumPy converts to one.
+    """Write numbers or texts by name as an .npz file, which appears whole or not at all.
 
     Raises:
         RecordError: The file cannot be written.
@@ -67,8 +68,13 @@ def read_arrays(
         require_file(path)
         with _Bounded(path.open("rb", buffering=0)) as file, zipfile.ZipFile(file) as archive:
             file.longest = sys.maxsize  # arrays may be long
-            members = _members(archive, path.stat().st_size)
-            return {name: _array(archive.read(member), types) for name, member in members.items()}
+            members, size = archive.infolist(), path.stat().st_size
+            if len(members) > MOST_MEMBERS:
+                raise RecordError(f"it holds {len(members)} arrays; a record has at most {MOST_MEMBERS}")
+            if (claimed := sum(member.file_size for member in members)) > MOST_UNPACKED * size + ROOM:
+                raise RecordError(f"it claims to hold {claimed} bytes in a file of {size}")
+            names = (member.filename for member in members if member.filename.endswith(".npy"))
+            return {name.removesuffix(".npy"): _array(archive.read(name), types) for name in names}
     except InputError as error:
         raise RecordError(f"{path}: {error}") from error
     except RecordError as error:
@@ -101,22 +107,6 @@ class _Bounded(io.BufferedReader):
         return super().read(size)
 
 
-def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
-    """List the arrays in an archive of `size` bytes by name.
-
-    Raises:
-        RecordError: The members are too many or too large.
-    """
-    if len(archive.infolist()) > MOST_MEMBERS:
-        raise RecordError(f"it holds {len(archive.infolist())} arrays; a record has at most {MOST_MEMBERS}")
-    arrays = (member for member in archive.infolist() if member.filename.endswith(_SUFFIX))
-    members = {member.filename.removesuffix(_SUFFIX): member for member in arrays}
-    claimed = sum(member.file_size for member in members.values())
-    if claimed > MOST_UNPACKED * size + ROOM:
-        raise RecordError(f"it claims to hold {claimed} bytes in a file of {size}")
-    return members
-
-
 def _array(data: bytes, types: Collection[np.dtype[Any]]) -> NDArray[Any]:
     """Return the array in the content of an .npy file.
 
@@ -133,3 +123,31 @@ def _array(data: bytes, types: Collection[np.dtype[Any]]) -> NDArray[Any]:
     if min(shape, default=0) < 0:
         raise ValueError(f"negative shape {shape}")
     return numbers.reshape(shape, order="F" if fortran_order else "C").astype(dtype.newbyteorder("="))
+
+
+def parsed(text: str, longest: int = LONGEST_HEADER) -> Any:
+    """Read a JSON text into values that are safe to compute with and to write again.
+
+    Args:
+        text: JSON text as it stands in a file.
+        longest: Greatest number of characters that it may have.
+
+    Raises:
+        ValueError: The text is not JSON, too long or nested too deeply, or holds a text that cannot be written.
+    """
+    if len(text) > longest:
+        raise ValueError(f"it is too long: {len(text)} characters; expected at most {longest}")
+    try:
+        value = json.loads(text)
+        json.dumps(value, ensure_ascii=False).encode()
+        if _depth(value) <= _DEEPEST:
+            return value
+    except RecursionError:
+        pass
+    raise ValueError(f"nested more than {_DEEPEST} times")
+
+
+def _depth(value: object) -> int:
+    """Count the levels of nesting of a JSON value."""
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return 1 + max(map(_depth, parts), default=-1)

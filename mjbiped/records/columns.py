@@ -1,26 +1,24 @@
-"""Columns of a walk's record: names, shapes, units and meanings; and its tables with one number per column.
+"""Tables of a walk's record: names, shapes, units and meanings of their columns, and the recorder that fills them.
 
 Engines, files, exports and docs/tables/columns.md take the columns from here. A row is a structured type of NumPy,
-`row_type`; engines write the numbers of a row in the same order as floats.
+`row_type`; engines write the numbers of a row in the same order as floats. Flat tables have one number per column.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.robot import Robot
-from mjbiped.utils.packages import needed
+from mjbiped.robots.robot import Array, Robot
 
 if TYPE_CHECKING:
-    import pandas
-
+    from mjbiped.records.measures import Summary
     from mjbiped.records.record import Walk
 
 Table = Mapping[str, NDArray[Any]]
@@ -229,26 +227,86 @@ def attributes(units: Mapping[str, str]) -> dict[str, str]:
     return {"PANDAS_ATTRS": json.dumps({"units": dict(units)})}
 
 
-class Frames(NamedTuple):
-    """A walk as data frames; `attrs["units"]` of each has the units of its columns.
+Cancellation: TypeAlias = Callable[[], None]
+"""Function that is called at times during a walk, and may raise an exception to stop it."""
+
+_TIME = 0  # index of the time in a row of either table
+
+
+def _new(columns: Columns, rows: Array, taken: Sequence[Array]) -> Array:
+    """Return a copy of the rows that are later than the last row that was taken, and hold a motion of numbers."""
+    finite = np.repeat([column.finite for column in columns.values()], [column.width for column in columns.values()])
+    rows = rows[np.isfinite(rows[:, : len(finite)][:, finite]).all(axis=1)]  # the controller's states follow in a row
+    return rows[rows[:, _TIME] > taken[-1][-1, _TIME]] if taken else rows
+
+
+def never_cancelled() -> None:
+    """Never cancel a walk."""
+
+
+class Recorder:
+    """Samples and touchdowns of a walk so far in any engine, whose tables may be read at any time.
 
     Attributes:
-        samples: A row per sample.
-        touchdowns: A row per support transfer.
+        cancellation: Function that the engine calls each time before the walk goes on.
+        summary: Summary that takes the touchdowns, which are then not kept; None where they are.
     """
 
-    samples: pandas.DataFrame
-    touchdowns: pandas.DataFrame
+    def __init__(
+        self,
+        *,
+        robot: type[Robot] = Compass,
+        keep_samples: bool = True,
+        summary: Summary | None = None,
+        cancellation: Cancellation = never_cancelled,
+    ) -> None:
+        """Begin an empty recording of a kind of robot; unless all samples are kept, only the last ones are."""
+        self.cancellation, self.summary = cancellation, summary
+        self._keep_samples, self._columns = keep_samples, tables_of(robot)
+        self._rows: list[Array] = []
+        self._samples: list[Array] = []
 
+    def add(self, rows: Array, samples: Array | None = None) -> None:
+        """Add copies of rows to both tables.
 
-def frames(walk: Walk) -> Frames:
-    """Return the walk as data frames; see `Walk.to_pandas`.
+        Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added. So are
+        rows of a motion that is no number, as a walk that diverges may end with: a record that holds one is refused.
 
-    Raises:
-        InputError: pandas is not installed.
-    """
-    pandas = needed("pandas", "data", "to_pandas")
-    made = Frames(pandas.DataFrame(flat_samples(walk)), pandas.DataFrame(flat_touchdowns(walk)))
-    for frame, columns in zip(made, tables_of(type(walk.robot)), strict=True):
-        frame.attrs["units"] = units_of(columns)
-    return made
+        Args:
+            rows: Rows of touchdowns, shape (any, columns of `TOUCHDOWNS`).
+            samples: Rows of samples, shape (any, columns of `SAMPLES` and the controller's states); none if None.
+        """
+        rows = _new(self._columns.touchdowns, rows, self._rows)
+        if len(rows) and self.summary is not None:
+            self.summary.take(split(self._columns.touchdowns, rows))
+        elif len(rows):
+            self._rows.append(rows)
+        if samples is not None and len(samples := _new(self._columns.samples, samples, self._samples)):
+            if not self._keep_samples:
+                self._samples.clear()
+            self._samples.append(samples)
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Time (s) and hip x (m) of the last sample; zeros without one."""
+        if not self._samples:
+            return 0.0, 0.0
+        last = self._samples[-1][-1]
+        return float(last[_TIME]), float(last[index_of(self._columns.samples, "qpos")])
+
+    @property
+    def steps(self) -> int:
+        """Number of touchdowns."""
+        return self.summary.steps if self.summary is not None else sum(map(len, self._rows))
+
+    def samples(self) -> dict[str, NDArray[Any]]:
+        """Return the samples so far, with the columns of `SAMPLES`."""
+        sampled = width(self._columns.samples)
+        table = np.concatenate(self._samples) if self._samples else np.empty((0, sampled))
+        if not self._keep_samples:
+            table = table[:0]
+        return {**split(self._columns.samples, table[:, :sampled]), "controller_states": table[:, sampled:].copy()}
+
+    def touchdowns(self) -> dict[str, NDArray[Any]]:
+        """Return the touchdowns so far, with the columns of `TOUCHDOWNS`."""
+        return split(self._columns.touchdowns, np.concatenate(self._rows) if self._rows else [])

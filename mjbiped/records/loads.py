@@ -14,12 +14,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.robots.stance_knee import stance_knee_torque
 from mjbiped.rules.sole import moment_about_ankle
 from mjbiped.rules.termination import LIGHT_CONTACT
@@ -27,9 +28,6 @@ from mjbiped.utils import domains
 
 if TYPE_CHECKING:
     from mjbiped.records.record import Walk
-    from mjbiped.robots.robot import Robot
-
-Floats: TypeAlias = NDArray[np.float64]
 
 WIDTH = 0.01  # leg lengths
 BINS = 130
@@ -68,7 +66,7 @@ def note_pressure(
         noted[2 + bin_of(place / leg_length)] += time
 
 
-def unknown() -> Floats:
+def unknown() -> Array:
     """Return the times of a record that does not hold them: NaN."""
     return np.full(BINS, np.nan)
 
@@ -94,7 +92,7 @@ def pressure_place(robot: Robot, torque: float, force: tuple[float, float], slop
     return -moment_about_ankle(torque, 0.0 if foot is None else foot.height, along) / normal
 
 
-def flexion(walk: Walk) -> Floats:
+def flexion(walk: Walk) -> Array:
     """Flexion of the stance knee at each sample, shape (samples,), rad; zero for straight legs."""
     return walk.robot.flexion(walk.samples["qpos"], walk.samples["stance"])
 
@@ -102,11 +100,10 @@ def flexion(walk: Walk) -> Floats:
 def is_sound(walk: Walk) -> NDArray[np.bool_]:
     """Whether each sample is a state that the equations of motion accept; the last one of a diverged walk is not."""
     angles, dq = np.column_stack([walk.samples["q"], walk.samples["slope"]]), walk.samples["dq"]
-    sound = (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
-    return np.asarray(sound)
+    return (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
 
 
-def centre_of_pressure(walk: Walk) -> Floats:
+def centre_of_pressure(walk: Walk) -> Array:
     """Centre of pressure that the ankle's torque requires at each sample, shape (samples,), m ahead of the ankle.
 
     The normal force follows from the equations of motion under the recorded torques, without pushes. The result is NaN
@@ -123,7 +120,7 @@ def centre_of_pressure(walk: Walk) -> Floats:
 
 
 def shortest_foot(
-    times: Floats, total: float, ahead: float, behind: float, leg_length: float, share: float = USUAL
+    times: Array, total: float, ahead: float, behind: float, leg_length: float, share: float = USUAL
 ) -> float:
     """Length of the shortest flat foot that contains the centre of pressure for a share of the time, m.
 
@@ -145,27 +142,15 @@ def shortest_foot(
     beyond = [np.cumsum(side[::-1])[::-1] for side in (times[HALF - 1 :: -1], times[HALF:])]
     if beyond[0][-1] + beyond[1][-1] > left_out:
         return math.inf
-    lengths = [_shortest(edges[k], beyond[k], edges[1 - k], beyond[1 - k], left_out) for k in (0, 1)]
-    return float(min(lengths) * leg_length)
+    length = math.inf
+    for k in (0, 1):  # with one end at the edge of a bin, beyond which is some of the time that may be left out
+        rest = left_out - beyond[k]
+        ends = np.interp(-rest, -beyond[1 - k], edges[1 - k])  # the other end, beyond which exactly the rest lies
+        length = np.min((edges[k] + ends)[rest >= beyond[1 - k][-1]], initial=length)
+    return float(length * leg_length)
 
 
-def _shortest(edges: Floats, beyond: Floats, other_edges: Floats, other_beyond: Floats, left_out: float) -> float:
-    """Length of the shortest foot with one end at the edge of a bin, in leg lengths.
-
-    Args:
-        edges: Edges of the bins on the side of that end, from the ankle outwards, leg lengths.
-        beyond: Time beyond each of these edges, s.
-        other_edges: Edges of the bins on the other side, leg lengths.
-        other_beyond: Time beyond each edge on the other side, s.
-        left_out: Time that may lie beyond both ends together, s.
-    """
-    rest = left_out - beyond
-    ends = np.interp(-rest, -other_beyond, other_edges)  # the other end, beyond which exactly the rest lies
-    possible = rest >= other_beyond[-1]
-    return float(np.min((edges + ends)[possible], initial=math.inf))
-
-
-def knee_torque(walk: Walk) -> Floats:
+def knee_torque(walk: Walk) -> Array:
     """Torque that holds the stance knee at each sample, shape (samples,), N m.
 
     The torque of a motor is the recorded one. For a locked knee it is the torque that a motor in place of the lock

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
 from mjbiped.records.columns import Table, tables_of
-from mjbiped.records.loads import USUAL, peak_knee_torque, shortest_foot
-from mjbiped.robots.robot import Robot
+from mjbiped.records.loads import peak_knee_torque, shortest_foot
+from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 SLIDING = 1.0 - 1e-3
 """Share of the friction coefficient at which a foot counts as sliding; MuJoCo's solver is accurate to 1e-4."""
 
-THROUGH, THROUGH_VIOLATING = "through", "through, contact violated"
-"""Verdicts of finished walks; see `violations`."""
+FINISHED = Outcome.FINISHED.words
+VIOLATING = f"{FINISHED}, contact violated"
+"""Verdicts of walks that finished; see `violations`."""
 
 WORK_KINDS = ("absolute", "net", "positive")
 
@@ -56,7 +57,7 @@ def work(walk: Walk, kind: str = "absolute") -> float:
     return _last(walk, f"work_{kind}")
 
 
-def powers(walk: Walk) -> NDArray[np.float64]:
+def powers(walk: Walk) -> Array:
     """Mechanical power of each joint at each sample, torque times joint rate, shape (samples, joints), W."""
     return np.asarray(walk.samples["torque"] * walk.robot.joint_rates(walk.samples["dq"]), dtype=np.float64)
 
@@ -83,18 +84,18 @@ def _last(walk: Walk, name: str) -> float:
     return float(walk.touchdowns[name][-1]) if walk.steps else 0.0
 
 
-def step_lengths(walk: Walk | Part) -> NDArray[np.float64]:
+def step_lengths(walk: Walk | Part) -> Array:
     """Distance from one stance foot to the next, shape (steps,), m."""
     ways = (np.diff(np.append(walk.start[name], walk.touchdowns[name])) for name in ("x", "z"))
     return np.asarray(np.hypot(*ways), dtype=np.float64)
 
 
-def step_periods(walk: Walk) -> NDArray[np.float64]:
+def step_periods(walk: Walk) -> Array:
     """Time from one touchdown to the next, shape (steps,), s."""
     return np.asarray(np.diff(np.append(0.0, walk.touchdowns["time"])), dtype=np.float64)
 
 
-def estimate_errors(walk: Walk | Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def estimate_errors(walk: Walk | Part) -> tuple[Array, Array]:
     """Errors of the slope estimate, estimate minus true slope, rad; NaN for a controller that makes no estimate.
 
     Returns:
@@ -105,7 +106,7 @@ def estimate_errors(walk: Walk | Part) -> tuple[NDArray[np.float64], NDArray[np.
     return touchdowns["slope_estimate"] - slopes[1:], touchdowns["slope_estimate_before"] - slopes[:-1]
 
 
-def impact_errors(walk: Walk | Part) -> NDArray[np.float64]:
+def impact_errors(walk: Walk | Part) -> Array:
     """Relative error of the rates after each impact, measured / map - 1, shape (steps, angles).
 
     The map is the impact map, equation (2) of the paper, of the state before the impact. The samples of a simulator
@@ -128,22 +129,13 @@ def pulls(touchdowns: Table) -> NDArray[np.bool_]:
     return np.asarray(touchdowns["normal_force"] <= 0.0)
 
 
-def friction_asked(touchdowns: Table) -> NDArray[np.float64]:
+def friction_asked(touchdowns: Table) -> Array:
     """Greatest `|F_t| / F_n` of the stance foot in the step that ends, shape (steps,).
 
     It is infinite where F_n falls below zero, as it can in the hybrid engine: the recorded ratio leaves out a foot that
     hardly presses on the ground, and is meaningless where the force passes through zero.
     """
     return np.where(touchdowns["normal_force"] < 0.0, np.inf, touchdowns["friction"])
-
-
-def foot_length(walk: Walk, share: float = USUAL) -> float:
-    """Length of the flat foot that contains the centre of pressure for a share of the time, m.
-
-    It is infinite where no foot does, and NaN for records without the times; see `mjbiped.records.loads`.
-    """
-    ahead, behind = (np.max(walk.touchdowns[f"pressure_{side}"], initial=-math.inf) for side in ("ahead", "behind"))
-    return shortest_foot(walk.pressure_times, walk.end[0], float(ahead), float(behind), walk.robot.leg_length, share)
 
 
 def violations(touchdowns: Table) -> NDArray[np.bool_]:
@@ -156,10 +148,8 @@ def violations(touchdowns: Table) -> NDArray[np.bool_]:
 
 
 def verdict(outcome: str, violated: int | None) -> str:
-    """Outcome of a walk, with finished walks split by whether any of their steps violate the contact."""
-    if outcome != Outcome.FINISHED.words:
-        return outcome
-    return THROUGH_VIOLATING if violated else THROUGH
+    """Outcome of a walk, which says of a finished one whether any of its steps violate the contact."""
+    return VIOLATING if outcome == FINISHED and violated else outcome
 
 
 def summary(walk: Walk) -> dict[str, Any]:
@@ -246,29 +236,16 @@ class Summary:
 
     def to_dict(self, walk: Walk) -> dict[str, Any]:
         """Return the measures as `summary` does, of a walk whose touchdowns were taken; the record may lack them."""
-        measured = self._measured(walk)
-        return {
-            "outcome": walk.outcome,
-            "verdict": verdict(walk.outcome, measured["steps_violating_contact"]),
-            "ended_at_time_s": walk.end[0],
-            "ended_at_x_m": walk.end[1],
-            **{name: None if value != value else value for name, value in measured.items()},
-            "warnings": dict(walk.warnings),
-        }
-
-    def _measured(self, walk: Walk) -> dict[str, Any]:
-        """Compute the measures of `mjbiped.records.summary` by their keys; NaN or None where one does not exist."""
         robot, steps, last, sums, largest = self.robot, self.steps, self.last, self._sums, self._largest
         x, time, load = last["x"], last["time"], robot.weight * last["x"]
         forces_known = not math.isnan(self._least_force)
         foot = shortest_foot(walk.pressure_times, walk.end[0], largest["ahead"], largest["behind"], robot.leg_length)
-        knee: dict[str, float] = {}
-        if "knee" in robot.joints:
-            knee = {
-                "peak_stance_knee_torque_Nm": float(np.fmax(peak_knee_torque(walk), largest["knee"])),
-                "cost_of_transport_stance_knee": ratio(last["stance_knee_work"], load),
-            }
-        return {
+        violating = int(sums["violations"]) if forces_known else None
+        measured: dict[str, Any] = {
+            "outcome": walk.outcome,
+            "verdict": verdict(walk.outcome, violating),
+            "ended_at_time_s": walk.end[0],
+            "ended_at_x_m": walk.end[1],
             "steps": steps,
             "distance_m": x,
             "time_s": time,
@@ -279,7 +256,6 @@ class Summary:
             "cost_of_transport_net": ratio(last["work_net"], load),
             "cost_of_transport_positive": ratio(last["work_positive"], load),
             **{f"peak_{joint}_torque_Nm": float(walk.peak_torque[k]) for k, joint in enumerate(robot.joints)},
-            **knee,
             "estimate_error_at_touchdown_deg": math.degrees(largest["started"]),
             "estimate_error_at_step_end_deg": math.degrees(largest["ended"]),
             "final_estimate_error_deg": math.degrees(self._last_error),
@@ -289,10 +265,15 @@ class Summary:
             "largest_stance_friction": largest["friction"],
             "least_normal_force_weights": self._least_force / robot.weight if steps else math.nan,
             "steps_that_pull": int(sums["pulls"]) if forces_known else None,
-            "steps_violating_contact": int(sums["violations"]) if forces_known else None,
+            "steps_violating_contact": violating,
             "pressure_ahead_m": largest["ahead"],
             "pressure_behind_m": largest["behind"],
             "foot_length_99_percent_m": foot,
             "share_of_time_at_sole_bound": math.nan if robot.sole is None else ratio(last["sole_bound_time"], time),
             "strikes": int(sums["strikes"]),
         }
+        if "knee" in robot.joints:
+            measured["peak_stance_knee_torque_Nm"] = float(np.fmax(peak_knee_torque(walk), largest["knee"]))
+            measured["cost_of_transport_stance_knee"] = ratio(last["stance_knee_work"], load)
+        known = {name: None if value != value else value for name, value in measured.items()}
+        return {**known, "warnings": dict(walk.warnings)}

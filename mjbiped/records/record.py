@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +17,33 @@ from numpy.typing import NDArray
 from mjbiped.errors import LONGEST_SHOWN, MjbipedError, RecordError, shown
 from mjbiped.records import measures
 from mjbiped.records.arrays import read_arrays, write_arrays
-from mjbiped.records.columns import Frames, frames
+from mjbiped.records.columns import flat_samples, flat_touchdowns, tables_of, units_of
 from mjbiped.records.loads import unknown
 from mjbiped.records.schema import FORMAT, FORMAT_VERSION, checked_fields
 from mjbiped.records.summary import WalkSummary, html_table
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.terrain import Terrain
+from mjbiped.utils.packages import needed
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
 _SHOWN_FIRST = ("outcome", "ended at", "terrain", "controller", "warning", "steps", "distance", "speed",
                 "cost of transport, absolute", "peak torque, ankle", "peak torque, hip")  # fmt: skip
+
+
+class Frames(NamedTuple):
+    """A walk as data frames; `attrs["units"]` of each has the units of its columns.
+
+    Attributes:
+        samples: A row per sample.
+        touchdowns: A row per support transfer.
+    """
+
+    samples: pandas.DataFrame
+    touchdowns: pandas.DataFrame
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +124,7 @@ class Walk:
 
     @property
     def verdict(self) -> str:
-        """Outcome, with "finished" split into "through" and "through, contact violated"; see `contact_violations`."""
+        """Outcome; "finished, contact violated" for a finished walk with any of `contact_violations`."""
         return measures.verdict(self.outcome, int(self.contact_violations.sum()))
 
     @property
@@ -185,7 +199,11 @@ class Walk:
         Raises:
             InputError: pandas is not installed: it comes with `pip install 'mjbiped[data]'`.
         """
-        return frames(self)
+        pandas = needed("pandas", "data", "to_pandas")
+        made = Frames(pandas.DataFrame(flat_samples(self)), pandas.DataFrame(flat_touchdowns(self)))
+        for frame, columns in zip(made, tables_of(type(self.robot)), strict=True):
+            frame.attrs["units"] = units_of(columns)
+        return made
 
     def _repr_html_(self) -> str:
         """Return outcome, measures and, if there are samples, the time lapse for a notebook."""

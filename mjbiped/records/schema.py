@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import sys
-import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard, TypeVar
 
@@ -17,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.disturbances import Disturbances
-from mjbiped.errors import MjbipedError, RecordError, shown
+from mjbiped.errors import MjbipedError, RecordError, shortened, shown
+from mjbiped.records.arrays import LONGEST_DESCRIPTION, parsed
 from mjbiped.records.columns import Columns, Table, Tables, tables_of
 from mjbiped.records.loads import BINS
 from mjbiped.robots.kinds import robot_from
@@ -39,7 +39,7 @@ ADDED: Mapping[int, tuple[str, ...]] = {
     6: ("samples/ankle_asked", "touchdowns/sole_bound_time"),
     7: ("touchdowns/contact_force", "touchdowns/intrusion"),
 }
-"""Table that came with each version of the format. Version 5 brought the outcome "time limit", and version 6 soles."""
+"""Tables that came with each version of the format. Version 5 brought the outcome "time limit", and version 6 soles."""
 
 FORMAT_VERSION = max(ADDED)
 
@@ -49,14 +49,6 @@ FARTHEST = 1e10
 OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
 """All outcomes of a walk, in words."""
 
-LONGEST_HEADER = 32_000_000
-"""Greatest number of characters of a record's header; the longest terrain of 100 000 segments takes half of them."""
-
-LONGEST_DESCRIPTION = 3_200_000
-"""Greatest number of characters of a controller's description."""
-
-DEEPEST = 40  # levels of nested settings; the engines' own have five
-_LONGEST_REASON = 300  # characters
 _ALL = {"engine", "robot", "controller", "terrain", "initial", "steps", "distance", "sample_period", "scuffing"}
 
 
@@ -72,18 +64,16 @@ def checked_fields(arrays: Table) -> dict[str, Any]:
     """
     header = _header(arrays)
     end, settings = header.get("end"), header.get("settings")
-    if not _is_numbers(end, 2):
-        raise _damaged(f"its end is {shown(end)}; expected a time and a place")
+    _check(_is_numbers(end, 2), f"its end is {shown(end)}", "a time and a place")
     robot = _checked_settings(settings)
     columns = tables_of(type(robot))
     arrays = _converted(arrays, header["version"], columns)
     tables = {kind: _table(kind, own, arrays, legs=len(robot.bodies.limbs)) for kind, own in columns._asdict().items()}
-    states = tables["samples"].get("controller_states")
-    if states is None or states.dtype != np.float64 or states.ndim != 2:
-        raise _damaged("samples/controller_states must be a column of numbers for each state of the controller")
+    states = tables["samples"].get("controller_states", np.empty(0))
+    found, expected = "samples/controller_states", "a column of numbers for each state of the controller"
+    _check(states.dtype == np.float64 and states.ndim == 2, found, expected)
     times = _checked("pressure_times", arrays, np.float64, (BINS,))
-    if (times < 0.0).any() or np.isinf(times).any():
-        raise _damaged("pressure_times holds what is no time")
+    _check(not ((times < 0.0) | np.isinf(times)).any(), "pressure_times holds what is no time", "times")
     return {
         **tables,
         "outcome": header["outcome"],
@@ -94,9 +84,14 @@ def checked_fields(arrays: Table) -> dict[str, Any]:
     }
 
 
-def _damaged(what: str) -> RecordError:
-    """Return the error of a damaged record; its message continues the file's name."""
-    return RecordError(f"is a damaged record: {what}")
+def _check(holds: object, found: str, expected: str) -> None:
+    """Refuse a damaged record; the message continues the file's name.
+
+    Raises:
+        RecordError: Something does not hold.
+    """
+    if not holds:
+        raise RecordError(f"is a damaged record: {found}; expected {expected}")
 
 
 def _header(arrays: Table) -> dict[str, Any]:
@@ -116,8 +111,8 @@ def _header(arrays: Table) -> dict[str, Any]:
         raise RecordError(
             f"is a record of version {version}; this mjbiped reads up to {FORMAT_VERSION}: install a newer one"
         )
-    if header.get("outcome") not in OUTCOMES:
-        raise _damaged(f"its outcome is {shown(header.get('outcome'))}; valid are {', '.join(OUTCOMES)}")
+    outcome = header.get("outcome")
+    _check(outcome in OUTCOMES, f"its outcome is {shown(outcome)}", f"one of {', '.join(OUTCOMES)}")
     return dict(header)
 
 
@@ -139,20 +134,15 @@ def _table(kind: str, columns: Columns, arrays: Table, legs: int) -> Table:
     for name, column in columns.items():
         shape = (column.width,) if column.parts else ()
         array = _checked(f"{kind}/{name}", arrays, np.int64 if column.whole else np.float64, shape, rows=True)
-        choices = legs if name == "stance" else 2
-        if column.whole and not ((array >= 0) & (array < choices)).all():
-            raise _damaged(f"{kind}/{name} holds other numbers than {' and '.join(map(str, range(choices)))}")
-        if column.finite and not np.isfinite(array).all():
-            raise _damaged(f"{kind}/{name} holds what is no finite number")
+        below, numbers = legs if name == "stance" else 2, f"{kind}/{name} holds other numbers"
+        _check(not column.whole or ((array >= 0) & (array < below)).all(), numbers, f"whole ones from 0 to {below - 1}")
+        _check(not column.finite or np.isfinite(array).all(), numbers, "finite ones")
     table = {name.removeprefix(f"{kind}/"): array for name, array in arrays.items() if name.startswith(f"{kind}/")}
     for name, array in table.items():
-        if array.shape[:1] != table["time"].shape or array.dtype.kind == "U":
-            expected = f"{len(table['time'])} rows of numbers"
-            raise _damaged(f"{kind}/{shown(name)} is {_described(array)}; expected {expected}")
-    if not (np.abs(table["qpos"]) <= FARTHEST).all():
-        raise _damaged(f"{kind}/qpos holds numbers beyond {FARTHEST:g}, where no walk gets to")
-    if not (np.diff(table["time"], prepend=0.0) >= 0.0).all():
-        raise _damaged("its times do not ascend from 0")
+        rows = array.shape[:1] == table["time"].shape and array.dtype.kind != "U"
+        _check(rows, f"{kind}/{shown(name)} is {_described(array)}", f"{len(table['time'])} rows of numbers")
+    _check((np.abs(table["qpos"]) <= FARTHEST).all(), f"{kind}/qpos holds other numbers", f"none beyond {FARTHEST:g}")
+    _check((np.diff(table["time"], prepend=0.0) >= 0.0).all(), f"{kind}/time goes back", "times that ascend from 0")
     return table
 
 
@@ -167,44 +157,15 @@ def _checked(
     if name not in arrays:
         raise RecordError(f"is an incomplete record: it lacks {name}")
     array = arrays[name]
-    if array.dtype != kind or array.shape[rows:] != shape or array.ndim != len(shape) + rows:
-        words = "whole numbers" if kind is np.int64 else "floats"
-        raise _damaged(f"{name} is {_described(array)}; expected {words} of shape {shape}{' a row' * rows}")
+    words = f"{'whole numbers' if kind is np.int64 else 'floats'} of shape {shape}{' a row' * rows}"
+    right = array.dtype == kind and array.shape[rows:] == shape and array.ndim == len(shape) + rows
+    _check(right, f"{name} is {_described(array)}", words)
     return array
 
 
 def _described(array: NDArray[Any]) -> str:
     """Describe an array's type and shape."""
     return f"of type {array.dtype} and shape {shown(array.shape)}"
-
-
-def parsed(text: str, longest: int = LONGEST_HEADER) -> Any:
-    """Read a JSON text into values that are safe to compute with and to write again.
-
-    Args:
-        text: JSON text as it stands in a file.
-        longest: Greatest number of characters that it may have.
-
-    Raises:
-        ValueError: The text is not JSON, too long or nested too deeply, or holds a text that cannot be written.
-    """
-    if len(text) > longest:
-        raise ValueError(f"it is too long: {len(text)} characters; expected at most {longest}")
-    try:
-        value = json.loads(text)
-        json.dumps(value, ensure_ascii=False).encode()
-        depth = _depth(value)
-    except RecursionError:
-        depth = DEEPEST + 1
-    if depth > DEEPEST:
-        raise ValueError(f"nested more than {DEEPEST} times")
-    return value
-
-
-def _depth(value: object) -> int:
-    """Count the levels of nesting of a JSON value."""
-    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return 1 + max(map(_depth, parts), default=-1)
 
 
 def described(controller: object) -> dict[str, Any]:
@@ -226,26 +187,25 @@ def described(controller: object) -> dict[str, Any]:
     return read
 
 
-def _checked_settings(settings: object) -> Robot:
+def _checked_settings(settings: Any) -> Robot:
     """Check the settings of a header and return the robot that walked.
 
     Raises:
         RecordError: A setting that every record has is missing, or one is not what readers rely on.
     """
-    if not isinstance(settings, dict):
-        raise _damaged(f"its settings are {shown(settings)}; expected a table")
-    if missing := _ALL - settings.keys():
-        raise _damaged(f"its settings lack {', '.join(map(shown, sorted(missing)))}")
+    _check(isinstance(settings, dict), f"its settings are {shown(settings)}", "a table")
+    missing = ", ".join(map(shown, sorted(_ALL - settings.keys())))
+    _check(not missing, f"its settings lack {missing}", "all of a walk")
     robot = _built("robot", robot_from, settings["robot"])
     _built("terrain", Terrain.from_dict, settings["terrain"])
     _built("scuffing rule", lambda rule: rule is None or ScuffingRule(**rule), settings["scuffing"])
     disturbances = settings.get("disturbances", {})  # readers use the values as they stand there
-    if _built("disturbances", Disturbances.from_dict, disturbances).to_dict() != disturbances:
-        raise _damaged(f"its disturbances {shown(disturbances)} are not as they would have been written")
+    known = _built("disturbances", Disturbances.from_dict, disturbances).to_dict()
     count, source, warnings = 2 * len(robot.angles), settings.get("controller_source"), settings.get("warnings", {})
     texts = source.values() if isinstance(source, dict) and source.keys() == {"class", "sha256"} else [None]
     counts = warnings.values() if isinstance(warnings, dict) else [None]
     for name, holds, expected in (
+        ("disturbances", known == disturbances, "them as they would have been written"),
         ("engine", isinstance(settings["engine"], str), "a name"),
         ("command", isinstance(settings.get("command", ""), str), "a text"),
         ("controller", _is_named(settings["controller"]), "a table with a name"),
@@ -254,8 +214,7 @@ def _checked_settings(settings: object) -> Robot:
         ("initial", _is_numbers(settings["initial"], count), f"{count} numbers"),
         ("warnings", all(type(number) is int and number > 0 for number in counts), "numbers of times"),
     ):  # fmt: skip
-        if not holds:
-            raise _damaged(f"its {name.replace('_', ' ')} is {shown(settings.get(name))}; expected {expected}")
+        _check(holds, f"its {name.replace('_', ' ')} is {shown(settings.get(name))}", expected)
     return robot
 
 
@@ -281,5 +240,4 @@ def _built(what: str, build: Callable[[Any], Part], described: object) -> Part:
     try:
         return build(described)
     except (MjbipedError, TypeError, ValueError, ArithmeticError) as error:
-        why = textwrap.shorten(str(error), _LONGEST_REASON, placeholder=" ...")
-        raise _damaged(f"its {what} cannot be built: {why}") from error
+        raise RecordError(f"is a damaged record: its {what} cannot be built: {shortened(str(error))}") from error

@@ -196,15 +196,6 @@ def torques_of(robot: type[Robot]) -> list[Signal]:
     return [SIGNALS[f"torque_{joint}"] for joint in robot.joints]
 
 
-def panels_of(robot: type[Robot]) -> Iterator[tuple[str, dict[str, Signal]]]:
-    """Panels, in their order, that have signals of a kind of robot, each with its signals by name."""
-    signals = signals_of(robot)
-    for panel in PANELS:
-        found = {name: signal for name, signal in signals.items() if signal.panel == panel}
-        if found:
-            yield panel, found
-
-
 class Lines(NamedTuple):
     """Contents of a panel for a walk.
 
@@ -224,13 +215,15 @@ class Lines(NamedTuple):
 
 
 def lines_of(walk: Walk) -> Iterator[Lines]:
-    """Lines of a walk over time, panel by panel."""
-    for name, signals in panels_of(type(walk.robot)):
-        panel, every = PANELS[name], {signal: values_of(walk, signal) for signal in signals}
-        values = {signal: line for signal, line in every.items() if np.isfinite(line).any()}
-        missing = [signals[name].name for name in every if name not in values and not signals[name].optional]
+    """Lines of a walk over time, panel by panel; panels without signals of its robot are left out."""
+    signals = signals_of(type(walk.robot))
+    for name, panel in PANELS.items():
+        every = {key: values_of(walk, key) for key, signal in signals.items() if signal.panel == name}
+        values = {key: line for key, line in every.items() if np.isfinite(line).any()}
+        missing = [signals[key].name for key in every if key not in values and not signals[key].optional]
         events = panel.events[1](walk) if panel.events else np.empty(0)
-        yield Lines(panel, {signal: signals[signal] for signal in values}, values, missing, events)
+        if every:
+            yield Lines(panel, {key: signals[key] for key in values}, values, missing, events)
 
 
 def without_zeros(every: Iterable[Lines]) -> list[Lines]:

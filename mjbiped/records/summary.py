@@ -113,27 +113,23 @@ def quantile_rows(finished: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def bare_table(*headings: str, numbers: bool = False) -> Table:
-    """Make an empty table with words to the left and numbers to the right; `numbers` tells that all are numbers."""
+def bare_table(*headings: str) -> Table:
+    """Make an empty table with words to the left and numbers to the right; without headings, three columns of words."""
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE, pad_edge=False)
-    for heading in headings:
-        words = heading in (headings[0], "unit") and not numbers
+    table = Table(box=box.SIMPLE, pad_edge=False, show_header=bool(headings))
+    for heading in headings or ("", "", ""):
+        words = not headings or heading in (headings[0], "unit")
         table.add_column(heading, justify="left" if words else "right", overflow="fold")
     return table
 
 
 def table_of(rows: Iterable[Row]) -> Table:
     """Make a table of rows of label, value and unit, without interpreting markup."""
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE, show_header=False, pad_edge=False)
-    for _ in range(3):
-        table.add_column(overflow="fold")
+    table = bare_table()
     for cells in rows:
         table.add_row(*map(Text, cells))
     return table

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
+from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.records.record import Walk
-from mjbiped.records.recorder import Cancellation, never_cancelled
 from mjbiped.rollout.walk import WalkInterrupted, WalkStopped, walked_out
 from mjbiped.utils.parallel import processes
 

@@ -24,7 +24,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import SupervisedController
 from mjbiped.records import measures
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 from scripts.studies.soles_study import STEPS, grounds
 from scripts.studies.supervised_study import CLEARANCE, SOLES
@@ -71,7 +71,7 @@ def impact_errors(walk: mjbiped.Walk) -> list[float]:
 def told(walks: Sequence[mjbiped.Walk]) -> list[str]:
     """The cells of one ground: of the walks that made all steps the worst, but of cost and impact the median."""
     whole = [walk for walk in walks if walk.outcome == "finished"]
-    through = sum(measures.summary(walk)["verdict"] == THROUGH for walk in walks)
+    through = sum(measures.summary(walk)["verdict"] == FINISHED for walk in walks)
     shares = [f"{count} of {len(walks)}" for count in (len(whole), through)]
     if not whole:
         return [*shares, *["–"] * 6]

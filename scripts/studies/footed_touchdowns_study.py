@@ -19,7 +19,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import SupervisedController
 from mjbiped.records import measures
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_rows
 from scripts.studies.footed_study import PHASES, impact_errors, robots
 from scripts.studies.soles_study import STEPS, grounds
@@ -40,7 +40,7 @@ def slaps(walk: mjbiped.Walk) -> list[float]:
 def told(walks: Sequence[mjbiped.Walk]) -> dict[str, str]:
     """The cells of one ground, of the touchdowns of the walks that made all steps."""
     whole = [walk for walk in walks if walk.outcome == "finished"]
-    through = sum(measures.summary(walk)["verdict"] == THROUGH for walk in walks)
+    through = sum(measures.summary(walk)["verdict"] == FINISHED for walk in walks)
     shares = {"all steps": f"{len(whole)} of {len(walks)}", "through": f"{through} of {len(walks)}"}
     if not whole:
         return shares

@@ -21,7 +21,6 @@ import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Terrain
 from mjbiped.plotting.style import make_small
-from mjbiped.records.measures import foot_length
 from scripts.pages import show_table
 
 PLACES = 12  # of the first change of the ground, over one step length
@@ -146,8 +145,8 @@ def torques(walks: Sequence[mjbiped.Walk]) -> str:
 
 def soles(walks: Sequence[mjbiped.Walk]) -> str:
     """The foot that would hold the centre of pressure 99 % of the time of the walks that came through, cm."""
-    done = came_through(walks)
-    return f"{100.0 * np.median([foot_length(walk) for walk in done]):.0f}" if done else "-"
+    lengths = [walk.summary()["foot_length_99_percent_m"] for walk in came_through(walks)]
+    return f"{100.0 * np.median(lengths):.0f}" if lengths else "-"
 
 
 def with_torques(told: str, walks: Sequence[mjbiped.Walk]) -> str:

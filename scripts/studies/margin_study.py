@@ -20,7 +20,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import LibraryController, SupervisedController
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 from scripts.studies.recovery_search import STEPS, training
 from scripts.studies.supervised_study import CLEARANCE, NOISY, SOLES, counted, wrong
@@ -32,7 +32,7 @@ SEED = 78  # of wrong models; other than that of the tables
 
 def told(walks: Sequence[Mapping[str, Any]]) -> list[str]:
     """Share of walks that come through, and their mean cost of transport."""
-    costs = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == THROUGH]
+    costs = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == FINISHED]
     return [f"{100 * counted(walks) / len(walks):.0f}", f"{np.mean(costs):.3f}" if costs else "–"]
 
 

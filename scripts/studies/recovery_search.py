@@ -28,7 +28,7 @@ from controllers import SupervisedController
 from mjbiped import Terrain
 from mjbiped.controllers.bounded.recovery import Ankle
 from mjbiped.controllers.bounded.supervisor import Range, Recovery
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 
 STEPS = 30
@@ -90,8 +90,8 @@ def loss(recovery: Recovery, grounds: Sequence[Terrain]) -> float:
         robot = mjbiped.Compass(sole=(sole, sole))
         gait = mjbiped.find_reference(robot, clearance=CLEARANCE, retraction=False)
         walks = mjbiped.walk_many(Tried(robot, gait), grounds, engine="hybrid", steps=STEPS, summaries=True)
-        missed = [0.0 if walk["verdict"] == THROUGH else 1.0 - 0.4 * walk["steps"] / STEPS for walk in walks]
-        costs = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == THROUGH]
+        missed = [0.0 if walk["verdict"] == FINISHED else 1.0 - 0.4 * walk["steps"] / STEPS for walk in walks]
+        costs = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == FINISHED]
         losses.append(np.mean(missed) + 0.5 * (np.mean(costs) if costs else 1.0))
     return float(np.mean(losses))
 

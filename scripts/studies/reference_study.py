@@ -24,13 +24,13 @@ from controllers import AdaptiveController, LibraryController
 from mjbiped.gaits.reference import DEGREE, bernstein, count_of_pieces, in_pieces, table_of
 from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
-from mjbiped.records.measures import THROUGH, THROUGH_VIOLATING, foot_length
+from mjbiped.records.measures import FINISHED, VIOLATING
 from mjbiped.utils import palette
 from scripts.pages import show_table
 
 ROBOT = mjbiped.Compass()
 PHASES = 100
-CAME = (THROUGH, THROUGH_VIOLATING)
+CAME = (FINISHED, VIOLATING)
 MOST_FALLS = 1  # of them
 LEAD, STEPS = 3, 15  # steps before the edge, and in all
 RISE = 0.005  # m, between two rises that are tried
@@ -109,13 +109,13 @@ def over_step(controller: AdaptiveController, rise: float, engine: str = "hybrid
         if sum(each.verdict not in CAME for each in found) > most:
             break
     on = [walk for walk in found if walk.verdict in CAME]
-    through = [walk for walk in on if walk.verdict == THROUGH]
+    through = [walk for walk in on if walk.verdict == FINISHED]
     torques = [[float(np.abs(walk.peak_torque).max()) for walk in walks] for walks in (on, through)]
     return Walks(
         len(on),
         len(through),
         max(torques[1], default=math.nan),
-        max(map(foot_length, through), default=math.nan),
+        max((walk.summary()["foot_length_99_percent_m"] for walk in through), default=math.nan),
         max(torques[0], default=math.nan),
     )
 

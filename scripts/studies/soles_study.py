@@ -30,7 +30,7 @@ from controllers import (
 )
 from mjbiped import Terrain
 from mjbiped.plotting.style import drawn
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 
 STEPS, PHASES = 40, 8
@@ -111,7 +111,7 @@ def through(law: Any, ground: Ground, engine: str) -> tuple[float, float]:
     """Share of the walks that come through, and their mean cost of transport (NaN where not all do)."""
     terrains = [ground(phase) for phase in range(PHASES)]
     walks = mjbiped.walk_many(law, terrains, engine=engine, steps=STEPS, summaries=True)
-    good = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == THROUGH]
+    good = [walk["cost_of_transport"] for walk in walks if walk["verdict"] == FINISHED]
     return len(good) / PHASES, float(np.mean(good)) if len(good) == PHASES else np.nan
 
 

@@ -22,7 +22,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped import Terrain
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, Ground, through
 from scripts.studies.supervised_study import CLEARANCE, SOLES, laws
@@ -75,7 +75,7 @@ def on_random_treads(law: Any, rise: int) -> Iterator[str]:
     for least, greatest in BETWEEN:
         terrains = [random_stairs(least, greatest, rise, seed) for seed in range(SEEDS)]
         walks = mjbiped.walk_many(law, terrains, engine="hybrid", steps=STEPS, summaries=True)
-        good = sum(walk["verdict"] == THROUGH for walk in walks)
+        good = sum(walk["verdict"] == FINISHED for walk in walks)
         made = sum(walk["outcome"] == "finished" for walk in walks)
         yield f"{good} of {SEEDS} ({made})"
 

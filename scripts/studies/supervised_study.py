@@ -23,7 +23,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, LibraryController, SupervisedController
 from mjbiped import Terrain
-from mjbiped.records.measures import THROUGH
+from mjbiped.records.measures import FINISHED
 from scripts.pages import show_table
 from scripts.studies.soles_study import PHASES, STEPS, grounds, through, told
 
@@ -78,7 +78,7 @@ def share(good: int, count: int) -> str:
 
 def counted(walks: Sequence[Mapping[str, object]]) -> int:
     """How many walks come through."""
-    return sum(walk["verdict"] == THROUGH for walk in walks)
+    return sum(walk["verdict"] == FINISHED for walk in walks)
 
 
 def on_treads(law: Law, engine: str) -> list[str]:

@@ -12,7 +12,7 @@ import pytest
 from command_line import Drawings, python, run
 
 from controllers import AdaptiveController
-from mjbiped.records import recorder
+from mjbiped.records.columns import Recorder
 from mjbiped.records.record import Walk
 
 
@@ -20,7 +20,7 @@ from mjbiped.records.record import Walk
 def test_ctrl_c_and_sigterm_keep_the_walk_so_far(
     number: signal.Signals, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
 ) -> None:
-    add = recorder.Recorder.add
+    add = Recorder.add
     count = iter(range(1000))
 
     def interrupted(*arguments: Any) -> None:
@@ -28,7 +28,7 @@ def test_ctrl_c_and_sigterm_keep_the_walk_so_far(
         if next(count) == 3:
             signal.raise_signal(number)
 
-    monkeypatch.setattr(recorder.Recorder, "add", interrupted)
+    monkeypatch.setattr(Recorder, "add", interrupted)
     out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
     result = run("walk", "--timestep", 2e-4, "--out", out, "--plot", plot, "--json")
     assert result.exit_code == status

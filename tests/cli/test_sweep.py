@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -54,8 +55,7 @@ def test_table_figures_and_summary(study: Path, tmp_path: Path, monkeypatch: pyt
 def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path: Path) -> None:
     result = run("sweep", study, "--dry-run", "--workers", 1)
     assert result.exit_code == 0, result.stderr
-    assert result.stdout.startswith("6 walks: about 0:00:0")
-    assert "in 1 process" in result.stdout
+    assert re.match(r"6 walks: about \d+ s in 1 process ", result.stdout)
     assert list(tmp_path.iterdir()) == [study]
     assert json.loads(run("sweep", study, "--dry-run", "--json").stdout)["walks"] == 6
 

@@ -12,8 +12,7 @@ from controllers import Controller, PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.plan import Plan
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, width
-from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Cancellation, never_cancelled, width
 from mjbiped.rules.termination import Outcome
 
 PERIOD, LENGTH = 0.5, 0.4

@@ -1,14 +1,22 @@
-"""Measures against what they are by definition, computed from the samples or by hand."""
+"""Measures against what they are by definition, computed from the samples or by hand, and how a walk shows them."""
 
+import base64
+import io
 import json
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run
+from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.records import measures
+from mjbiped.records.summary import in_words
+from mjbiped.rendering.gl import gl_available
 
 
 @pytest.fixture(scope="module")
@@ -29,89 +37,93 @@ def test_work_is_the_integral_of_power(walk: mjbiped.Walk) -> None:
         "net": ankle + hip,
         "positive": np.maximum(ankle, 0) + np.maximum(hip, 0),
     }
+    summary = measures.summary(walk)
     for kind, values in power.items():
         expected = float(np.sum((values * span)[moved]))
         # what differs are steps of less than 1e-5 s, between two samples: some per touchdown, at up to 30 W
         assert measures.work(walk, kind) == pytest.approx(expected, abs=5 * 1e-5 * 30)
-
-
-def test_cost_of_transport_by_hand(walk: mjbiped.Walk) -> None:
-    cost = measures.work(walk) / (10.0 * 9.81 * walk.distance)
-    assert walk.cost_of_transport == pytest.approx(cost, rel=1e-14)
-    assert measures.cost_of_transport(walk, "net") <= measures.cost_of_transport(walk, "positive") <= cost
-
-
-def test_distance_and_steps(walk: mjbiped.Walk) -> None:
-    assert walk.distance == walk.touchdowns["x"][-1]
-    lengths = measures.step_lengths(walk)
-    assert lengths.shape == (5,)
-    feet = np.column_stack([np.append(0, walk.touchdowns["x"]), np.append(0, walk.touchdowns["z"])])
-    assert lengths == pytest.approx(np.linalg.norm(np.diff(feet, axis=0), axis=1), rel=1e-14)
-    assert measures.step_periods(walk).sum() == pytest.approx(walk.touchdowns["time"][-1], rel=1e-14)
-    assert measures.speed(walk) == walk.distance / walk.touchdowns["time"][-1]
-
-
-def test_estimate_errors(walk: mjbiped.Walk) -> None:
-    started, ended = measures.estimate_errors(walk)
-    slopes = np.radians([0.0, 0.0, 2.0, 2.0, -1.0, -1.0])  # under the stance foot of each step, the first included
-    assert walk.terrain.slope(np.append(0.0, walk.touchdowns["x"])) == pytest.approx(slopes, abs=1e-15)
-    assert walk.touchdowns["slope"] == pytest.approx(slopes[1:], abs=1e-6)  # as the contacts show it
-    assert started == pytest.approx(walk.touchdowns["slope_estimate"] - slopes[1:], abs=1e-6)
-    assert ended == pytest.approx(walk.touchdowns["slope_estimate_before"] - slopes[:-1], abs=1e-6)
-
-
-def test_samples_at_a_touchdown_are_in_the_new_roles(walk: mjbiped.Walk) -> None:
-    """The sample taken at the support transfer shows what the touchdown's row does."""
-    at = np.searchsorted(walk.samples["time"], walk.touchdowns["time"] - 1e-9)
-    for name in ("time", "q", "dq", "slope", "stance", "qpos"):
-        assert np.array_equal(walk.samples[name][at], walk.touchdowns[name]), name
-
-
-def test_summary_is_plain_and_complete(walk: mjbiped.Walk) -> None:
-    summary = measures.summary(walk)
-    assert json.loads(json.dumps(summary)) == summary
-    assert summary["outcome"] == "finished"
-    assert summary["cost_of_transport"] == walk.cost_of_transport
-    assert summary["peak_ankle_torque_Nm"] == walk.peak_torque[0]
-
-
-def test_summary_says_none_where_there_is_nothing() -> None:
-    fallen = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial=(-0.3, 0.3, 0.0, 0.0))
-    summary = measures.summary(fallen)
-    assert summary["cost_of_transport"] is None
-    assert summary["final_estimate_error_deg"] is None
-    assert summary["steps"] == 0
-
-
-def test_unknown_kind_of_work_is_refused(walk: mjbiped.Walk) -> None:
+        cost = measures.work(walk, kind) / (10.0 * 9.81 * walk.distance)
+        assert measures.cost_of_transport(walk, kind) == pytest.approx(cost, rel=1e-14)
+        key = "cost_of_transport" + {"absolute": ""}.get(kind, f"_{kind}")
+        assert summary[key] == pytest.approx(cost, rel=1e-14)
+    torque, dq = walk.samples["torque"], walk.samples["dq"]
+    assert np.array_equal(measures.powers(walk), torque * np.column_stack([dq[:, 0], dq[:, 1] - dq[:, 0]]))
     with pytest.raises(mjbiped.InputError, match="absolute, net, positive"):
         measures.work(walk, "gross")
 
 
-def test_peak_torque_covers_the_samples(walk: mjbiped.Walk) -> None:
+def test_steps_by_hand(walk: mjbiped.Walk) -> None:
+    touchdowns, summary = walk.touchdowns, measures.summary(walk)
+    assert walk.distance == touchdowns["x"][-1] == summary["distance_m"]
+    feet = np.column_stack([np.append(0, touchdowns["x"]), np.append(0, touchdowns["z"])])
+    lengths = np.linalg.norm(np.diff(feet, axis=0), axis=1)
+    assert measures.step_lengths(walk) == pytest.approx(lengths, rel=1e-14)
+    assert summary["mean_step_length_m"] == pytest.approx(lengths.mean(), rel=1e-14)
+    assert measures.step_periods(walk) == pytest.approx(np.diff(np.append(0.0, touchdowns["time"])), rel=1e-14)
+    assert summary["mean_step_period_s"] == pytest.approx(touchdowns["time"][-1] / 5, rel=1e-14)
+    assert measures.speed(walk) == summary["speed_m_per_s"] == walk.distance / touchdowns["time"][-1]
+    at_once = replace(walk, touchdowns={**touchdowns, "time": touchdowns["time"] * 0.0})
+    assert math.isnan(measures.speed(at_once))
+    assert measures.summary(at_once)["speed_m_per_s"] is None
+
+
+def test_errors_by_hand(walk: mjbiped.Walk) -> None:
+    touchdowns, summary = walk.touchdowns, measures.summary(walk)
+    slopes = np.radians([0.0, 0.0, 2.0, 2.0, -1.0, -1.0])  # under the stance foot of each step, the first included
+    assert touchdowns["slope"] == pytest.approx(slopes[1:], abs=1e-6)  # as the contacts show it
+    started, ended = measures.estimate_errors(walk)
+    assert started == pytest.approx(touchdowns["slope_estimate"] - slopes[1:], abs=1e-6)
+    assert ended == pytest.approx(touchdowns["slope_estimate_before"] - slopes[:-1], abs=1e-6)
+    errors = measures.impact_errors(walk)
+    assert errors.shape == (5, 2)
+    _, after = mjbiped.Compass().impact(touchdowns["q_before"][2], touchdowns["dq_before"][2])
+    assert errors[2] == pytest.approx(touchdowns["dq"][2] / after - 1, abs=2e-14)  # some ten roundings each
+    for name, expected in {
+        "estimate_error_at_touchdown_deg": np.degrees(np.abs(started)).max(),
+        "estimate_error_at_step_end_deg": np.degrees(np.abs(ended)).max(),
+        "final_estimate_error_deg": np.degrees(ended[-1]),
+        "largest_impact_error": np.abs(errors).max(),
+        "largest_slip_m": touchdowns["slip"].max(),
+        "largest_penetration_m": touchdowns["penetration"].max(),
+        "largest_stance_friction": touchdowns["friction"].max(),
+        "least_normal_force_weights": touchdowns["normal_force"].min() / walk.robot.weight,
+        "peak_ankle_torque_Nm": walk.peak_torque[0],
+        "peak_hip_torque_Nm": walk.peak_torque[1],
+    }.items():
+        assert summary[name] == pytest.approx(expected, rel=1e-14), name
     assert walk.peak_torque == pytest.approx(np.abs(walk.samples["torque"]).max(axis=0), rel=1e-14)
 
 
-def test_impact_errors_by_hand(walk: mjbiped.Walk) -> None:
-    errors = measures.impact_errors(walk)
-    assert errors.shape == (5, 2)
-    robot = mjbiped.Compass()
-    _, after = robot.impact(walk.touchdowns["q_before"][2], walk.touchdowns["dq_before"][2])
-    assert errors[2] == pytest.approx(walk.touchdowns["dq"][2] / after - 1, abs=2e-14)  # some ten roundings each
+def test_a_contact_that_the_ground_cannot_give_is_told(walk: mjbiped.Walk) -> None:
+    """Of five steps one pulls, and two need more friction than 0.8, of which one pulls as well."""
+    force, friction = np.array([50.0, -1.0, 50.0, 50.0, 50.0]), np.array([0.5, 0.2, 0.9, 0.7, 0.5])
+    odd = replace(walk, touchdowns={**walk.touchdowns, "normal_force": force, "friction": friction})
+    assert odd.ground_pulls.tolist() == [False, True, False, False, False]
+    assert odd.contact_violations.tolist() == [False, True, True, False, False]
+    summary = measures.summary(odd)
+    assert (summary["steps_that_pull"], summary["steps_violating_contact"]) == (1, 2)
+    assert summary["largest_stance_friction"] == math.inf
+    assert odd.verdict == summary["verdict"] == "finished, contact violated"
+    assert walk.verdict == measures.summary(walk)["verdict"] == walk.outcome == "finished"
+    assert replace(odd, outcome="fell").verdict == "fell"
+    unknown = replace(walk, touchdowns={**walk.touchdowns, "normal_force": np.full(5, math.nan)})
+    assert measures.summary(unknown)["steps_that_pull"] is None
 
 
-def test_touchdown_posture_is_one_posture_in_two_roles(walk: mjbiped.Walk) -> None:
-    """q1⁻ - q2⁺ of (27) is the change of slope, to rounding: the same legs, against two normals."""
+def test_samples_at_a_touchdown_are_in_the_new_roles(walk: mjbiped.Walk) -> None:
+    """And q1⁻ - q2⁺ of (27) is the change of slope, to rounding: the same legs, against two normals."""
+    at = np.searchsorted(walk.samples["time"], walk.touchdowns["time"] - 1e-9)
+    for name in ("time", "q", "dq", "slope", "stance", "qpos"):
+        assert np.array_equal(walk.samples[name][at], walk.touchdowns[name]), name
     touchdowns = walk.touchdowns
-    before = np.append(walk.terrain.slope(0.0), touchdowns["slope"])[:-1]
     change = touchdowns["q_before"][:, 0] - touchdowns["q"][:, 1]
-    assert change == pytest.approx(touchdowns["slope"] - before, abs=1e-15)
+    slopes = np.append(walk.terrain.slope(0.0), touchdowns["slope"])
+    assert change == pytest.approx(np.diff(slopes), abs=1e-15)
     assert touchdowns["z"] == pytest.approx(walk.terrain.height(touchdowns["x"]), abs=3e-4)  # penetration
-    assert not math.isnan(touchdowns["friction"].sum())
 
 
-@pytest.mark.parametrize("parts", [[1] * 500, [200, 0, 300], [499, 1]])
-def test_summary_in_parts_is_the_same_to_the_last_bit(walk: mjbiped.Walk, parts: list[int]) -> None:
+@pytest.mark.parametrize("parts", [[1] * 500, [200, 0, 300]])
+def test_a_summary_in_parts_is_the_same_to_the_last_bit(walk: mjbiped.Walk, parts: list[int]) -> None:
     rows = {name: np.concatenate([column] * 100) for name, column in walk.touchdowns.items()}
     gathered, whole = (measures.Summary(walk.robot, walk.terrain) for _ in range(2))
     first = 0
@@ -123,24 +135,65 @@ def test_summary_in_parts_is_the_same_to_the_last_bit(walk: mjbiped.Walk, parts:
     assert gathered.to_dict(walk) == whole.to_dict(walk)
 
 
-def test_summary_holds_the_measures(walk: mjbiped.Walk) -> None:
-    """Each figure against the function or the column that it is of."""
-    found = measures.summary(walk)
-    started, ended = np.degrees(np.abs(measures.estimate_errors(walk)))
-    for name, expected in {
-        "mean_step_length_m": measures.step_lengths(walk).mean(),
-        "mean_step_period_s": measures.step_periods(walk).mean(),
-        "cost_of_transport": measures.cost_of_transport(walk),
-        "cost_of_transport_net": measures.cost_of_transport(walk, "net"),
-        "cost_of_transport_positive": measures.cost_of_transport(walk, "positive"),
-        "estimate_error_at_touchdown_deg": started.max(),
-        "estimate_error_at_step_end_deg": ended.max(),
-        "largest_impact_error": np.abs(measures.impact_errors(walk)).max(),
-        "largest_slip_m": walk.touchdowns["slip"].max(),
-        "largest_penetration_m": walk.touchdowns["penetration"].max(),
-        "largest_stance_friction": walk.touchdowns["friction"].max(),
-        "peak_hip_torque_Nm": walk.peak_torque[1],
-        "speed_m_per_s": measures.speed(walk),
-    }.items():
-        assert found[name] == pytest.approx(expected, rel=1e-14), name  # sums in another order
-    assert abs(found["final_estimate_error_deg"]) == pytest.approx(ended[-1], rel=1e-14)
+def test_what_does_not_exist_is_none() -> None:
+    fallen = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial=(-0.3, 0.3, 0.0, 0.0))
+    summary = fallen.summary()
+    assert json.loads(json.dumps(summary)) == summary == measures.summary(fallen)
+    assert (summary["cost_of_transport"], summary["final_estimate_error_deg"], summary["steps"]) == (None, None, 0)
+    rows = {label: (value, unit) for label, value, unit in summary.rows}
+    assert rows["final estimate error"] == ("-", "")
+    assert rows["peak torque, ankle"] == ("0.00", "N m")
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "said"),
+    [(-1e-9, ".2f", "0.00"), (-0.004, ".2f", "-0.40"), (-0.0, "+.3g", "0"), (3, "d", "300"), (None, ".2f", "-"),
+     (math.inf, ".2f", "unbounded")],
+)  # fmt: skip
+def test_a_small_negative_number_is_no_negative_zero(value: float | None, form: str, said: str) -> None:
+    assert in_words(value, 100, form) == said
+
+
+def test_printed_it_is_what_the_command_line_prints(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of a fall at once for a wrong slope estimate, which names the option."""
+    monkeypatch.setenv("COLUMNS", "100")  # a narrow terminal folds lines
+    words = ("walk", "incline:slope_deg=2", "--controller", "passivity", "--engine", "hybrid", "--steps", 5)
+    given = ("--disturb", "rate_noise=0.01", "--push", "0.1:0.5")
+    printed = run(*words, *given, "--out", tmp_path / "walk.npz").stdout
+    walk = mjbiped.Walk.load(tmp_path / "walk.npz")
+    shown, told = (
+        [line.split() for line in text.splitlines() if line.strip()] for text in (str(walk.summary()), printed)
+    )
+    assert shown == told[:-1]  # the last line names the file
+    fallen = " ".join(printed.split())
+    assert "outcome fell" in fallen
+    assert "disturbances rate noise 0.01, pushes 1" in fallen
+    assert "it starts on 2.0° with a slope estimate of 0.0°; give --initial-slope-estimate-deg 2, " in fallen
+    assert "cause" not in run(*words, "--initial-slope-estimate-deg", 2).stdout
+    passive = run("walk", "level", "--controller", "passive", "--engine", "hybrid", "--initial", "0,-0.1,0.5,0").stdout
+    assert "finished" not in passive
+    assert "cause" not in passive  # it has no estimate
+
+
+def test_a_notebook_shows_measures_and_the_time_lapse(controller: AdaptiveController) -> None:
+    terrain = mjbiped.Terrain.from_segments([(2.0, 0.0, 0.0)], name="<script>alert(1)</script>")
+    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=1)
+    page = walk._repr_html_()
+    assert "finished" in page
+    assert "cost of transport, absolute" in page
+    assert "<script>" not in page  # texts of a record are not taken for HTML
+    with Image.open(io.BytesIO(base64.b64decode(page.split("base64,")[1].split('"')[0]))) as image:
+        assert image.size[0] == 768  # 9.6 inches at 80 dots
+    assert len(page) < 100_000  # bytes: a notebook keeps each
+    assert "<tr>" in walk.summary()._repr_html_()
+    bare = replace(walk, samples={name: column[:0] for name, column in walk.samples.items()})
+    assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+def test_the_video_takes_the_settings_of_the_renderer(controller: AdaptiveController, tmp_path: Path) -> None:
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
+    walk.video(tmp_path / "walk.mp4", width=64, height=64, fps=2)
+    assert (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp"
+    with pytest.raises(mjbiped.InputError):
+        walk.video(tmp_path / "walk.gif2")

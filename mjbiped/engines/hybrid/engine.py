@@ -11,7 +11,7 @@ from mjbiped.engines.compiling import Costs
 from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError
-from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
 

@@ -28,7 +28,7 @@ from mjbiped.engines.hybrid.setup import walk_of
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
 from mjbiped.numerics.blocks import packed, share_arrays, take_numbers
-from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.rules.termination import Outcome
 
 TOLERANCE = 1e-8

@@ -18,7 +18,7 @@ from mjbiped.engines.mujoco.servo import LONGEST, servo_of
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
 from mjbiped.errors import InputError, MjbipedError
-from mjbiped.records.recorder import Cancellation, never_cancelled
+from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain

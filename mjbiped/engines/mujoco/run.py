@@ -19,8 +19,8 @@ from mjbiped.engines.mujoco.record import take_sample
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError
+from mjbiped.records.columns import Cancellation, Recorder, never_cancelled
 from mjbiped.records.loads import BINS
-from mjbiped.records.recorder import Cancellation, Recorder, never_cancelled
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
 

@@ -29,8 +29,7 @@ from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, State
 from mjbiped.engines.plan import Plan
 from mjbiped.numerics.blocks import packed
-from mjbiped.records.columns import tables_of, width
-from mjbiped.records.recorder import Recorder
+from mjbiped.records.columns import Recorder, tables_of, width
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
 
@@ -284,4 +283,4 @@ class Simulation:
         """Move the rest of an ended walk to a recorder, with a last touchdown that the controller was not told of."""
         self.take(recorder)
         if self.over and self.state.transferred:
-            recorder.add_touchdown(np.array(self.constants.row))
+            recorder.add(np.array(self.constants.row)[None])

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped import Terrain
-from mjbiped.records.measures import foot_length
 from mjbiped.records.record import Walk
 from scripts.studies import kneed_study as study
 
@@ -38,7 +37,7 @@ def test_a_cell_counts_walks_that_come_through(walks: list[Walk]) -> None:
     assert study.share_and_cost(walks[:1]) == f"yes, {cost:.4f}"
     assert study.share_and_cost(walks[1:]) == "no"
     assert study.torques(walks[1:]) == "-"
-    assert study.soles(walks) == f"{100.0 * foot_length(walks[0]):.0f}"
+    assert study.soles(walks) == f"{100.0 * walks[0].summary()['foot_length_99_percent_m']:.0f}"
     assert study.soles(walks[1:]) == "-"
     assert study.with_torques("told", walks[1:]) == "told"
     assert study.with_torques("told", walks) == f"told; {study.torques(walks)}"

@@ -161,7 +161,7 @@ def test_a_dry_run_tells_the_number_of_walks_and_leaves_nothing(
     with pytest.raises(SystemExit):
         main(["robustness", str(study), "--dry-run", "--workers", "1"])
     told = capsys.readouterr().out
-    assert told.startswith("14 walks: about 0:0")
+    assert told.startswith("14 walks: about ")
     assert "inferred from 5 of them" in " ".join(told.split())
     assert [*tmp_path.iterdir()] == [study]
 

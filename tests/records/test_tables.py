@@ -1,0 +1,117 @@
+"""Tables of a walk: the recorder takes each row once, and flat tables have the record's numbers."""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from simulations import Plain
+
+import mjbiped
+from controllers import PassiveController
+from mjbiped.engines.hybrid.resets import transfer_support
+from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
+from mjbiped.engines.plan import Terms, make_plan
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, flat_samples, index_of, width
+
+
+def rows_at(columns: int, *times: float) -> np.ndarray:
+    table = np.zeros((len(times), columns))
+    table[:, 0] = times
+    return table
+
+
+def test_rows_are_taken_in_their_order_and_once() -> None:
+    """Ctrl-C between the taking and the engine's note of it doubled the last rows of the record."""
+    recorder = Recorder()
+    for times in ((0.1, 0.4), (), (0.1, 0.4), (0.4, 0.7)):
+        recorder.add(rows_at(width(TOUCHDOWNS), *times), rows_at(width(SAMPLES) + 1, *times))
+    assert recorder.touchdowns()["time"].tolist() == recorder.samples()["time"].tolist() == [0.1, 0.4, 0.7]
+    assert recorder.samples()["controller_states"].shape == (3, 1)
+    assert (recorder.steps, recorder.end) == (3, (0.7, 0.0))
+
+
+def test_without_samples_the_end_is_known() -> None:
+    recorder = Recorder(keep_samples=False)
+    assert recorder.end == (0.0, 0.0)
+    samples = rows_at(width(SAMPLES), 0.1, 0.2)
+    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
+    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
+    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)
+
+
+def test_a_motion_that_is_no_number_is_not_recorded() -> None:
+    """Its record was refused when it was read. A torque without bounds, and a law's own state, are kept."""
+    recorder = Recorder()
+    touchdowns, samples = rows_at(width(TOUCHDOWNS), 0.1, 0.4), rows_at(width(SAMPLES) + 1, 0.0, 0.1, 0.2, 0.3)
+    touchdowns[1, index_of(TOUCHDOWNS, "dq")] = math.nan
+    samples[1, index_of(SAMPLES, "torque")] = samples[1, -1] = math.inf
+    samples[2, index_of(SAMPLES, "qpos")] = math.inf
+    samples[3, index_of(SAMPLES, "dq")] = math.nan
+    recorder.add(touchdowns, samples)
+    assert recorder.touchdowns()["time"].tolist() == [0.1]
+    assert recorder.samples()["time"].tolist() == [0.0, 0.1]
+    assert (recorder.steps, recorder.end) == (1, (0.1, 0.0))
+
+
+@pytest.mark.parametrize("transfers", [False, True])
+@pytest.mark.parametrize("component", [0, 3])
+def test_the_record_of_a_walk_that_diverged_can_be_read(component: int, transfers: bool, tmp_path: Path) -> None:
+    """Whatever led there, between impacts or in one."""
+    terms = Terms(mjbiped.Hybrid(), 3, None, None, 0.005, mjbiped.ScuffingRule())
+    run = HybridRun(make_plan(terms, Plain(), mjbiped.Terrain.level(), (0.2, -0.2, 1.0, 1.0)), TOLERANCE)
+    run.state.y[component] = math.nan
+    if transfers:
+        transfer_support(run.constants, run.state)
+    run.go()
+    assert run.ended.words == "diverged"
+    run.record().save(tmp_path / "walk.npz")
+    assert mjbiped.Walk.load(tmp_path / "walk.npz").steps == 0
+
+
+def test_frames_hold_the_numbers_of_the_record(walk: mjbiped.Walk) -> None:
+    samples, touchdowns = walk.to_pandas()
+    for frame, table, columns in ((samples, walk.samples, SAMPLES), (touchdowns, walk.touchdowns, TOUCHDOWNS)):
+        for name, column in columns.items():
+            flat = [f"{name}_{part}" for part in column.parts] or [name]
+            assert frame[flat].to_numpy().tobytes() == table[name].reshape(-1, column.width).tobytes()
+        assert {*frame.attrs["units"]} == {name for name in frame.columns if "controller_state" not in name}
+    states = samples[["controller_state_0", "controller_state_1"]].to_numpy()
+    assert states.tobytes() == walk.samples["controller_states"].tobytes()
+    assert (samples.attrs["units"]["qpos_hip_x"], samples.attrs["units"]["qpos_left"]) == ("m", "rad")
+
+
+def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:
+    samples, touchdowns = walk.to_pandas()
+    assert touchdowns.step.tolist() == [1, 2, 3, 4]
+    ends = samples.groupby("step").time.max()
+    assert ends.index.tolist() == [1, 2, 3, 4, 5]
+    # a step's last sample lies within a sample period (5 ms) of the touchdown that ends it, rounding apart
+    late = touchdowns.set_index("step").time - ends.loc[1:4]
+    assert late.between(-1e-9, 0.005 + 1e-9).all()
+    # all samples of a step stand on the leg that the touchdown before it put down
+    stances = samples[samples.step > 1].groupby("step").stance.agg(["min", "max"])
+    assert stances["min"].tolist() == stances["max"].tolist() == touchdowns.stance.tolist()
+
+
+def test_frames_survive_parquet_with_their_units(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    samples = walk.to_pandas().samples
+    samples.to_parquet(tmp_path / "samples.parquet")
+    again = pd.read_parquet(tmp_path / "samples.parquet")
+    pd.testing.assert_frame_equal(samples, again, check_exact=True)
+    assert again.attrs == samples.attrs
+
+
+def test_walks_without_samples_and_without_steps_have_empty_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    ground = mjbiped.Terrain.incline(2.0)
+    walk = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1, initial="rest", sample_period=None)
+    samples, touchdowns = walk.to_pandas()
+    assert len(samples) == len(touchdowns) == walk.steps == 0
+    assert "q_stance" in samples.columns
+    assert "controller_state_0" not in flat_samples(walk)
+    assert samples.stance.dtype == "int64"
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(mjbiped.InputError, match=r"to_pandas needs pandas.*pip install 'mjbiped\[data\]'"):
+        walk.to_pandas()
