@@ -79,14 +79,6 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
         (q1, q2), (dq1, dq2), (ddq1, ddq2) = self.reference_of(memory, t)
         return q1, q2, dq1, dq2, ddq1, ddq2
 
-    def tracking_errors(
-        self, memory: Memory, t: float, q: Numbers, dq: Numbers
-    ) -> tuple[float, float, float, float, float, float]:
-        """Errors z1, its rate, and z2 of (5), (6) and (9) at time t of the step."""
-        reference = self.reference(memory, t)
-        z1a, z1b, dz1a, dz1b = reference[0] - q[0], reference[1] - q[1], reference[2] - dq[0], reference[3] - dq[1]
-        return z1a, z1b, dz1a, dz1b, dz1a + self.position_gain * z1a, dz1b + self.position_gain * z1b
-
 
 @dataclass(frozen=True)
 class KneedController(PaperSettings, Tracking):
@@ -125,7 +117,3 @@ class KneedController(PaperSettings, Tracking):
         """Return the robot model's chains, free, locked and whole, by the indices of their starts."""
         places = {layout.FREE: 3, layout.STIFF: 2, layout.WHOLE: 4}
         return {place: layout.chain_block(*self.robot.chains[n][:3]) for place, n in places.items()}
-
-    def reference(self, memory: Memory, t: float) -> tuple[tuple[float, float, float], ...]:
-        """Tracked angle, rate and acceleration of stance leg, swing thigh and swing shank at time t of the step."""
-        return tuple(zip(*self.reference_of(memory, t), strict=True))
