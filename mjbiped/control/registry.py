@@ -294,6 +294,6 @@ def _described_class(
             return found
     raise InputError(
         f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
-        f"{', '.join(sorted(classes))}, or those that were named as {loading.FORMS}; give the controller itself where it "
-        "can be given"
+        f"{', '.join(sorted(classes))}, or those that were named as {loading.FORMS}; give the controller itself where "
+        "it can be given"
     )
