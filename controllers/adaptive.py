@@ -22,8 +22,8 @@ from mjbiped.controllers import layout
 from mjbiped.controllers.dynamics import observe, write_torques
 from mjbiped.controllers.footholds import feel
 from mjbiped.controllers.layout import ADAPTATION_GAIN
-from mjbiped.controllers.memory import COS, KNEES_SIZE, LOCKED, SIN
 from mjbiped.controllers.replanning import next_discontinuity, plan
+from mjbiped.controllers.room import COS, KNEES_SIZE, LOCKED, SIN
 from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.slope_estimator import estimate_rates, slope_estimate, update_estimate
 from mjbiped.controllers.tracking import track

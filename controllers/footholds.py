@@ -10,7 +10,7 @@ import math
 
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.layout import CLIMBING_STEPS, DOWN, FREE, SEGMENTS, STIFF, UP, WHOLE
-from mjbiped.controllers.memory import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LEAN, LOCKED
+from mjbiped.controllers.room import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LEAN, LOCKED
 from mjbiped.robots.bent_leg import bent_leg
 
 

@@ -13,8 +13,7 @@ from mjbiped.control.controller import Controller, Law, LawController, Memory, N
 from mjbiped.control.tracking import check_tracking
 from mjbiped.controllers import layout, replanning
 from mjbiped.controllers.layout import TRANSITION_TIME
-from mjbiped.controllers.memory import COS, CURVES, LOCKED, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
-from mjbiped.controllers.room import ANGLES, REFERENCE
+from mjbiped.controllers.room import ANGLES, COS, CURVES, LOCKED, REFERENCE, REPLANNED, SIN, STRAIGHT_LEGS_SIZE
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait

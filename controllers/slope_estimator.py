@@ -7,8 +7,7 @@ import math
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.dynamics import solve
 from mjbiped.controllers.layout import ESTIMATE_UPDATE, UPDATE_THRESHOLD
-from mjbiped.controllers.memory import COS, SIN
-from mjbiped.controllers.room import COSINE, ERROR, SINE
+from mjbiped.controllers.room import COS, COSINE, ERROR, SIN, SINE
 
 
 def estimate_rates(gain: float, chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float]:

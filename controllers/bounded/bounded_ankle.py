@@ -26,8 +26,7 @@ from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.footholds import feel
 from mjbiped.controllers.layout import SOLE_SHARE
-from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
-from mjbiped.controllers.room import FORCE, TORQUE
+from mjbiped.controllers.room import FORCE, LOCKED, RECOVERING, SUPPORT, TORQUE
 from mjbiped.controllers.settings import PaperSettings
 from mjbiped.controllers.tracking import track
 from mjbiped.robots.compass import Compass
