@@ -2,7 +2,7 @@
 
 Robots with straight legs are chains of n = 2 segments, robots with knees chains of n = 3 while the swing knee is free
 and of 2 once it is locked. Angles, rates and forces are ordered as the segments: stance leg, swing leg or thigh, swing
-shank. All laws of `mjbiped.controllers.settings.PaperSettings` read one layout, with zeros where a law has no use for
+shank. All laws of `mjbiped.controllers.adaptive.PaperSettings` read one layout, with zeros where a law has no use for
 a number. `mjbiped.controllers.room` and `mjbiped.controllers.room` say what stands elsewhere.
 """
 
@@ -28,8 +28,8 @@ at touchdown, rad/m."""
 
 FREE, STIFF, WHOLE, GAIT, CLIMBING_GAIT, SUPERVISION = range(11, 17)
 """Starts of blocks: the chain of n segments; that of two segments, once the knee is locked; that of four, whose first
-two are the shank and thigh of a bent stance leg (all as `chain_block`); the gait, and the gait for uneven ground (as
-`mjbiped.controllers.settings.add_gait`); and what the supervisor needs (`mjbiped.controllers.bounded.prediction`)."""
+two are the shank and thigh of a bent stance leg (all as `chain_block`); the gait, and the gait for uneven ground (see
+`TRANSITION_TIME`); and what the supervisor needs (`mjbiped.controllers.bounded.prediction`)."""
 
 UP, DOWN, CLIMBING_STEPS = range(17, 20)
 """Height changes at a touchdown above and below which the ground counts as uneven, m; number of steps with the gait for

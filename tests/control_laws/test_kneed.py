@@ -126,19 +126,21 @@ def test_references_are_smooth_and_begin_where_the_robot_is(replanning: str) -> 
     law = replace(LAW, replanning=replanning)
     start = GAIT.start + np.array([0.03, -0.02, -0.02, 0.1, -0.2, -0.2])
     memory = memory_at(law, start)
-    begun = np.array(law.reference(memory, 0.0))
+    begun = np.array(list(zip(*law.reference_of(memory, 0.0), strict=True)))
     assert np.concatenate([begun[:, 0], begun[:, 1]]) == pytest.approx(start, abs=1e-9)
     end = 0.8 * GAIT.period
     h = 1e-5
     for t in np.linspace(2 * h, end - 2 * h, 30):
-        before, here, after = (np.array(law.reference(memory, t + k * h)) for k in (-1, 0, 1))
+        before, here, after = (
+            np.array(list(zip(*law.reference_of(memory, t + k * h), strict=True))) for k in (-1, 0, 1)
+        )
         # central differences: third and fourth derivatives of 1e5 times h^2, and rounding over h
         assert (after[:, 0] - before[:, 0]) / (2 * h) == pytest.approx(here[:, 1], abs=1e-6)
         assert (after[:, 1] - before[:, 1]) / (2 * h) == pytest.approx(here[:, 2], abs=1e-5)
-    there = np.array(law.reference(memory, end + 1e-12)).T
+    there = np.array(list(zip(*law.reference_of(memory, end + 1e-12), strict=True))).T
     for found, expected in zip(there, GAIT.branch(end, bent=True), strict=True):
         assert found == pytest.approx(expected, abs=1e-8)
-    almost = np.array(law.reference(memory, end - 1e-9)).T
+    almost = np.array(list(zip(*law.reference_of(memory, end - 1e-9), strict=True))).T
     assert almost[:2] == pytest.approx(there[:2], abs=1e-6)
 
 
