@@ -2,8 +2,8 @@
 
 Robots with straight legs are chains of n = 2 segments, robots with knees chains of n = 3 while the swing knee is free
 and of 2 once it is locked. Angles, rates and forces are ordered as the segments: stance leg, swing leg or thigh, swing
-shank. All laws of `mjbiped.controllers.settings.PaperSettings` read one layout, with zeros where a law has no use for
-a number. `mjbiped.controllers.memory` and `mjbiped.controllers.room` say what stands elsewhere.
+shank. All laws of `mjbiped.controllers.adaptive.PaperSettings` read one layout, with zeros where a law has no use for
+a number. `mjbiped.controllers.room` and `mjbiped.controllers.room` say what stands elsewhere.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 
 from mjbiped.control.controller import Numbers
-from mjbiped.controllers.memory import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LOCKED
+from mjbiped.controllers.room import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LOCKED, SUPPORT, SUPPORT_AHEAD
 from mjbiped.robots.chain import Array
 
 SEGMENTS, POSITION_GAIN, ON_ANGLE, ON_RATE, ADAPTATION_GAIN = range(5)
@@ -28,8 +28,8 @@ at touchdown, rad/m."""
 
 FREE, STIFF, WHOLE, GAIT, CLIMBING_GAIT, SUPERVISION = range(11, 17)
 """Starts of blocks: the chain of n segments; that of two segments, once the knee is locked; that of four, whose first
-two are the shank and thigh of a bent stance leg (all as `chain_block`); the gait, and the gait for uneven ground (as
-`mjbiped.controllers.settings.add_gait`); and what the supervisor needs (`mjbiped.controllers.bounded.prediction`)."""
+two are the shank and thigh of a bent stance leg (all as `chain_block`); the gait, and the gait for uneven ground (see
+`TRANSITION_TIME`); and what the supervisor needs (`mjbiped.controllers.bounded.prediction`)."""
 
 UP, DOWN, CLIMBING_STEPS = range(17, 20)
 """Height changes at a touchdown above and below which the ground counts as uneven, m; number of steps with the gait for
@@ -96,3 +96,11 @@ def moving_chain(parameters: Numbers, memory: Numbers) -> tuple[int, Numbers, in
     if memory[BENT] != 0.0:
         return n, memory, BENT_STIFF if locked else BENT_FREE
     return n, parameters, int(parameters[STIFF if locked else FREE])
+
+
+def bounds(parameters: Numbers, memory: Numbers, share: float) -> tuple[float, float]:
+    """Return how far behind and ahead of the ankle the law leans in this step, m, on a share of what bears the foot."""
+    behind, ahead = parameters[BEHIND], parameters[AHEAD]
+    if memory[SUPPORT] + memory[SUPPORT_AHEAD] > 0.0:  # else nothing was told
+        behind, ahead = min(behind, memory[SUPPORT]), min(ahead, memory[SUPPORT_AHEAD])
+    return share * behind, share * ahead

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from mjbiped.controllers import layout
-from mjbiped.controllers.adaptive import AdaptiveController
-from mjbiped.controllers.settings import PaperSettings
+from mjbiped.controllers.adaptive import AdaptiveController, PaperSettings
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.robots.compass import Compass

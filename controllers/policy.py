@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.control.controller import Law, LawController, Memory, Numbers, Room
-from mjbiped.controllers.settings import check_imitation
+from mjbiped.controllers.adaptive import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass

@@ -20,8 +20,7 @@ from mjbiped.controllers.layout import (
     moving_chain,
     table_of_step,
 )
-from mjbiped.controllers.memory import BUMP, CURVES, LOCKED, POINTS, REPLANNED
-from mjbiped.controllers.room import ANGLES, FORCE, REFERENCE
+from mjbiped.controllers.room import ANGLES, BUMP, CURVES, FORCE, LOCKED, POINTS, REFERENCE, REPLANNED
 from mjbiped.gaits.reference import reference_at, reference_discontinuity
 
 

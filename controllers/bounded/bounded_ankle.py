@@ -13,22 +13,14 @@ from typing import Annotated, Any, ClassVar
 from mjbiped.control.controller import Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import replanning
-from mjbiped.controllers.adaptive import KneedController, knee_strike
-from mjbiped.controllers.bounded.identifier import (
-    SLOPE,
-    begin_prediction,
-    identifier_rates,
-    slope_estimate,
-    update_slope,
-)
+from mjbiped.controllers.adaptive import KneedController, PaperSettings, knee_strike
+from mjbiped.controllers.bounded.identifier import SLOPE, begin_prediction, identifier_rates, slope_estimate
 from mjbiped.controllers.bounded.recovery import planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import observe
-from mjbiped.controllers.footholds import feel
 from mjbiped.controllers.layout import SOLE_SHARE
-from mjbiped.controllers.memory import LOCKED, RECOVERING, SUPPORT
-from mjbiped.controllers.room import FORCE, TORQUE
-from mjbiped.controllers.settings import PaperSettings
+from mjbiped.controllers.room import FORCE, LOCKED, RECOVERING, SUPPORT, TORQUE
+from mjbiped.controllers.slope_estimator import feel, felt_change
 from mjbiped.controllers.tracking import track
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -79,7 +71,7 @@ def touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers
 def feel_step(parameters: Numbers, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> float:
     """Update the estimate by (27), and predict the momentum anew; return the rise to the new foothold, m."""
     thigh, rise = feel(parameters, memory, q_before)
-    update_slope(parameters, memory, thigh, q[1])
+    memory[SLOPE] += felt_change(parameters, thigh, q[1])
     memory[LOCKED] = 0.0
     begin_prediction(parameters, memory, q, dq)
     return rise

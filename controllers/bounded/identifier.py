@@ -17,7 +17,6 @@ from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.dynamics import masses, observe
 from mjbiped.controllers.layout import ADAPTATION_GAIN, SEGMENTS, moving_chain
 from mjbiped.controllers.room import COSINE, DQ, SINE
-from mjbiped.controllers.slope_estimator import felt_change
 
 SLOPE, MOMENTUM = 0, 1
 """Indices in the memory of the slope's estimate, rad, and of the predicted momentum, kg m²/s."""
@@ -78,11 +77,6 @@ def begin_prediction(parameters: Numbers, memory: Memory, q: Numbers, dq: Number
     """Let the predicted momentum begin with the one that a step begins with, at angles (rad) and rates (rad/s)."""
     observe(int(parameters[SEGMENTS]), q, dq, memory)
     memory[MOMENTUM] = moments_about_foot(parameters, memory, 0.0, 1.0, memory)[0]
-
-
-def update_slope(parameters: Numbers, memory: Memory, stance_before: float, swing_after: float) -> None:
-    """Update the estimate in the memory by (27); see `felt_change`."""
-    memory[SLOPE] += felt_change(parameters, stance_before, swing_after)
 
 
 def slope_estimate(parameters: Numbers, memory: Numbers) -> float:

@@ -9,11 +9,9 @@ from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers import replanning
 from mjbiped.controllers.bounded.bounded_ankle import move
 from mjbiped.controllers.bounded.identifier import SLOPE
-from mjbiped.controllers.bounded.stance import set_support
 from mjbiped.controllers.dynamics import observe
 from mjbiped.controllers.layout import SUPERVISION
-from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
-from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
+from mjbiped.controllers.room import ALONG, MOTION, NORMAL, RECOVERING, SUPPORT, SUPPORT_AHEAD, TORQUE
 from mjbiped.robots import compass
 from mjbiped.rules.scuffing import swing_foot_collides
 
@@ -94,10 +92,10 @@ def nominal_steps(parameters: Numbers, memory: Memory, state: State, count: int)
         work, state = step_ahead(parameters, memory, state, 0.0)
         if work == math.inf:
             break
-        set_support(memory, 0.0, 0.0)
+        memory[SUPPORT], memory[SUPPORT_AHEAD] = 0.0, 0.0
         total += work
         steps += 1
-    set_support(memory, behind, ahead)
+    memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
     return steps, total
 
 

@@ -19,9 +19,8 @@ from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.stance import stand
 from mjbiped.controllers.dynamics import move_end
 from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS
-from mjbiped.controllers.memory import CURVES, POINTS, RECOVERING, REPLANNED
 from mjbiped.controllers.replanning import lay, transition, transition_at
-from mjbiped.controllers.room import DQ, MOTION, Q
+from mjbiped.controllers.room import CURVES, DQ, MOTION, POINTS, RECOVERING, REPLANNED, Q
 
 _POSITION_GAIN, _RATE_GAIN = 400.0, 40.0  # 1/s², 1/s: the constraint's error decays critically, with 20/s
 

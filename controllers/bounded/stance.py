@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.control.controller import Numbers, Room
 from mjbiped.controllers import layout
 from mjbiped.controllers.dynamics import inverse_dynamics, move_end, write_torques
-from mjbiped.controllers.layout import AHEAD, ANKLE_HEIGHT, BEHIND, GRAVITY, WEIGHT, moving_chain
-from mjbiped.controllers.memory import SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.layout import ANKLE_HEIGHT, GRAVITY, WEIGHT, bounds, moving_chain
 from mjbiped.controllers.room import ALONG, BY_STANCE, COSINE, FORCE, FORWARD, MOTION, NORMAL, SINE, TORQUE, UPWARD
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
@@ -26,19 +25,6 @@ def footing_of(robot: Robot, share: float) -> dict[int, float]:
         layout.SOLE_SHARE: share,
         layout.ANKLE_HEIGHT: 0.0 if foot is None else foot.height,
     }
-
-
-def set_support(memory: Memory, behind: float, ahead: float) -> None:
-    """Let the ground bear the stance foot so far behind and ahead of its ankle, m; both zero: on all of its sole."""
-    memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
-
-
-def bounds(parameters: Numbers, memory: Numbers, share: float) -> tuple[float, float]:
-    """Return how far behind and ahead of the ankle the law leans in this step, m, on a share of what bears the foot."""
-    behind, ahead = parameters[BEHIND], parameters[AHEAD]
-    if memory[SUPPORT] + memory[SUPPORT_AHEAD] > 0.0:  # else nothing was told
-        behind, ahead = min(behind, memory[SUPPORT]), min(ahead, memory[SUPPORT_AHEAD])
-    return share * behind, share * ahead
 
 
 def stand(

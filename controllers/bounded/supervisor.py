@@ -12,10 +12,9 @@ from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, fe
 from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.bounded.prediction import FAILURE, GRID, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Ankle, Step
-from mjbiped.controllers.bounded.stance import set_support
 from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, SUPERVISION
 from mjbiped.controllers.library import GaitLibrary
-from mjbiped.controllers.memory import RECOVERING, SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.rules.scuffing import ScuffingRule
 
 
@@ -122,9 +121,9 @@ def cost(parameters: Numbers, memory: Memory, state: State, step: Step, best: fl
         work, after = step_ahead(parameters, memory, state, rise)
         steps = 0
         if work < math.inf:
-            set_support(memory, 0.0, 0.0)
+            memory[SUPPORT], memory[SUPPORT_AHEAD] = 0.0, 0.0
             steps, more = nominal_steps(parameters, memory, after, AFTER)
-            set_support(memory, behind, ahead)
+            memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
             work += more
         if side == 0:
             found = work + parameters[limits + FAILURE] * (AFTER - steps)

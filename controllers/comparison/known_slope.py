@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
 from mjbiped.control.controller import Law, LawController, Memory, Numbers, never
-from mjbiped.controllers.settings import check_imitation
+from mjbiped.controllers.adaptive import check_imitation
 from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.passive import PassiveGait

@@ -13,9 +13,8 @@ import click
 import mjbiped
 from mjbiped.cli import choices
 from mjbiped.cli.commands import Option, filled, options_of
-from mjbiped.control.loading import FORMS
+from mjbiped.control.loading import FORMS, shown_defaults
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
-from mjbiped.control.settings import shown_defaults
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.base import ENGINES

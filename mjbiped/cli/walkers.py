@@ -13,8 +13,8 @@ from mjbiped.cli import options
 from mjbiped.cli.choices import MODEL
 from mjbiped.cli.commands import Given
 from mjbiped.control.controller import Controller
+from mjbiped.control.loading import value_of
 from mjbiped.control.registry import DEFAULT_CONTROLLER, controller_class, make_controller
-from mjbiped.control.settings import value_of
 from mjbiped.engines import base
 from mjbiped.engines.base import Engine
 from mjbiped.errors import InputError, prefixed, shortened, shown

@@ -22,7 +22,7 @@ from __future__ import annotations
 import ctypes
 import math
 import re
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from importlib import import_module
 from numbers import Real
 from pathlib import Path
@@ -247,8 +247,7 @@ def can_be_compiled(law: Law) -> bool:
     """
     given: Any = law.parameters
     flat = isinstance(given, list | tuple | np.ndarray) and all(issubclass(each, Real) for each in {*map(type, given)})
-    interpreted = isinstance(law.torque, partial)  # as a law of scalars is
-    return (flat or hasattr(given, "_fields")) and not interpreted and not raises(tuple(law.functions.values()))
+    return (flat or hasattr(given, "_fields")) and not raises(tuple(law.functions.values()))
 
 
 def rounds_alike(law: Law) -> bool:

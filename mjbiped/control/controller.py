@@ -20,7 +20,6 @@ from functools import cached_property
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
-from mjbiped.control.scalar_laws import on_arrays
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -112,8 +111,7 @@ class Controller(ABC):
             and motors hold their torques in between; None: the law is continuous, and the engine says how often it is
             asked.
         with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
-        with_file: Class of controllers that a file describes, as "module:Class", with the fields `file` and `sha256`:
-            the controller NAME:FILE; None if there is none.
+        with_file: Class of controllers NAME:FILE that a file describes, with the fields `file` and `sha256`, or None.
         follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
             passive gaits alone.
         support: Index in the memory of two numbers that an engine in which feet can tip writes just before
@@ -222,20 +220,19 @@ class Controller(ABC):
     def describe(self) -> dict[str, Any]:
         """Name and parameters in plain JSON types, for the record of a walk."""
         description: dict[str, Any] = {"name": type(self).__name__}
-        if dataclasses.is_dataclass(self):
-            for field in dataclasses.fields(self):
-                value = getattr(self, field.name)
-                if isinstance(value, Gait):
-                    value = value.describe()
-                elif isinstance(value, Robot):
-                    value = value.to_dict()
-                elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-                    value = dataclasses.asdict(value)
-                elif isinstance(value, Real) and not isinstance(value, bool | int | float):
-                    value = float(value)  # NumPy's
-                elif not isinstance(value, bool | int | float | str | None):
-                    value = repr(value)
-                description[field.name] = value
+        for field in dataclasses.fields(self) if dataclasses.is_dataclass(self) else ():
+            value = getattr(self, field.name)
+            if isinstance(value, Gait):
+                value = value.describe()
+            elif isinstance(value, Robot):
+                value = value.to_dict()
+            elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+                value = dataclasses.asdict(value)
+            elif isinstance(value, Real) and not isinstance(value, bool | int | float):
+                value = float(value)  # NumPy's
+            elif not isinstance(value, bool | int | float | str | None):
+                value = repr(value)
+            description[field.name] = value
         return description
 
 
@@ -247,40 +244,32 @@ class LawController(Controller):
     def plain_law(self) -> Law:
         """The law, with its parameters in a list, which plain Python reads faster than an array."""
 
-    @cached_property
-    def _law(self) -> Law:
-        return on_arrays(self.plain_law)
-
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after a support transfer; see `Controller.on_touchdown`."""
-        law = self._law
-        law.touchdown(law.parameters, memory, q_before, q, dq)
+        self.plain_law.touchdown(self.plain_law.parameters, memory, q_before, q, dq)
 
     def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
         """Update the memory after the knee strike; see `Controller.on_knee_strike`."""
-        law = self._law
-        law.knee_strike(law.parameters, memory, t, q, dq)
+        self.plain_law.knee_strike(self.plain_law.parameters, memory, t, q, dq)
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
         """Joint torques and the rates of the states; see `Controller.torque`."""
-        law, count = self._law, len(self.joints) + len(self.states)
+        law, count = self.plain_law, len(self.joints) + len(self.states)
         out = [0.0] * (count + ROOM)
         law.torque(law.parameters, memory, t, q, dq, out)
         return tuple(out[:count])
 
     def slope_estimate(self, memory: Memory) -> float:
         """The controller's estimate of the slope under its stance foot, rad."""
-        law = self._law
-        return law.slope_estimate(law.parameters, memory)
+        return self.plain_law.slope_estimate(self.plain_law.parameters, memory)
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The first time after t at which `torque` may have a kink, s; see `Controller.next_discontinuity`."""
-        law = self._law
-        return law.next_discontinuity(law.parameters, memory, t)
+        return self.plain_law.next_discontinuity(self.plain_law.parameters, memory, t)
 
     def law(self) -> Law:
         """The law for compilation; see `Controller.law`."""
-        return self._law
+        return self.plain_law
 
 
 @dataclasses.dataclass(frozen=True)
@@ -300,7 +289,7 @@ class Unpowered(LawController):
         """Whether the robot has joints, which may be any: they are left alone."""
         return bool(robot.joints)
 
-    @property
+    @cached_property
     def plain_law(self) -> Law:
         """Law that applies no torque in any state."""
         return Law([], _no_torque)

@@ -1,23 +1,39 @@
-"""A controller's functions as engines call them in plain Python, by the signatures of `mjbiped.control.controller.Law`.
+"""A controller's functions as engines call them in plain Python, and their trial before a walk.
 
-`mjbiped.numerics.blocks.call` calls them, and in machine code what `mjbiped.control.compiled` makes of them.
+`in_python` gives all controllers the signatures of `mjbiped.control.controller.Law`. `mjbiped.numerics.blocks.call`
+calls such functions, and in machine code what `mjbiped.control.compiled` makes of them.
+
+`try_out` tries what the contract asks for (`mjbiped.control.controller.Controller`) and a first step would show:
+parameters, the memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and
+the memory. Exceptions that the methods raise are left to the walk, which keeps what was walked until then.
 """
 
 from __future__ import annotations
 
+import copy
+import inspect
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import FrozenInstanceError
+from functools import cached_property, partial
 from numbers import Real
 from typing import Any
 
-from mjbiped.control.controller import Controller, Law, LawController, Memory, Numbers, Room
-from mjbiped.control.scalar_laws import on_arrays
-from mjbiped.errors import InputError, shown
-from mjbiped.utils.domains import entries
+from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room
+from mjbiped.errors import InputError, explained, place_of, shown
+from mjbiped.utils.domains import as_float, entries
+
+State = tuple[float, ...]
 
 _METHODS = ("on_touchdown", "on_knee_strike", "on_tick", "torque", "slope_estimate", "next_discontinuity")
+_TRIED = ("start", "on_touchdown", "on_tick", "torque", "slope_estimate")
+_KEPT = "what lasts from one call to the next belongs into the memory, which start and on_touchdown change"
+_LATER = 0.1  # s: another time of the step, at which the law is asked too
 
 
 def law_of(controller: Controller) -> Law | None:
-    """The law of a controller, on arrays; None where it gives none, or one that does not stand for all its methods.
+    """The law of a controller; None where it gives none, or one that does not stand for all its methods.
 
     A method is newer than `law` that was replaced in a class derived from the one that has `law`, or in the object
     itself.
@@ -27,10 +43,10 @@ def law_of(controller: Controller) -> Law | None:
     """
     order = (controller, *type(controller).__mro__)
     places = {name: next(i for i, owner in enumerate(order) if name in vars(owner)) for name in ("law", *_METHODS)}
-    law: object = controller.law() if places["law"] == min(places.values()) else None
+    law = controller.law() if places["law"] == min(places.values()) else None
     if not isinstance(law, Law | None):
         raise InputError(f"{type(controller).__name__}.law() gives {shown(law)}; expected a Law, or None")
-    return None if law is None else on_arrays(law)
+    return law
 
 
 def acts_at_ticks(controller: Controller) -> bool:
@@ -54,22 +70,15 @@ def _torque(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Nu
     out[:count] = values
 
 
-def _touchdown(controller: Controller, memory: Memory, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
-    own = memory[: controller.memory_size]  # a disturbed loop's stands behind it
-    controller.on_touchdown(own, tuple(q_before), tuple(q), tuple(dq))
-    memory[: controller.memory_size] = own
-
-
-def _knee_strike(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
+def _change(method: str, controller: Controller, memory: Memory, first: float | Numbers, *state: Numbers) -> None:
+    """Call a method that may change the memory, of which a disturbed loop's part stands behind."""
     own = memory[: controller.memory_size]
-    controller.on_knee_strike(own, t, tuple(q), tuple(dq))
+    begin = first if isinstance(first, float) else tuple(first)
+    getattr(controller, method)(own, begin, *map(tuple, state))
     memory[: controller.memory_size] = own
 
 
-def _tick(controller: Controller, memory: Memory, t: float, q: Numbers, dq: Numbers) -> None:
-    own = memory[: controller.memory_size]
-    controller.on_tick(own, t, tuple(q), tuple(dq))
-    memory[: controller.memory_size] = own
+_touchdown, _knee_strike, _tick = (partial(_change, name) for name in ("on_touchdown", "on_knee_strike", "on_tick"))
 
 
 def _slope_estimate(controller: Controller, memory: Memory) -> float:
@@ -80,23 +89,204 @@ def _next_discontinuity(controller: Controller, memory: Memory, t: float) -> flo
     return controller.next_discontinuity(memory[: controller.memory_size], t)
 
 
-def values_of(controller: Controller, given: object) -> tuple[float, ...]:
+def values_of(controller: Controller, given: object) -> State:
     """Check that `torque` returned as many numbers as it must, and return them as a tuple.
 
     Raises:
         InputError: `torque` returned something else.
     """
-    wanted = len(controller.joints) + len(controller.states)
     values, said = entries(given), f"{type(controller).__name__}.torque returned"
-    if values is None or len(values) != wanted:
+    wanted = (*controller.joints, *(f"rate_of_{state}" for state in controller.states))
+    if values is None or len(values) != len(wanted):
         got = shown(given) if values is None else f"{len(values)} values"
         rates = ", ".join(controller.states) or "none"
-        returned = ", ".join((*controller.joints, *(f"rate_of_{state}" for state in controller.states)))
         raise InputError(
-            f"{said} {got}; expected {wanted}: {', '.join(controller.joints)} (N m) and a rate per state ({rates}), "
-            f"as `return {returned}`"
+            f"{said} {got}; expected {len(wanted)}: {', '.join(controller.joints)} (N m) and a rate per state "
+            f"({rates}), as `return {', '.join(wanted)}`"
         )
     for value in values:
         if not isinstance(value, Real):
             raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number")
     return values
+
+
+def try_out(controller: Controller, q: State, dq: State) -> None:
+    """Try a controller's methods in the state in which its walk begins.
+
+    Args:
+        controller: As `mjbiped.engines.checks.check_controller` has passed it.
+        q: The robot's angles, rad.
+        dq: Their rates, rad/s.
+
+    Raises:
+        InputError: The controller breaks the contract.
+    """
+    kind, begun = type(controller), "law"
+    _check_parameters(controller)
+    try:
+        law = law_of(controller)
+        if law is None:  # methods may change the object's attributes
+            with suppress(Exception):  # whatever its parts raise
+                controller = copy.deepcopy(controller)
+        memory, before = [0.0] * controller.memory_size, _attributes(controller)
+        for begun, given in (("start", (q, dq)), ("on_tick", (0.0, q, dq))):
+            getattr(controller, begun)(memory, *given)
+            _check_memory(controller, begun, memory)
+        begun = ""
+        first = _asked(controller, law, memory, 0.0, q, dq)
+        if fault := fault_in(controller, first, 0.0, q, dq):
+            raise InputError(f"{fault}: the walk cannot begin")
+        _step_on(controller, law, memory, q, dq)
+        changed = [key for key, value in _attributes(controller).items() if before.get(key, before) is not value]
+        if changed:
+            raise InputError(f"{kind.__name__} sets its attribute {', '.join(changed)} while it walks; {_KEPT}")
+        again, joints = _asked(controller, law, memory, 0.0, q, dq), len(controller.joints)
+        if repr(again) != repr(first):  # a rate may be no number
+            raise InputError(
+                f"{kind.__name__}.torque gives {first[:joints]} and then {again[:joints]} for the same arguments; "
+                f"{_KEPT}, and neither chance nor the clock has a part in it"
+            )
+    except InputError:
+        raise
+    except FrozenInstanceError as error:
+        raise InputError(
+            f"{kind.__name__} sets an attribute while it walks: {error}{place_of(error, kind)}; {_KEPT}"
+        ) from error
+    except (Exception, SystemExit) as error:
+        if not begun:
+            return  # the walk tells of it
+        size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
+        advice = f"; {size}" if isinstance(error, IndexError) else ""
+        raise InputError(f"{kind.__name__}.{begun} fails: {explained(error)}{place_of(error, kind)}{advice}") from error
+
+
+def _names(controller: Controller) -> tuple[str, ...]:
+    """Names of the numbers that `torque` gives."""
+    return (*(f"{joint} torque" for joint in controller.joints), *(f"rate of {state}" for state in controller.states))
+
+
+def fault_in(controller: Controller, values: Sequence[float], t: float, q: State, dq: State) -> str:
+    """Describe which numbers from `torque` are not finite, and in which state; empty if all are.
+
+    Args:
+        controller: The law.
+        values: Ankle and hip torque, and the rates of states, if they are known.
+        t: Time since the support transfer, s.
+        q: The robot's angles, rad.
+        dq: Their rates, rad/s.
+    """
+    faults = [
+        f"{shown(value)} for the {name}"
+        for name, value in zip(_names(controller), values, strict=False)
+        if not math.isfinite(as_float(value))
+    ]
+    if not faults:
+        return ""
+    angles, rates = (", ".join(f"{value:.4g}" for value in values) for values in (q, dq))
+    return (
+        f"{type(controller).__name__}.torque gives {' and '.join(faults)} at t = {t:.4g} s of the step, "
+        f"q = ({angles}) rad, dq = ({rates}) rad/s"
+    )
+
+
+def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State, dq: State) -> str:
+    """Describe the numbers that are not finite in the state in which a walk ended; see `fault_in`.
+
+    The law is also asked a little later, for the walk ends just before the state in which it fails.
+
+    Args:
+        controller: The law.
+        memory: Its memory in that state.
+        t: Time since the support transfer, s.
+        q: The robot's angles, rad.
+        dq: Their rates, rad/s.
+    """
+    for later in (0.0, 1e-11, 1e-9):
+        there = tuple(angle + later * rate for angle, rate in zip(q, dq, strict=True))
+        with suppress(Exception):  # whatever the user's method raises: there is nothing to describe then
+            values = values_of(controller, controller.torque(list(memory), t + later, there, dq))
+            if found := fault_in(controller, values, t + later, there, dq):
+                return found
+    return ""
+
+
+def _check_parameters(controller: Controller) -> None:
+    """Refuse methods that do not take what they are called with."""
+    for method in _TRIED:
+        parameters = [*inspect.signature(getattr(Controller, method)).parameters]
+        try:
+            inspect.signature(getattr(controller, method)).bind(*parameters[1:])
+        except ValueError:  # a compiled extension tells no signature
+            continue
+        except TypeError as error:
+            raise InputError(
+                f"{type(controller).__name__}.{method} does not take what it is given: {error}; expected is "
+                f"def {method}({', '.join(parameters)})"
+            ) from error
+
+
+def _check_memory(controller: Controller, method: str, memory: list[Any]) -> None:
+    called, size = f"{type(controller).__name__}.{method}", controller.memory_size
+    if len(memory) != size:
+        raise InputError(
+            f"{called} leaves a memory of {len(memory)} floats where memory_size = {size}: change its entries, never "
+            "its length"
+        )
+    for index, value in enumerate(memory):
+        if not isinstance(value, Real):
+            raise InputError(f"{called} writes {shown(value)} into memory[{index}]; expected a number")
+
+
+def _asked(controller: Controller, law: Law | None, memory: list[float], t: float, q: State, dq: State) -> State:
+    """Torques and rates of states, by the law if there is one; they must leave the memory unchanged.
+
+    Raises:
+        InputError: The memory has changed, or not all numbers were given.
+    """
+    given, name = list(memory), f"{type(controller).__name__}{'' if law is None else '.law()'}.torque"
+    if law is None:
+        values = values_of(controller, controller.torque(given, t, q, dq))
+    else:
+        names = _names(controller)
+        out: list[Any] = [None] * len(names) + [0.0] * ROOM
+        returned: object = law.torque(law.parameters, given, t, q, dq, out)
+        if returned is not None:
+            raise InputError(f"{name} returns {shown(returned)}; expected are {len(names)} numbers written into out")
+        if None in out:
+            raise InputError(f"{name} leaves out[{out.index(None)}], the {names[out.index(None)]}, unwritten")
+        values = tuple(out[: len(names)])
+    if given != memory:
+        index = next((i for i, (a, b) in enumerate(zip(given, memory, strict=False)) if a != b), len(memory))
+        raise InputError(
+            f"{name} writes into memory[{index}]: torque must leave the memory as it is, for engines ask it more than "
+            "once at a time; name the number in `states` and return its rate, or change it in on_touchdown"
+        )
+    return values
+
+
+def _step_on(controller: Controller, law: Law | None, memory: list[float], q: State, dq: State) -> None:
+    """Call all methods that a step calls, on a copy of the memory, so that only the object's attributes can change."""
+    kept = list(memory)
+    try:
+        _asked(controller, law, kept, _LATER, tuple(0.5 * angle for angle in q), dq)
+        controller.slope_estimate(kept)
+        if len(q) > 2:
+            controller.on_knee_strike(kept, _LATER, q, dq)
+        others = len(q) - 1  # as a passive gait's
+        before, after = (0.2, *(-0.2,) * others), (-0.2, *(0.2,) * others)
+        controller.on_touchdown(kept, before, after, (1.1, *(0.8,) * others))
+    except (InputError, FrozenInstanceError):
+        raise
+    except Exception:  # in a state that the walk may never come to
+        return
+    _check_memory(controller, "on_touchdown", kept)
+
+
+def _attributes(controller: Controller) -> dict[str, object]:
+    """Return the attributes of the object, except cached properties."""
+    kind = type(controller)
+    return {
+        key: value
+        for key, value in vars(controller).items()
+        if not isinstance(inspect.getattr_static(kind, key, None), cached_property)
+    }

@@ -2,6 +2,8 @@
 
 Nothing has to be installed or registered. A file is loaded by itself, under a name that no other module has, so that
 it may be called like a package of this project. It can import other files of its folder.
+
+The fields of a controller's dataclass are its settings, with their defaults and valid types.
 """
 
 from __future__ import annotations
@@ -10,17 +12,22 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import math
 import os
 import re
 import sys
+import types
 from collections.abc import Mapping
 from contextlib import redirect_stdout, suppress
+from dataclasses import MISSING, fields, is_dataclass
+from numbers import Integral
 from pathlib import Path
 from types import ModuleType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from mjbiped.control.controller import Controller
 from mjbiped.errors import InputError, explained, place_of, prefixed, shown
-from mjbiped.utils.domains import check_text, known_name
+from mjbiped.utils.domains import as_float, check_text, known_name, parse_number
 from mjbiped.utils.files import read_bytes
 from mjbiped.utils.packages import hidden_laws
 
@@ -202,3 +209,86 @@ def _import_from(folder: Path) -> None:
     """Make modules of a folder importable, last in the search path, so that none of them hides a library."""
     if str(folder) not in sys.path:
         sys.path.append(str(folder))
+
+
+REQUIRED = MISSING
+"""Stands for the default of a setting that has none."""
+
+_WORDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text", types.NoneType: "none"}
+_READ = {"none": None, "true": True, "false": False}
+
+
+def fields_of(kind: type) -> dict[str, Any]:
+    """Return the fields of a controller's dataclass that its constructor takes, by name, with their defaults.
+
+    The default of a field that has none is `REQUIRED`. Other classes have no fields.
+    """
+    given = [field for field in fields(kind) if field.init] if is_dataclass(kind) else []
+    return {
+        field.name: field.default if field.default_factory is MISSING else field.default_factory() for field in given
+    }
+
+
+def shown_defaults(settings: Mapping[str, object]) -> str:
+    """Write settings with their defaults for a message."""
+    return ", ".join(f"{key} (needed)" if value is REQUIRED else f"{key}={value}" for key, value in settings.items())
+
+
+def value_of(kind: type, name: str, text: str) -> Any:
+    """Read the value of a field from a text on the command line, by the field's type.
+
+    Raises:
+        InputError: The text is no value of the field's type.
+    """
+    text, number = text.strip(), parse_number(text.strip())
+    word = text.lower()
+    meanings = [*([_READ[word]] if word in _READ else []), *([] if number is None else [number]), text]
+    wanted = _kinds(kind, name)
+    return checked(kind, name, next((each for each in meanings if _fits(each, wanted)), text))
+
+
+def checked(kind: type, name: str, value: object) -> Any:
+    """Check a value against a field's type; a whole number also passes where a float is asked for.
+
+    The class itself checks what the type does not say, such as a gain's domain.
+
+    Raises:
+        InputError: The value is of another type.
+    """
+    wanted = _kinds(kind, name)
+    if value == "none" and types.NoneType in wanted and str not in wanted:
+        return None
+    if _fits(value, wanted):
+        return as_float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
+    words = " or ".join(
+        "one of " + ", ".join(map(str, get_args(each)))
+        if get_origin(each) is Literal
+        else _WORDS.get(each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
+        for each in wanted
+    )
+    raise InputError(f"{name} = {shown(value)}: must be {words}, as a field of {kind.__name__}")
+
+
+def _kinds(kind: type, name: str) -> tuple[Any, ...]:
+    """Return the types that a field takes; none where they are not known."""
+    try:
+        hint = get_type_hints(kind).get(name, Any)
+    except Exception:  # names that stand only where a type checker sees them
+        return ()
+    kinds = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    return () if Any in kinds else kinds
+
+
+def _fits(value: object, wanted: tuple[object, ...]) -> bool:
+    """Whether a value is of one of some types, or of any type where none is known."""
+
+    def fits(kind: object) -> bool:
+        if get_origin(kind) is Literal:
+            return value in get_args(kind)
+        if kind is float:
+            return math.isfinite(as_float(value))
+        if kind is int:
+            return isinstance(value, Integral) and not isinstance(value, bool)
+        return type(value) is kind
+
+    return not wanted or any(map(fits, wanted))

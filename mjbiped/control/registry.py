@@ -17,15 +17,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import is_dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import Any
 
+from mjbiped.control import loading
 from mjbiped.control.controller import Controller
-from mjbiped.control.loading import FORMS, file_of, is_reference, own_class, recorded_class
-from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of, why_none
 from mjbiped.control.tracking import check_tracking
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, prefixed, shown
 from mjbiped.gaits.described import gait_from, passive_gait_of, usual_gait
@@ -87,13 +87,13 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
     """
-    name, file = file_of(name)
-    if is_reference(name):
-        return own_class(name)
+    name, file = loading.file_of(name)
+    if loading.is_reference(name):
+        return loading.own_class(name)
     try:
         entry = registered()[known_name("controller", name, registered())]
     except InputError as error:
-        raise InputError(f"{error}; or a class of your own, {FORMS}") from None
+        raise InputError(f"{error}; or a class of your own, {loading.FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
         if file and kind.with_file is None:
@@ -137,10 +137,10 @@ def settings_of(name: str, robot: Robot | None = None) -> dict[str, Any]:
     Raises:
         InputError: As `controller_class`.
     """
-    own = fields_of(controller_class(name, robot))
+    own = loading.fields_of(controller_class(name, robot))
     shared = SHARED if "gait" in own else {}
-    described = {"file": file} if (file := file_of(name)[1]) else {}
-    return {**shared, **{key: default_of(own[key]) for key in own if key not in _FILLED_IN}, **described}
+    described = {"file": file} if (file := loading.file_of(name)[1]) else {}
+    return {**shared, **{key: own[key] for key in own if key not in _FILLED_IN}, **described}
 
 
 def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gait: Gait | None = None) -> Controller:
@@ -162,12 +162,18 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gai
     """
     valid = settings_of(name, robot)
     kind = controller_class(name, robot)
-    own, known = fields_of(kind), f"{shown_defaults(valid) or 'none'}{why_none(kind)}"
+    own, known = loading.fields_of(kind), loading.shown_defaults(valid) or "none"
+    if not is_dataclass(kind):
+        known += (
+            f"; {kind.__name__} is no dataclass: write @dataclass(frozen=True) above the class, and its parameters as "
+            "fields, stiffness: float = 20.0 for instance (robot: mjbiped.Compass and gait: mjbiped.Gait are filled in)"
+        )
     for key in settings.keys() - valid.keys():
         raise InputError(
             f"unknown setting of the controller {name} {shown(key)}: valid are {known}{nearest(key, valid)}"
         )
-    values = {**valid, **{key: checked(kind, key, value) if key in own else value for key, value in settings.items()}}
+    given = {key: loading.checked(kind, key, value) if key in own else value for key, value in settings.items()}
+    values = valid | given
     if "robot" in own:
         values["robot"] = robot
     if "gait" in own:
@@ -184,7 +190,7 @@ def make_controller(name: str, robot: Robot, settings: Mapping[str, object], gai
         if SLOPE_FIELD in own:
             values[SLOPE_FIELD] = estimate
     try:
-        return kind(**{key: value for key, value in values.items() if value is not REQUIRED})
+        return kind(**{key: value for key, value in values.items() if value is not loading.REQUIRED})
     except MjbipedError:
         raise
     except Exception as error:  # a value is missing, or a class of the user's does something with them
@@ -226,10 +232,10 @@ def parse_reference(text: object) -> dict[str, Any]:
     with prefixed(f"reference {shown(text)}: "):
         for part in text.split(","):
             name, _, value = (each.strip() for each in part.partition("="))
-            known_name("part of a reference", name, fields_of(Goal))
+            known_name("part of a reference", name, loading.fields_of(Goal))
             if name in found:
                 raise InputError(f"{name} stands twice")
-            found[name] = value_of(Goal, name, {"yes": "true", "no": "false"}.get(value, value))
+            found[name] = loading.value_of(Goal, name, {"yes": "true", "no": "false"}.get(value, value))
     return found
 
 
@@ -274,7 +280,7 @@ def _described_class(
 ) -> type[Controller]:
     """The class of a record's controller; see `controller_from`."""
     if source is not None:
-        return recorded_class(source, named)
+        return loading.recorded_class(source, named)
     if named is not None:
         raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
@@ -282,13 +288,12 @@ def _described_class(
         classes = {controller_class(name, robot).__name__: name for name in registered()}
     if wanted in classes:
         return controller_class(classes[wanted], robot)
-    files = [kind.with_file for kind in map(controller_class, registered()) if kind.with_file]
-    for place in files:
-        if place.endswith(f":{wanted}"):
-            found: type[Controller] = resolve_name(place)
+    for kind in map(controller_class, registered()):
+        if kind.with_file and kind.with_file.endswith(f":{wanted}"):
+            found: type[Controller] = resolve_name(kind.with_file)
             return found
     raise InputError(
         f"the record's controller is a {shown(wanted)}, and only registered ones are built anew: "
-        f"{', '.join(sorted(classes))}, or those that were named as {FORMS}; give the controller itself where it can "
-        "be given"
+        f"{', '.join(sorted(classes))}, or those that were named as {loading.FORMS}; give the controller itself where "
+        "it can be given"
     )

@@ -52,11 +52,13 @@ class AdaptiveTracking(Tracking):
     def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
         """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
 
-    @abstractmethod
     def tracking_errors(
         self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]
     ) -> tuple[float, float, float, float, float, float]:
         """z1 of (5) (rad), its rate, and z2 of (9) (rad/s) at time t of the step, each with the stance leg first."""
+        reference = self.reference(memory, t)
+        z1a, z1b, dz1a, dz1b = reference[0] - q[0], reference[1] - q[1], reference[2] - dq[0], reference[3] - dq[1]
+        return z1a, z1b, dz1a, dz1b, dz1a + self.position_gain * z1a, dz1b + self.position_gain * z1b
 
     def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
         """Angles and rates of `reference`."""

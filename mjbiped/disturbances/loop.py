@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import ROOM, Controller, Law, LawController, Memory, Numbers, Room, never
@@ -289,7 +290,7 @@ class SampledController(Around):
             given=[0.0] * (joints + states + ROOM),
         )
 
-    @property
+    @cached_property
     def plain_law(self) -> Law:
         """The loop's law around the controller's."""
         parameters: Any = self.loop

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from mjbiped.control.compiled import compilable_law
 from mjbiped.control.controller import Controller, Law
+from mjbiped.control.functions import try_out
 from mjbiped.control.loading import source_of
 from mjbiped.control.registry import driver_of
-from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from mjbiped.control.controller import Controller, Law, Memory, Numbers, Room, never
@@ -59,7 +60,7 @@ class DrivenController(Around):
         """Index in the memory of the torque added at the ankle."""
         return self.inner.memory_size
 
-    @property
+    @cached_property
     def plain_law(self) -> Law:
         """Add to the other controller's torques, and clip the sum to the motors' limits."""
         parameters: Any = Added([in_python(self.inner)], self.place, len(self.joints), self.most, self.peak)

@@ -90,18 +90,13 @@ def advance_rows(rows: object, first: int, last: int, ticks: int) -> None:
             diverge(felt)
 
 
-def _by_addresses(rows: int, first: int, last: int, ticks: int) -> None:
-    """`advance_rows` of packed rows."""
-    advance_rows(rows, first, last, ticks)
-
-
 @cache
 def _machine_code() -> Any:
     from mjbiped.engines.mujoco import native
     from mjbiped.numerics import machine
 
     native.define_stages()
-    return machine.compiled(_by_addresses, "void(int64, int64, int64, int64)")
+    return machine.compiled(advance_rows, "void(int64, int64, int64, int64)")
 
 
 class Walker(NamedTuple):
@@ -159,7 +154,7 @@ class Walkers:
         parts = max(1, min(threads, count))
         self._parts = list(pairwise(count * part // parts for part in range(parts + 1)))
         self._pool = ThreadPoolExecutor(parts, thread_name_prefix="robots")
-        self._compiled, self._interpreting = False, 0.0  # time spent on interpreting, s
+        self._compiled, self._stepping = False, 0.0  # time spent on steps, s
 
     def begin(self, index: int, random: np.random.Generator, *, anew: bool = False) -> None:
         """Begin an episode of a robot.
@@ -181,7 +176,7 @@ class Walkers:
         task, before = self.task, self._walkers[index]
         plan = task.plan(episode, recorded=self._recorded)
         if before is None or episode is not before.episode:  # one that begins again: others hold its model and data
-            spent = math.inf if len(self.each) > 1 else self._interpreting
+            spent = math.inf if len(self.each) > 1 else self._stepping
             self._compiled = self._compiled or compiles(plan, spent)
         same = None
         if before is not None and all(a is b for a, b in zip(before.episode[:3], episode[:3], strict=True)):
@@ -228,12 +223,8 @@ class Walkers:
                 raise ValueError("another shape")
             np.multiply(actions, scale, out=self.actions)
         except (TypeError, ValueError) as error:  # put into words here: this is called some 25 000 times per second
-            *first, last = self.task.model.joints
-            joints = f"{', '.join(first)} and {last}"
-            wanted = f"shape {self.actions.shape}, {joints} of each robot"
-            if len(self.actions) == 1:
-                wanted = f"{('two', 'three')[self._joints - 2]} numbers, of {joints}"
-            raise InputError(f"action = {shown(actions)}: expected {wanted}") from error
+            shapes, joints = " or ".join(map(str, self._shapes)), ", ".join(self.task.model.joints)
+            raise InputError(f"action = {shown(actions)}: expected shape {shapes}: {joints} of each robot") from error
 
     def step(self) -> None:
         """Simulate a control period of all robots with their actions.
@@ -242,14 +233,12 @@ class Walkers:
             MjbipedError: A robot has not begun an episode.
         """
         walkers, ticks, began = [self.walker(k) for k in range(len(self.each))], self.task.ticks, time.perf_counter()
-        if self._compiled:
-            others = [self._pool.submit(self._go, first, last, ticks) for first, last in self._parts[1:]]
-            self._go(*self._parts[0], ticks)
-            for other in others:
-                other.result()
-        else:
-            self._go(0, len(walkers), ticks)
-            self._interpreting += time.perf_counter() - began
+        parts = self._parts if self._compiled else [(0, len(walkers))]
+        others = [self._pool.submit(self._go, *part, ticks) for part in parts[1:]]
+        self._go(*parts[0], ticks)
+        for other in others:
+            other.result()
+        self._stepping += time.perf_counter() - began
         for index, ((run, episode, *_), x) in enumerate(zip(walkers, self.columns["x_position"].tolist(), strict=True)):
             simulation, (low, high) = run.simulation, run.simulation.inside
             if self._recorded and simulation.state.samples > BLOCK // 2:  # room for those of the longest period

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjbiped.control.controller import Controller
-from mjbiped.control.loading import digest_of
+from mjbiped.control.loading import checked, digest_of
 from mjbiped.control.registry import make_controller
-from mjbiped.control.settings import checked
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.base import Engine, engine_of
 from mjbiped.engines.mujoco.engine import Mujoco

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from mjbiped.control.controller import Unpowered
+from mjbiped.control.functions import try_out
 from mjbiped.control.loading import is_reference, located
 from mjbiped.control.registry import DEFAULT_CONTROLLER
-from mjbiped.control.validation import try_out
 from mjbiped.disturbances.disturbances import SETTINGS
 from mjbiped.engines.base import DEFAULT_ENGINE
 from mjbiped.engines.checks import check_controller

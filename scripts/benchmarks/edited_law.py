@@ -16,8 +16,7 @@ from controllers import AdaptiveController
 from mjbiped.control.controller import Law, Memory
 from mjbiped.controllers.dynamics import inverse_dynamics, observe, write_torques
 from mjbiped.controllers.layout import ADAPTATION_GAIN, gait_of, moving_chain, table_of_step
-from mjbiped.controllers.memory import COS, SIN
-from mjbiped.controllers.room import REFERENCE
+from mjbiped.controllers.room import COS, REFERENCE, SIN
 from mjbiped.controllers.slope_estimator import estimate_rates
 from mjbiped.controllers.tracking import aim
 from mjbiped.gaits.reference import reference_at

@@ -23,7 +23,7 @@ from controllers import BoundedKneedController, KneedController, Memory, Supervi
 from mjbiped import Terrain
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.compiled import MachineCode
-from mjbiped.controllers.memory import RECOVERING
+from mjbiped.controllers.room import RECOVERING
 from scripts.pages import show_table, write_block
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, grounds, through, told
 from scripts.studies.supervised_study import CLEARANCE

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mjbiped.control.settings import REQUIRED, checked, default_of, fields_of, shown_defaults, value_of
+from mjbiped.control.loading import REQUIRED, checked, fields_of, shown_defaults, value_of
 from mjbiped.errors import InputError
 
 
@@ -32,8 +32,8 @@ class Made:
 def test_fields_and_their_defaults() -> None:
     fields = fields_of(Made)
     assert "inner" not in fields
-    assert default_of(fields["needed"]) is REQUIRED
-    assert default_of(fields["made"]) == []
+    assert fields["needed"] is REQUIRED
+    assert fields["made"] == []
     assert shown_defaults({"needed": REQUIRED, "gain": 1.0}) == "needed (needed), gain=1.0"
 
 

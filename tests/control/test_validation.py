@@ -15,8 +15,8 @@ import pytest
 import mjbiped
 from controllers import Controller, PassiveController
 from mjbiped.control.controller import Law, Memory, never
+from mjbiped.control.functions import try_out
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.control.validation import try_out
 from mjbiped.errors import GaitError, InputError
 
 Q, DQ = (-0.19, 0.19), (1.1, 0.8)

@@ -15,8 +15,7 @@ from scipy.integrate import solve_ivp
 
 import mjbiped
 from controllers import AdaptiveController, Memory
-from mjbiped.controllers.memory import COS, CURVES, REPLANNED, SIN
-from mjbiped.controllers.room import ROOM
+from mjbiped.controllers.room import COS, CURVES, REPLANNED, ROOM, SIN
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import motion_at

@@ -83,12 +83,12 @@ def test_errors_obey_linear_equations_where_model_and_slope_are_true(
         bent = (*GAIT.end[:2], GAIT.end[1] + flexion)
         LAW.on_touchdown(memory, bent, tuple(GAIT.start[:3] + 0.02), tuple(GAIT.start[3:]))
         memory[0], memory[1] = math.sin(slope), math.cos(slope)
-    wanted = np.array(LAW.reference(memory, t))
+    wanted = np.array(list(zip(*LAW.reference_of(memory, t), strict=True)))
     if locked:
         q, dq = wanted[:2, 0] + away[:2], wanted[:2, 1] + away[3:5]
         whole = [0, 1, 1]
         LAW.on_knee_strike(memory, t, tuple(q[whole]), tuple(dq[whole]))
-        wanted = np.array(LAW.reference(memory, t))[:2]
+        wanted = np.array(list(zip(*LAW.reference_of(memory, t), strict=True)))[:2]
     else:
         q, dq, whole = wanted[:, 0] + away[:3], wanted[:, 1] + away[3:], [0, 1, 2]
     n = len(q)
@@ -111,7 +111,7 @@ def test_a_locked_knee_is_driven_by_the_compass_bipeds_law(away: tuple[float, ..
     law = KneedController(robot, GAIT)
     memory, t = memory_at(law), 0.4
     law.on_knee_strike(memory, t, (0.0,) * 3, (0.0,) * 3)
-    stance, swing, _ = law.reference(memory, t)
+    stance, swing, _ = list(zip(*law.reference_of(memory, t), strict=True))
     q1, q2, dq1, dq2 = away[:4]
     angles, rates, accelerations = (np.array(pair) for pair in zip(stance, swing, strict=True))
     state = np.array([q1, q2]), np.array([dq1, dq2])
@@ -126,19 +126,21 @@ def test_references_are_smooth_and_begin_where_the_robot_is(replanning: str) -> 
     law = replace(LAW, replanning=replanning)
     start = GAIT.start + np.array([0.03, -0.02, -0.02, 0.1, -0.2, -0.2])
     memory = memory_at(law, start)
-    begun = np.array(law.reference(memory, 0.0))
+    begun = np.array(list(zip(*law.reference_of(memory, 0.0), strict=True)))
     assert np.concatenate([begun[:, 0], begun[:, 1]]) == pytest.approx(start, abs=1e-9)
     end = 0.8 * GAIT.period
     h = 1e-5
     for t in np.linspace(2 * h, end - 2 * h, 30):
-        before, here, after = (np.array(law.reference(memory, t + k * h)) for k in (-1, 0, 1))
+        before, here, after = (
+            np.array(list(zip(*law.reference_of(memory, t + k * h), strict=True))) for k in (-1, 0, 1)
+        )
         # central differences: third and fourth derivatives of 1e5 times h^2, and rounding over h
         assert (after[:, 0] - before[:, 0]) / (2 * h) == pytest.approx(here[:, 1], abs=1e-6)
         assert (after[:, 1] - before[:, 1]) / (2 * h) == pytest.approx(here[:, 2], abs=1e-5)
-    there = np.array(law.reference(memory, end + 1e-12)).T
+    there = np.array(list(zip(*law.reference_of(memory, end + 1e-12), strict=True))).T
     for found, expected in zip(there, GAIT.branch(end, bent=True), strict=True):
         assert found == pytest.approx(expected, abs=1e-8)
-    almost = np.array(law.reference(memory, end - 1e-9)).T
+    almost = np.array(list(zip(*law.reference_of(memory, end - 1e-9), strict=True))).T
     assert almost[:2] == pytest.approx(there[:2], abs=1e-6)
 
 
@@ -163,7 +165,7 @@ def test_a_step_that_was_felt_lifts_the_knee() -> None:
         memory = memory_at(LAW)
         swing = -math.acos(math.cos(q_before[0]) - height)
         LAW.on_touchdown(memory, (q_before[0], swing, swing), tuple(GAIT.start[:3] + 0.05), tuple(GAIT.start[3:]))
-        shanks.append(LAW.reference(memory, t)[2][0])
+        shanks.append(list(zip(*LAW.reference_of(memory, t), strict=True))[2][0])
     assert shanks[1] - shanks[0] == pytest.approx(5.0 * 0.04, abs=1e-12)
 
 

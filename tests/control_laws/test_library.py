@@ -11,7 +11,7 @@ import mjbiped
 from controllers import AdaptiveController, LibraryController
 from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.control.controller import Law
-from mjbiped.controllers.memory import CLIMBING
+from mjbiped.controllers.room import CLIMBING
 from mjbiped.errors import InputError
 
 

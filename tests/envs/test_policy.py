@@ -3,23 +3,26 @@
 import hashlib
 import json
 import pickle
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from documentation import blocks
+from episodes import begun, walked
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.cli.main import main
 from mjbiped.control.loading import digest_of, located
 from mjbiped.control.registry import controller_class, controller_from, make_controller, settings_of
-from mjbiped.envs import PolicyController
+from mjbiped.envs import PolicyController, export_policy
 from mjbiped.envs.observation import bounds
 from mjbiped.envs.policy import OnnxController
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError
+
+GROUND = mjbiped.Terrain.level()
 
 
 def weights_of(task: WalkTask, size: float = 0.02) -> NDArray[np.float64]:
@@ -42,7 +45,6 @@ class Linear:
 @pytest.mark.parametrize(
     ("robot", "residual", "disturbances"),
     [
-        ("compass", True, None),
         ("compass", False, None),
         ("kneed", True, None),
         ("compass", True, {"rate_noise": 0.02, "angle_noise": 0.002, "control_period": 0.02}),
@@ -51,26 +53,15 @@ class Linear:
 def test_a_walk_is_the_episode_of_the_environment(robot: str, residual: bool, disturbances: Any) -> None:
     """What the policy observes is bitwise the same, over touchdowns and knee strikes, and so is the walk."""
     task = WalkTask("walk_stairs", residual=residual, robot=robot, disturbances=disturbances)
-    policy = Linear(weights_of(task))
-    walkers = Walkers(task)
-    walkers.begin(0, np.random.default_rng(3))
-    observed = []
+    policy, walkers, observed = Linear(weights_of(task)), begun(task, seed=3), []
     for _ in range(120):
         observed.append(walkers.observations()[0])
-        walkers.act(policy(observed[-1]) * task.limits)
-        walkers.step()
+        walked(walkers, policy(observed[-1])[None] * task.limits)
     there, episode = walkers.walk(), walkers.walker().episode
     other = Linear(policy.weights)
+    given: Any = {"engine": task.engine, "initial": episode.start, "robot": episode.robot, "steps": there.steps + 1}
     controller = PolicyController(other, task)
-    walk = mjbiped.walk(
-        controller,
-        episode.terrain,
-        engine=task.engine,
-        initial=episode.start,
-        robot=episode.robot,
-        disturbances=episode.disturbances,
-        steps=there.steps + 1,
-    )
+    walk = mjbiped.walk(controller, episode.terrain, disturbances=episode.disturbances, **given)
     assert there.steps >= (2 if residual else 0)
     count = min(len(other.seen), len(observed))
     assert count > 30
@@ -83,10 +74,7 @@ def test_it_begins_on_its_gait_and_walks_in_the_hybrid_engine() -> None:
     """The digital controller ticks there too: the same policy, the same steps to the engines' usual difference."""
     task = WalkTask("walk_level", residual=True)
     controller = PolicyController(Linear(weights_of(task)), task)
-    walks = [
-        mjbiped.walk(controller, mjbiped.Terrain.level(), engine=engine, initial="gait", steps=4)
-        for engine in (task.engine, "hybrid")
-    ]
+    walks = [mjbiped.walk(controller, GROUND, engine=engine, steps=4) for engine in (task.engine, "hybrid")]
     assert [walk.outcome for walk in walks] == ["finished"] * 2
     # the docs' difference between the engines at a timestep of 4 ms is some 0.1 % of a step
     first, second = (walk.touchdowns["time"] for walk in walks)
@@ -95,117 +83,145 @@ def test_it_begins_on_its_gait_and_walks_in_the_hybrid_engine() -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "message"),
-    [([0.0], "expected 2 numbers from -1 to 1: ankle, hip"), ("left", "expected 2 numbers"), (None, "expected 2")],
+    ("action", "settings", "words"),
+    [
+        ([0.0], {}, "expected 2 numbers from -1 to 1: ankle, hip"),
+        ("left", {}, "expected 2 numbers"),
+        ([0.0, 0.0], {"privileged": True}, "observes the ground, which no controller sees"),
+        ([0.0, 0.0], {"control_period": 0.012}, r"control_period = 0\.012 of disturbances or controller contradicts"),
+    ],
 )
-def test_what_is_no_action_is_named(action: Any, message: str) -> None:
-    controller = PolicyController(lambda _: action, WalkTask("walk_level"))
-    with pytest.raises(InputError, match=message):
-        mjbiped.walk(controller, mjbiped.Terrain.level(), steps=1)
+def test_mistakes_are_named(action: Any, settings: dict[str, Any], words: str) -> None:
+    def walk() -> None:
+        controller = PolicyController(lambda _: action, WalkTask("walk_level", **settings))
+        mjbiped.walk(controller, GROUND, engine=mjbiped.Mujoco(control_period=0.02), steps=1)
+
+    with pytest.raises(InputError, match=words):
+        walk()
 
 
-def test_other_periods_and_privileged_tasks_are_refused() -> None:
-    with pytest.raises(InputError, match="observes the ground, which no controller sees"):
-        PolicyController(lambda _: [0.0, 0.0], WalkTask("walk_level", privileged=True))
-    controller = PolicyController(lambda _: [0.0, 0.0], WalkTask("walk_level"))
-    with pytest.raises(InputError, match=r"control_period = 0\.02 of disturbances or controller contradicts"):
-        mjbiped.walk(controller, mjbiped.Terrain.level(), engine=mjbiped.Mujoco(control_period=0.01), steps=1)
-
-
-# ---- files -----------------------------------------------------------------------------------------------------------
-
-
-def written(path: Path, task: WalkTask, described: dict[str, Any] | None = None) -> NDArray[np.float32]:
+def written(path: Path, task: WalkTask, described: dict[str, Any]) -> NDArray[np.float32]:
     """Write a policy by hand, as `export_policy` writes it: tanh(W o); returns W."""
     onnx = pytest.importorskip("onnx", reason="needs the extra onnx")
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
     from onnx import helper, numpy_helper
 
-    from mjbiped.envs.policy import _described
-
     weights = weights_of(task).astype(np.float32)
-    kind, (joints, numbers) = onnx.TensorProto.FLOAT, weights.shape
+    ends = [
+        helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, size])
+        for name, size in zip(("action", "observation"), weights.shape, strict=True)
+    ]
     nodes = [
         helper.make_node("Gemm", ["observation", "W"], ["sum"], transB=1),
         helper.make_node("Tanh", ["sum"], ["action"]),
     ]
-    graph = helper.make_graph(
-        nodes,
-        "policy",
-        [helper.make_tensor_value_info("observation", kind, [1, numbers])],
-        [helper.make_tensor_value_info("action", kind, [1, joints])],
-        [numpy_helper.from_array(weights, "W")],
-    )
+    graph = helper.make_graph(nodes, "policy", ends[1:], ends[:1], [numpy_helper.from_array(weights, "W")])
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
-    if described != {}:
-        helper.set_model_props(model, {"mjbiped": json.dumps(described or _described(task))})
+    helper.set_model_props(model, {"mjbiped": json.dumps(described)} if described else {})
     onnx.save(model, str(path))
     return weights
+
+
+ROBOT: dict[str, Any] = {"robot": mjbiped.Compass().to_dict()}
+RESIDUAL = {"name": "walk_random", "residual": True, "control_period": 0.02, **ROBOT}
+"""What a file says of its policy's task."""
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
 def test_a_file_walks_as_its_policy_does(engine: str, tmp_path: Path) -> None:
     file, task = tmp_path / "policy.onnx", WalkTask("walk_random", residual=True)
-    weights = written(file, task)
+    weights = written(file, task, RESIDUAL)
     made = make_controller(f"policy:{file}", mjbiped.Compass(), {})
-    assert isinstance(made, OnnxController)
     plain = PolicyController(lambda seen: np.tanh(weights @ seen), task)
     walks = [mjbiped.walk(each, mjbiped.Terrain.mixed(), engine=engine, steps=3) for each in (made, plain)]
     # 32 bits in the file: 1e-7 of the torques, which steps do not amplify
     first, second = (walk.touchdowns["time"] for walk in walks)
     np.testing.assert_allclose(first, second, rtol=1e-5)
-    again = controller_from(walks[0].settings["controller"])
-    for other in (again, pickle.loads(pickle.dumps(made))):
+    for other in (controller_from(walks[0].settings["controller"]), pickle.loads(pickle.dumps(made))):
         assert other == made
         repeated = mjbiped.walk(other, mjbiped.Terrain.mixed(), engine=engine, steps=3)
         np.testing.assert_array_equal(repeated.samples["torque"], walks[0].samples["torque"])
 
 
-def test_a_command_walks_by_a_file(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    task = WalkTask("walk_level", residual=True)
-    written(tmp_path / "policy.onnx", task)
-    done = CliRunner().invoke(
-        main, ["walk", "level", "--controller", f"policy:{tmp_path / 'policy.onnx'}", "--steps", "2"]
-    )
-    assert done.exit_code == 0, done.output
-    for words, message in (
-        (["--controller", f"policy:{tmp_path / 'other.onnx'}"], "there is no such file"),
-        (["--controller", f"adaptive:{tmp_path / 'policy.onnx'}"], "no file describes the controller adaptive"),
-    ):
-        failed = CliRunner().invoke(main, ["walk", "level", *words])
-        assert failed.exit_code == 2
-        assert message in " ".join(failed.output.split())
-
-
-def test_files_that_are_no_policies_are_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("described", "words"),
+    [
+        ({}, "does not say for which task"),
+        ({"name": "walk_level"}, "describes its policy's task in a way"),
+        ({**RESIDUAL, "name": "fly"}, "describes its policy's task in a way"),
+        ({**RESIDUAL, "wings": 2}, "describes its policy's task in a way"),
+        ({**RESIDUAL, "robot": mjbiped.KneedBiped().to_dict()}, "the policy observes 12 numbers; its task has 18"),
+        (RESIDUAL, "is another policy than the one recorded"),
+    ],
+)
+def test_files_that_are_no_policies_are_named(described: dict[str, Any], words: str, tmp_path: Path) -> None:
     file = tmp_path / "policy.onnx"
-    written(file, WalkTask("walk_level"), {})
-    with pytest.raises(InputError, match="does not say for which task"):
-        OnnxController(str(file))
-    robot = {"robot": mjbiped.Compass().to_dict()}
-    for described in ({"name": "walk_level"}, {**robot, "name": "fly"}, {**robot, "wings": 2}, {"robot": 5}):
-        written(file, WalkTask("walk_level"), described)
-        with pytest.raises(InputError, match="describes its policy's task in a way"):
-            OnnxController(str(file))
-    written(file, WalkTask("walk_level"))
-    with pytest.raises(InputError, match="is another policy than the one recorded"):
-        OnnxController(str(file), sha256="0")
+    written(file, WalkTask("walk_level"), described)
+    with pytest.raises(InputError, match=words):
+        OnnxController(str(file), sha256="0" if described is RESIDUAL else "")
     file.write_bytes(b"nothing")
     with pytest.raises(InputError, match="is no ONNX file"):
         OnnxController(str(file))
 
 
-def test_names_are_known_without_the_extra() -> None:
+def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tmp_path: Path) -> None:
     assert controller_class("policy:walk.onnx") is OnnxController
     assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
-
-
-def test_studies_find_a_file_beside_them_and_notice_another(tmp_path: Path) -> None:
     (tmp_path / "walk.onnx").write_bytes(b"a policy")
     reference = located("policy:walk.onnx", tmp_path)
     assert reference == f"policy:{tmp_path / 'walk.onnx'}"
     assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
     with pytest.raises(InputError, match="there is no such file"):
         digest_of("policy:nowhere.onnx")
+    with pytest.raises(InputError, match="no file describes the controller adaptive"):
+        controller_class("adaptive:walk.onnx")
+
+
+def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
+    program = next(block.code for block in blocks("docs/environments.md") if "stable_baselines3" in block.code)
+    for long, short in (
+        ("WalkVecEnv(64,", "WalkVecEnv(4, time_limit=0.4, task="),
+        ("n_steps=128", "n_steps=32"),
+        ("64 * 128", "4 * 32"),
+        ("batch_size=2048", "batch_size=64"),
+    ):
+        assert long in program
+        program = program.replace(long, short)
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, Any] = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the exporter's age
+        exec(program, space)
+    assert space["model"].num_timesteps == 256
+    assert (tmp_path / "residual.zip").exists()
+    assert OnnxController(str(tmp_path / "residual.onnx")).task.residual
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) -> None:
+    """Normalisation included; a walk by the file observes what the normalised environment shows."""
+    for package in ("stable_baselines3", "onnx", "onnxruntime"):
+        pytest.importorskip(package, reason="needs the extras sb3 and onnx")
+    import stable_baselines3
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    from mjbiped.envs.stable_baselines import WalkVecEnv
+
+    robots = WalkVecEnv(4, "walk_random", residual=True, time_limit=0.4)
+    env = VecNormalize(robots)
+    model: Any = getattr(stable_baselines3, algorithm)("MlpPolicy", env, seed=0, device="cpu")
+    seen = env.reset()
+    for _ in range(30):
+        seen, *_ = env.step(model.predict(seen)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the exporter's age
+        export_policy(model, tmp_path / "policy.onnx", robots.task, normalisation=env)
+    controller = OnnxController(str(tmp_path / "policy.onnx"))
+    actions = np.array([controller.predict(each) for each in env.get_original_obs()])
+    np.testing.assert_allclose(actions, model.predict(seen, deterministic=True)[0], rtol=0, atol=1e-6)  # 32 bits
+    assert mjbiped.walk(controller, GROUND, engine=robots.task.engine, steps=2).steps == 2
+    with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
+        export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
+    env.close()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mjbiped.control.compiled import as_machine_code, compilable_law
 from mjbiped.control.controller import Controller
-from mjbiped.control.validation import fault_at, fault_in
+from mjbiped.control.functions import fault_at, fault_in
 from mjbiped.disturbances.loop import SampledController
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.compiling import announced_for, can_compile, compiles

@@ -14,7 +14,7 @@ import mjbiped
 from controllers import BoundedAnkleController
 from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, identifier_rates, moments_about_foot
 from mjbiped.controllers.layout import ADAPTATION_GAIN
-from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
+from mjbiped.controllers.room import STRAIGHT_LEGS_SIZE
 from mjbiped.robots import compass
 
 STATES = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

@@ -18,10 +18,9 @@ from mjbiped.control.controller import Law
 from mjbiped.control.registry import controller_class
 from mjbiped.controllers.bounded.bounded_ankle import move
 from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, moments_about_foot
-from mjbiped.controllers.footholds import stand_bent
 from mjbiped.controllers.layout import BEHIND
-from mjbiped.controllers.memory import BENT, BENT_FREE, LEAN
-from mjbiped.controllers.room import ANGLES, FORCE, MOTION, NORMAL, TORQUE
+from mjbiped.controllers.room import ANGLES, BENT, BENT_FREE, FORCE, LEAN, MOTION, NORMAL, TORQUE
+from mjbiped.controllers.slope_estimator import stand_bent
 from mjbiped.controllers.tracking import track
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait

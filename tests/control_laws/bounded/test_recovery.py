@@ -16,8 +16,7 @@ from mjbiped.controllers.bounded import recovery
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.bounded.stance import footing_of
 from mjbiped.controllers.layout import ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS
-from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
-from mjbiped.controllers.room import MOTION
+from mjbiped.controllers.room import MOTION, STRAIGHT_LEGS_SIZE
 from mjbiped.robots.compass import Array
 
 STEP = Step(0.4, 0.22, -0.5)

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from law_rooms import parameters_of, room_at
 
 import mjbiped
-from mjbiped.controllers.bounded.stance import bounds, footing_of, set_support, stand
+from mjbiped.controllers.bounded.stance import footing_of, stand
 from mjbiped.controllers.dynamics import move_end
-from mjbiped.controllers.memory import STRAIGHT_LEGS_SIZE
-from mjbiped.controllers.room import ALONG, MOTION, NORMAL, TORQUE
+from mjbiped.controllers.layout import bounds
+from mjbiped.controllers.room import ALONG, MOTION, NORMAL, STRAIGHT_LEGS_SIZE, SUPPORT, SUPPORT_AHEAD, TORQUE
 from mjbiped.robots import compass
 from mjbiped.robots.footed import FootedCompass
 
@@ -104,7 +104,7 @@ def test_a_foot_across_an_edge_stands_on_what_the_ground_bears(behind: float, ah
     robot, memory = mjbiped.Compass(sole=(0.1, 0.15)), [0.0] * STRAIGHT_LEGS_SIZE
     parameters = parameters_of(robot, more=footing_of(robot, share))
     assert bounds(parameters, memory, share) == (share * 0.1, share * 0.15)
-    set_support(memory, behind, ahead)
+    memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
     assert bounds(parameters, memory, share) == (min(share * 0.1, share * behind), min(share * 0.15, share * ahead))
 
 

@@ -13,9 +13,8 @@ from mjbiped.analysis.replay import replayed
 from mjbiped.control.controller import Law
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.prediction import COUNTED_SHARE, GRID, State
-from mjbiped.controllers.bounded.stance import bounds, set_support
-from mjbiped.controllers.layout import SOLE_SHARE, SUPERVISION
-from mjbiped.controllers.memory import CLIMBING, RECOVERING, SUPPORT
+from mjbiped.controllers.layout import SOLE_SHARE, SUPERVISION, bounds
+from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 
@@ -77,7 +76,7 @@ def test_it_foresees_with_what_bears_the_foot(
     start = gait.start - [0.0, 0.0, 0.1, 0.0]
     memory = [0.0] * law.memory_size
     law.start(memory, start[:2].tolist(), start[2:].tolist())
-    set_support(memory, *support)
+    memory[SUPPORT], memory[SUPPORT_AHEAD] = support
     supervisor.choose(law.parameters, memory, State(*start.tolist()))
     assert bool(memory[RECOVERING]) == recovers
     assert (memory[SUPPORT], memory[SUPPORT + 1]) == support  # it lasts for all of the step

@@ -8,7 +8,7 @@ import pytest
 import mjbiped
 from controllers import BoundedAnkleController, SupervisedController
 from mjbiped.analysis.replay import replayed
-from mjbiped.controllers.memory import RECOVERING
+from mjbiped.controllers.room import RECOVERING
 from scripts.studies import recovery_search, sole_limits_study, soles_study, supervised_study
 from scripts.studies.threshold_study import ThresholdController
 

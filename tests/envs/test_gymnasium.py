@@ -1,0 +1,308 @@
+"""Environments of Gymnasium and stable-baselines3: their checkers, one robot as many, copies, pictures, mistakes."""
+
+import copy
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import SyncVectorEnv
+
+import mjbiped
+from mjbiped.envs import IDS, TASKS, observation
+from mjbiped.envs.single import WalkEnv
+from mjbiped.envs.tasks import WalkTask
+from mjbiped.envs.vector import WalkVectorEnv
+from mjbiped.errors import InputError
+from mjbiped.rendering.gl import gl_available
+from mjbiped.utils.files import markdown_table
+
+ZERO = np.zeros(2, dtype=np.float32)
+RANDOM = "mjbiped/CompassWalkRandom-v0"
+PAGE = (Path(__file__).parents[2] / "docs" / "environments.md").read_text(encoding="utf-8")
+drawing = pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
+warnings_are_errors = pytest.mark.filterwarnings("error")
+
+
+@warnings_are_errors
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if "Kneed" in name else name for name in IDS]
+)
+def test_gymnasiums_checker_has_nothing_to_say(name: str) -> None:
+    for options in ({}, {"residual": True, "privileged": True}):
+        env = gymnasium.make(name, **options)
+        check_env(env.unwrapped, skip_render_check=True)
+        env.close()
+
+
+@warnings_are_errors
+def test_stable_baselines_checker_has_nothing_to_say() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    from stable_baselines3.common.env_checker import check_env as check
+
+    check(WalkEnv("walk_random", residual=True))
+
+
+@drawing
+@warnings_are_errors
+def test_pictures_show_the_robot() -> None:
+    env = gymnasium.make("mjbiped/CompassWalkStairs-v0", residual=True, render_mode="rgb_array", width=96, height=72)
+    check_env(env.unwrapped)
+    env.reset(seed=0)
+    first: Any = env.render()
+    for _ in range(20):
+        env.step(ZERO)
+    assert first.shape == (72, 96, 3)
+    assert (first != env.render()).any()
+    # the robot's legs are orange and blue, the ground is grey and the sky is pale
+    orange = (first[..., 0] > 150) & (first[..., 2] < 80)
+    assert 10 < orange.sum() < 1000
+    env.close()
+
+
+LEFT_OPEN = """
+import gymnasium, mjbiped.envs
+env = gymnasium.make("mjbiped/CompassWalk-v0", render_mode="rgb_array", width=64, height=64)
+env.reset(seed=0)
+env.render()
+"""
+
+
+@pytest.mark.slow
+@drawing
+def test_a_program_that_leaves_an_environment_open_ends_without_a_word() -> None:
+    """The picture's OpenGL must go before MuJoCo shuts down the platform."""
+    done = subprocess.run([sys.executable, "-c", LEFT_OPEN], capture_output=True, text=True, check=True)
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+@drawing
+def test_gymnasiums_own_wrapper_observes_pixels() -> None:
+    """Another robot stands on the same ground in the next episode, and is drawn as it is."""
+
+    def pixels() -> gymnasium.Env[Any, Any]:
+        options: Any = {"robot": {"upper_length": {"uniform": [0.4, 0.9]}}, "render_mode": "rgb_array"}
+        made = gymnasium.make("mjbiped/CompassWalk-v0", residual=True, width=84, height=84, **options)
+        return gymnasium.wrappers.AddRenderObservation(made, render_only=True)
+
+    env, other = pixels(), pixels()
+    first, _ = env.reset(seed=0)
+    for _ in range(20):
+        second, *_ = env.step(ZERO)
+    assert env.observation_space.contains(second)
+    assert (first != second).any()
+    np.testing.assert_array_equal(env.reset(seed=1)[0], other.reset(seed=1)[0])
+    env.close()
+    other.close()
+
+
+def test_all_tasks_have_a_name_and_settings_that_are_none_their_defaults() -> None:
+    assert sorted(IDS.values()) == sorted((task, kind) for task in TASKS for kind in ("compass", "kneed"))
+    for robot in (None, {"sole": 0.1}, "kneed"):
+        made: Any = gymnasium.make("mjbiped/KneedWalk-v0", robot=robot, control_period=None).unwrapped
+        assert isinstance(made, WalkEnv)
+        assert isinstance(made.walkers.task.model, mjbiped.KneedBiped)
+    assert isinstance(gymnasium.make("mjbiped.envs:mjbiped/CompassWalk-v0").unwrapped, WalkEnv)
+
+
+def test_an_episode_is_truncated_after_20_s_and_terminated_at_a_fall() -> None:
+    env = WalkEnv(residual=True)
+    env.reset(seed=0)
+    ends = [env.step(ZERO)[2:] for _ in range(1000)]
+    assert [(each[0], each[1]) for each in ends] == [(False, False)] * 999 + [(False, True)]
+    assert ends[-1][2]["outcome"] == "time limit"
+    env = WalkEnv()
+    env.reset(seed=0)
+    terminated = False
+    while not terminated:
+        *_, reward, terminated, truncated, info = env.step(np.ones(2, dtype=np.float32))
+        assert not truncated
+        assert reward == info["reward_progress"] + info["reward_economy"]
+    assert info["outcome"] in ("fell", "stalled", "slipped")
+    assert env.walk().outcome == info["outcome"]
+
+
+def test_a_copy_in_the_middle_of_an_episode_goes_on_the_same() -> None:
+    env = WalkEnv("walk_random")
+    env.reset(seed=5)
+    actions = np.random.default_rng(0).uniform(-0.3, 0.3, (60, 2)).astype(np.float32)
+    for action in actions[:30]:
+        env.step(action)
+    others = [copy.deepcopy(env), pickle.loads(pickle.dumps(env))]
+    for action in actions[30:]:
+        assert len({each.step(action)[0].tobytes() for each in (env, *others)}) == 1
+    assert len({each.reset()[0].tobytes() for each in (env, *others)}) == 1  # they draw the same next episode
+    assert len({each.walk().terrain.x for each in (env, *others)}) == 1
+
+
+def test_specification_and_page_have_the_numbers_of_the_tasks() -> None:
+    free, residual = WalkTask("walk_level"), WalkTask("walk_level", residual=True)
+    for text in (str(WalkEnv.__doc__), PAGE):
+        for number in (*free.limits, *residual.limits, *free.peak):
+            assert f"{number:.4g} N m" in text
+        for name in IDS:
+            assert f"`{name}`" in text
+    assert WalkEnv().observation_space.shape == (12,)
+    assert WalkEnv(privileged=True).observation_space.shape == (23,)
+    assert round(free.target_speed, 3) == 0.494
+    # the last columns of the reward's table: means over the first episode with its random start, to its two digits
+    straight = next(line for line in PAGE.splitlines() if line.startswith("| progress "))
+    assert f"| {mean_progress():.2f} |" in straight
+
+
+def mean_progress() -> float:
+    env = WalkEnv(residual=True)
+    env.walkers.begin(0, np.random.default_rng(0))
+    return float(np.mean([env.step(ZERO)[4]["reward_progress"] for _ in range(1000)]))
+
+
+def test_the_pages_table_of_observations_is_the_codes() -> None:
+    straight = {field.name: place for field, place in observation.fields_of(2, privileged=True).items()}
+    rows = []
+    for field, place in observation.fields_of(3, privileged=True).items():
+        places = numbers(straight[field.name]) if field.name in straight else "", numbers(place)
+        only = "only with `privileged=True`: " if field.of == "privileged" else ""
+        ends = f"{field.low:g} to {field.high:g}".replace("-", "−")
+        rows.append([f"`{field.name}`", *places, only + field.meaning, ends])
+    headings = ["name in dm_control", "numbers in Gymnasium", "with knees", "what it is", "bounds"]
+    assert markdown_table(headings, rows) in PAGE
+
+
+def numbers(place: slice) -> str:
+    count, last = place.stop - place.start, place.stop - 1
+    return f"{last}" if count == 1 else f"{place.start}, {last}" if count == 2 else f"{place.start} to {last}"
+
+
+NOISY: dict[str, Any] = {
+    "robot": {"thigh_mass": {"uniform": [4.3, 4.7]}, "sole": 0.2},
+    "disturbances": {"rate_noise": 0.02, "friction": {"uniform": [0.5, 1.0]}},
+    "time_limit": 0.3,
+}
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        (RANDOM, {"privileged": True, "time_limit": 0.9}),
+        pytest.param("mjbiped/KneedWalkRandom-v0", NOISY, marks=pytest.mark.slow),
+    ],
+)
+def test_it_is_gymnasiums_own_row_of_environments(name: str, options: dict[str, Any], threads: int) -> None:
+    """Observations, rewards, ends and resets of `SyncVectorEnv`, bitwise, over many episodes."""
+    count, random = 5, np.random.default_rng(0)
+    own = gymnasium.make_vec(name, num_envs=count, threads=threads, **options)
+    assert isinstance(own.unwrapped, WalkVectorEnv)
+    row = SyncVectorEnv([lambda: gymnasium.make(name, **options) for _ in range(count)])
+    np.testing.assert_array_equal(own.reset(seed=7)[0], row.reset(seed=7)[0])
+    ends = 0
+    for _ in range(100):
+        actions = random.uniform(-1.0, 1.0, own.action_space.shape or ()).astype(np.float32)
+        mine, others = own.step(actions), row.step(actions)
+        for got, expected in zip(mine[:4], others[:4], strict=True):
+            np.testing.assert_array_equal(got, expected)
+        assert own.observation_space.contains(mine[0])
+        ends += int((mine[2] | mine[3]).sum())
+        for key in mine[4]:
+            np.testing.assert_array_equal(mine[4][key], others[4][key])
+    assert ends >= 2 * count
+    assert own.unwrapped.walk(1).outcome in ("interrupted", "fell", "stalled", "time limit")
+    own.close()
+
+
+def test_only_some_are_reset_by_a_mask() -> None:
+    env = WalkVectorEnv(3, residual=True)
+    first, _ = env.reset(seed=0)
+    for _ in range(10):
+        before, *_ = env.step(np.zeros((3, 2), dtype=np.float32))
+    after, _ = env.reset(seed=[0, 1, 2], options={"reset_mask": np.array([True, False, True])})
+    np.testing.assert_array_equal(after, np.array([first[0], before[1], first[2]]))
+    env.close()
+
+
+def test_what_was_returned_stays_as_it_is() -> None:
+    """Learners keep it; one robot's numbers once were views of what the next step writes."""
+    env, actions = WalkVectorEnv(1, residual=True), np.zeros((1, 2), np.float32)
+    kept = [env.reset(seed=0)[0], *env.step(actions)[:4]]
+    before = copy.deepcopy(kept)
+    for _ in range(5):
+        env.step(actions)
+    for mine, theirs in zip(kept, before, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def test_seeds_are_numbers_of_any_kind_and_episodes_have_a_length() -> None:
+    env = WalkVectorEnv(2)
+    plain = env.reset(seed=3)[0]
+    given: tuple[Any, ...] = (np.int64(3), np.uint8(3), [np.int32(3), 4], np.array([3, 4]), (3, np.int64(4)))
+    for seed in given:
+        np.testing.assert_array_equal(env.reset(seed=seed)[0], plain)
+    single: Any = WalkEnv()
+    np.testing.assert_array_equal(single.reset(seed=np.int64(3))[0], plain[0])
+    short = WalkVectorEnv(1, residual=True, max_episode_steps=2)
+    short.reset(seed=3)
+    assert [short.step(np.zeros((1, 2), dtype=np.float32))[3].tolist() for _ in range(2)] == [[False], [True]]
+    assert short.walk(0).outcome == "time limit"
+
+
+REFUSED: dict[str, Any] = {
+    "render_mode": lambda: WalkEnv(render_mode="human"),
+    "width": lambda: WalkEnv(width=3),
+    "unknown task": lambda: WalkEnv("walk"),
+    "did you mean 'terrain'": lambda: WalkEnv(**{"terain": {}}),
+    "num_envs": lambda: WalkVectorEnv(0),
+    "robots of one vector are not drawn": lambda: gymnasium.make_vec(RANDOM, num_envs=2, render_mode="rgb_array"),
+    "threads": lambda: WalkVectorEnv(2, threads=0),
+    "max_episode_steps": lambda: WalkVectorEnv(2, max_episode_steps=0),
+    "one for each of the 2 robots": lambda: WalkVectorEnv(2).reset(seed=[1, 2, 3]),
+    "seed = True": lambda: WalkVectorEnv(2).reset(seed=True),
+    "seed = '4'": lambda: WalkVectorEnv(2).reset(seed=[3, "4"]),  # type: ignore[list-item]
+    "reset_mask": lambda: WalkVectorEnv(2).reset(options={"reset_mask": np.array([False, False])}),
+    r"shape \(1, 2\) or \(2,\): ankle, hip": lambda: WalkEnv().step(1.0),  # type: ignore[arg-type]
+    "action = 'a'": lambda: WalkEnv().step("a"),  # type: ignore[arg-type]
+    r"shape \(2, 2\): ankle, hip": lambda: WalkVectorEnv(2).step(np.array([[1.0], [2.0]], dtype=np.float32)),
+}
+
+
+@pytest.mark.parametrize("words", REFUSED)
+def test_mistakes_are_named(words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        REFUSED[words]()
+
+
+def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -> None:
+    pytest.importorskip("stable_baselines3", reason="needs the extra sb3")
+    from mjbiped.envs.stable_baselines import WalkVecEnv
+
+    env, plain = WalkVecEnv(3, "walk_random", time_limit=1.0), WalkVectorEnv(3, "walk_random", time_limit=1.0)
+    env.seed(5)
+    np.testing.assert_array_equal(env.reset(), plain.reset(seed=5)[0])
+    assert env.reset_infos[0]["terrain.seed"] != env.reset_infos[1]["terrain.seed"]
+    random, ends = np.random.default_rng(0), 0
+    for _ in range(120):
+        actions = random.uniform(-1.0, 1.0, (3, 2)).astype(np.float32)
+        observed, rewards, done, infos = env.step(actions)
+        expected, theirs, terminated, truncated, told = plain.step(actions)
+        np.testing.assert_array_equal(rewards, theirs)
+        np.testing.assert_array_equal(done, terminated | truncated)
+        for index in np.flatnonzero(done):
+            np.testing.assert_array_equal(infos[index]["terminal_observation"], expected[index])
+            assert infos[index]["TimeLimit.truncated"] == truncated[index]
+            for name in ("outcome", "terrain.seed"):
+                assert infos[index][name] == told[name][index]
+        ends += int(done.sum())
+        if done.any():
+            expected, _ = plain.reset(options={"reset_mask": done})
+        np.testing.assert_array_equal(observed, expected)
+    assert ends >= 6
+    assert [each.outcome for each in env.env_method("walk")] == ["interrupted"] * 3
+    assert env.env_is_wrapped(object) == [False] * 3
+    with pytest.raises(InputError, match="give settings when"):
+        env.set_attr("task", 1)
+    env.close()
