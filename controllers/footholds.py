@@ -1,7 +1,7 @@
 """What a touchdown tells by the angles of the legs: the height of the new foothold, and how the stance leg is bent.
 
 After a touchdown with a bent knee the stance leg stays bent. It then is one body, told by the angle of the line from
-its foot to the hip; `mjbiped.robots.bent_leg` has the equations.
+its foot to the hip; `mjbiped.dynamics.modes` has the equations.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers.layout import CLIMBING_STEPS, DOWN, FREE, SEGMENTS, STIFF, UP, WHOLE
 from mjbiped.controllers.memory import BENT, BENT_FREE, BENT_STIFF, CLIMBING, LEAN, LOCKED
-from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.dynamics.modes import bent_leg
 
 
 def feel(parameters: Numbers, memory: Memory, before: Numbers) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from mjbiped.records.loads import (
     shortest_foot,
     unknown,
 )
-from mjbiped.robots.stance_knee import stance_knee_torque
+from mjbiped.robots.kneed import stance_knee_torque
 
 Terrain = mjbiped.Terrain
 LEVEL, STAIRS = Terrain.level(), Terrain.stairs(rise=-0.06, first=0.5)

@@ -8,8 +8,8 @@ import pytest
 from simulations import Plain
 
 import mjbiped
+from mjbiped.engines.hybrid.engine import TOLERANCE, HybridRun
 from mjbiped.engines.hybrid.resets import transfer_support
-from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, index_of, width
 from mjbiped.records.recorder import Recorder
