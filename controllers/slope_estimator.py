@@ -2,7 +2,7 @@
 
 A touchdown tells, by the angles of the legs, the height of the new foothold, and how the stance leg is bent. After a
 touchdown with a bent knee the stance leg stays bent. It then is one body, told by the angle of the line from its foot
-to the hip; `mjbiped.robots.bent_leg` has the equations.
+to the hip; `mjbiped.dynamics.modes` has the equations.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from mjbiped.control.controller import Memory, Numbers
 from mjbiped.controllers import layout
 from mjbiped.controllers.dynamics import solve
 from mjbiped.controllers.room import BENT, BENT_FREE, BENT_STIFF, CLIMBING, COS, COSINE, ERROR, LEAN, LOCKED, SIN, SINE
-from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.dynamics.modes import bent_leg
 
 
 def estimate_rates(gain: float, chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, float]:

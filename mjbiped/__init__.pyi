@@ -19,8 +19,7 @@ from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
 from .robots.footed import FootedCompass
 from .robots.kneed import KneedBiped
-from .robots.round import RoundCompass, RoundKneed
-from .robots.wheel import RimlessWheel
+from .robots.round import RimlessWheel, RoundCompass, RoundKneed
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from .rules.scuffing import ScuffingRule

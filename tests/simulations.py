@@ -13,15 +13,13 @@ import numpy as np
 from controllers import KneedController
 from mjbiped.control.controller import Controller, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
-from mjbiped.engines.hybrid.engine import Hybrid
-from mjbiped.engines.hybrid.run import TOLERANCE, HybridRun
+from mjbiped.engines.hybrid.engine import TOLERANCE, Hybrid, HybridRun
 from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.collisions import write_contact_bits
-from mjbiped.engines.mujoco.engine import Mujoco
+from mjbiped.engines.mujoco.engine import Mujoco, stepped
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.ground_window import GroundWindows, Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.run import stepped
+from mjbiped.engines.mujoco.scene import GroundWindows, Scene
 from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
 from mjbiped.records.columns import Recorder

@@ -10,7 +10,7 @@ from simulations import make_simulation
 from controllers import PassiveController
 from mjbiped.engines.mujoco import observation
 from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.contacts import Felt
+from mjbiped.engines.mujoco.feet import Felt
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.robots.compass import Compass

@@ -196,7 +196,24 @@ def bend_stance_knee(w: Motion, upper: float, lower: float, flexion: float) -> N
         lower: Length of the shank, m.
         flexion: Of the stance knee, rad.
     """
-    offsets, lean = numbers(w.offsets, ROOM), 0.0
-    if flexion != 0.0:
-        lean = math.atan2(upper * math.sin(flexion), lower + upper * math.cos(flexion))
+    offsets, (_, lean) = numbers(w.offsets, ROOM), bent_leg(upper, lower, flexion)
     offsets[0], offsets[3] = lean - flexion, lean
+
+
+def bent_leg(upper: float, lower: float, flexion: float) -> tuple[float, float]:
+    """A leg whose knee is bent: its length from foot to hip, and how far its shank leans forward of that line.
+
+    A leg that stands bent is told by the angle of the line from its foot to the hip. Its shank's angle is that plus the
+    lean, its thigh's that plus the lean less the flexion.
+
+    Args:
+        upper: Length of the thigh, m.
+        lower: Length of the shank, m.
+        flexion: Of the knee, rad.
+
+    Returns:
+        Length, m, and lean, rad.
+    """
+    along, across = lower + upper * math.cos(flexion), upper * math.sin(flexion)
+    # hypot has other last bits compiled
+    return math.sqrt(along * along + across * across), math.atan2(across, along)

@@ -20,7 +20,7 @@ from mjbiped.disturbances.loop import sensors_at
 from mjbiped.engines.compiling import compiles
 from mjbiped.engines.mujoco import callback
 from mjbiped.engines.mujoco.constants import constants_at
-from mjbiped.engines.mujoco.run import MujocoRun
+from mjbiped.engines.mujoco.engine import MujocoRun
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE
 from mjbiped.engines.mujoco.state import MARK, state_at
 from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
@@ -92,10 +92,9 @@ def advance_rows(rows: object, first: int, last: int, ticks: int) -> None:
 
 @cache
 def _machine_code() -> Any:
-    from mjbiped.engines.mujoco import native
     from mjbiped.numerics import machine
 
-    native.define_stages()
+    callback.define_stages()
     return machine.compiled(advance_rows, "void(int64, int64, int64, int64)")
 
 

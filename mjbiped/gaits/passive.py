@@ -37,8 +37,7 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import FALLEN, motion_at, table_of
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Array, Robot
-from mjbiped.robots.round import RoundCompass
-from mjbiped.robots.wheel import RimlessWheel
+from mjbiped.robots.round import RimlessWheel, RoundCompass
 from mjbiped.utils import domains
 
 MOST_PLACES = 60  # greatest number of slopes on the way from level ground to the final one; 5 to 50 are usual

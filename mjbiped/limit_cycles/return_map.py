@@ -21,9 +21,8 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED
 from mjbiped.dynamics.modes import FREE, bend_stance_knee
 from mjbiped.engines.checks import check_robot, check_rule
-from mjbiped.engines.hybrid.engine import Hybrid
+from mjbiped.engines.hybrid.engine import Hybrid, engine_address
 from mjbiped.engines.hybrid.motion import enter_mode
-from mjbiped.engines.hybrid.run import engine_address
 from mjbiped.engines.hybrid.setup import (
     buffer_constants,
     ground_constants,

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError
+from mjbiped.robots.kneed import stance_knee_torque
 from mjbiped.robots.robot import Array, Robot
-from mjbiped.robots.stance_knee import stance_knee_torque
 from mjbiped.rules.sole import moment_about_ankle
 from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.utils import domains
@@ -154,7 +154,7 @@ def knee_torque(walk: Walk) -> Array:
     """Torque that holds the stance knee at each sample, shape (samples,), N m.
 
     The torque of a motor is the recorded one. For a locked knee it is the torque that a motor in place of the lock
-    would have to give, by the equations of motion; see `mjbiped.robots.stance_knee`. It is positive where the motor
+    would have to give, by the equations of motion; see `mjbiped.robots.kneed`. It is positive where the motor
     must keep the knee from bending, and negative where the load straightens the knee, which the stop of a straight knee
     bears without a motor. It is NaN where the walk has diverged.
 

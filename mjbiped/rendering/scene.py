@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
+from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows
 from mjbiped.records.record import Walk
 from mjbiped.rendering.moments import Moment
 from mjbiped.utils.mujoco import mujoco

@@ -9,8 +9,7 @@ from mjbiped.robots.compass import Compass
 from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.round import RoundCompass, RoundKneed
-from mjbiped.robots.wheel import RimlessWheel
+from mjbiped.robots.round import RimlessWheel, RoundCompass, RoundKneed
 from mjbiped.utils.domains import known_name
 
 KINDS: Mapping[str, type[Robot]] = {

@@ -11,8 +11,7 @@ import numpy as np
 
 from mjbiped.control.compiled import LawError
 from mjbiped.control.tracking import Tracking
-from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.mujoco.run import MujocoRun, stepped
+from mjbiped.engines.mujoco.engine import Mujoco, MujocoRun, stepped
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped.engines.mujoco import ground_window
+from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP, LONGEST_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
@@ -138,7 +138,7 @@ GROUNDS: dict[str, Callable[[int], Terrain]] = {
 def build(terrain: Terrain, *, whole: bool) -> tuple[Simulation, float]:
     """A simulation, and the time to make it, s."""
     few = max(FEW_SEGMENTS, len(terrain.x) if whole else 0)
-    with patch.object(ground_window, "FEW_SEGMENTS", few):
+    with patch.object(scene, "FEW_SEGMENTS", few):
         started = time.thread_time()
         made = simulation(ADAPTIVE, terrain, compile=True)
         return made, time.thread_time() - started

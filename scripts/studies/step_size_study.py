@@ -29,7 +29,7 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped.engines.mujoco import run, softness
+from mjbiped.engines.mujoco import collisions, engine
 from mjbiped.engines.mujoco.options import DEFAULT_CONTACT_TIMESTEP, DEFAULT_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.plotting import style as plot_style
@@ -77,7 +77,7 @@ class Setting:
     @contextmanager
     def in_use(self) -> Iterator[None]:
         """Let `mjbiped.walk` step so: it gives no way to change what should not be changed."""
-        with mock.patch.object(run, "Simulation", partial(Stepped, self)):
+        with mock.patch.object(engine, "Simulation", partial(Stepped, self)):
             yield
 
     def walk(self, controller: Controller, terrain: mjbiped.Terrain, steps: int) -> mjbiped.Walk:
@@ -193,7 +193,7 @@ def cases(setting: Setting, terrain: mjbiped.Terrain, steps: int) -> tuple[dict[
         walker.move_on()
     bare = built(setting, terrain, steps)
     feet = [bare.model.geom(f"{side}_foot").id for side in ("left", "right")]
-    bare.model.geom_solref[feet] = -softness.STIFFNESS, -1.0 / setting.timestep
+    bare.model.geom_solref[feet] = -collisions.STIFFNESS, -1.0 / setting.timestep
 
     def walk() -> float:
         started = time.thread_time()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from command_line import Drawings, run
 
-from mjbiped.engines.mujoco import run as mujoco_run
+from mjbiped.engines.mujoco import engine as mujoco_run
 from mjbiped.plotting import comparison, gait, walk
 from mjbiped.rendering import gl, video
 

@@ -15,7 +15,7 @@ from controllers import AdaptiveController, KneedController, PassiveController, 
 from mjbiped.control.compiled import MachineCode, as_machine_code, can_be_compiled
 from mjbiped.control.controller import ROOM, Controller, Law
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.engines.hybrid.run import HybridRun, engine_address
+from mjbiped.engines.hybrid.engine import HybridRun, engine_address
 
 NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
 

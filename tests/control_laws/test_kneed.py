@@ -15,10 +15,10 @@ from rounding import assert_same
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
-from mjbiped.engines.hybrid.run import TOLERANCE
+from mjbiped.dynamics.modes import bent_leg
+from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.errors import InputError
 from mjbiped.gaits.described import gait_from
-from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.chain import Array
 from mjbiped.terrain.terrain import Terrain
 

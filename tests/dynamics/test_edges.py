@@ -21,8 +21,7 @@ from mjbiped.dynamics.linkage import BASE
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
 from mjbiped.engines.hybrid.impacts import lay_flat, stop_swing_foot
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
-from mjbiped.engines.hybrid.records import write_posture
-from mjbiped.engines.hybrid.resets import exchange_legs
+from mjbiped.engines.hybrid.resets import exchange_legs, write_posture
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
 

@@ -10,7 +10,7 @@ import pytest
 from mjbiped.errors import GaitError, InputError
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.robots.compass import Compass
-from mjbiped.robots.wheel import RimlessWheel
+from mjbiped.robots.round import RimlessWheel
 from mjbiped.rules.scuffing import ScuffingRule
 
 TABLE_ONE = Compass()

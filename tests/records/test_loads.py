@@ -13,8 +13,8 @@ from controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError
 from mjbiped.records import loads, measures
 from mjbiped.records.loads import BINS, HALF, WIDTH, bin_of, centre_of_pressure, note_pressure, shortest_foot, unknown
+from mjbiped.robots.kneed import stance_knee_torque
 from mjbiped.robots.robot import Array
-from mjbiped.robots.stance_knee import stance_knee_torque
 
 Terrain = mjbiped.Terrain
 LEVEL, STAIRS = Terrain.level(), Terrain.stairs(rise=-0.06, first=0.5)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from simulations import UNEQUAL
 
-from mjbiped.robots.bent_leg import bent_leg
+from mjbiped.dynamics.modes import bent_leg
 from mjbiped.robots.kneed import KneedBiped
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 import mjbiped
 from mjbiped import Compass, KneedBiped
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.ground_window import GroundWindows
+from mjbiped.engines.mujoco.scene import GroundWindows
 from mjbiped.robots.robot import Robot
 
 Array = NDArray[np.float64]

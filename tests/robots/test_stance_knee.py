@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from simulations import UNEQUAL
 
 import mjbiped
+from mjbiped.dynamics.modes import bent_leg
 from mjbiped.errors import InputError
-from mjbiped.robots.bent_leg import bent_leg
-from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.stance_knee import stance_knee_torque
+from mjbiped.robots.kneed import KneedBiped, stance_knee_torque
 
 ROBOTS = [
     KneedBiped(),

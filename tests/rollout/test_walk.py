@@ -14,7 +14,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
 from mjbiped.engines.compiling import VARIABLE
-from mjbiped.engines.mujoco import run as mujoco_run
+from mjbiped.engines.mujoco import engine as mujoco_run
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 

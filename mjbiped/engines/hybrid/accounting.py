@@ -8,16 +8,29 @@ hardly matters, and no step has to end on it.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
-from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, rate_at, value_at
-from mjbiped.dynamics.linkage import ROOM
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, STAGES_WITH_DENSE, rate_at, value_at
+from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.dynamics.modes import FLAT, LOCKED
-from mjbiped.engines.hybrid.forces import PIECES, note_ground_force, note_least_force, note_pressures, parabola_top
-from mjbiped.engines.hybrid.motion import ask, bound_ankle, ensure_dense, is_motion, take_angles, write_state_at
-from mjbiped.engines.hybrid.records import write_sample
-from mjbiped.engines.hybrid.state import Constants, State, touches
+from mjbiped.engines.hybrid.motion import (
+    ask,
+    bound_ankle,
+    ensure_dense,
+    is_motion,
+    note_ground_force,
+    take_angles,
+    write_state_at,
+)
+from mjbiped.engines.hybrid.resets import write_sample
+from mjbiped.engines.hybrid.state import Constants, State, linkage_of, touches
 from mjbiped.numerics.blocks import Floats, numbers, row
+from mjbiped.records.loads import BINS, note_pressure
+from mjbiped.rules.termination import LIGHT_CONTACT
 
+PIECES = 16  # of a step, in which a change of the power's sign, a peak or the least force is looked for
+_BOUNDS = (0.0, *(0.5 * (near + far) for near, far in pairwise(PLACES)), 1.0)
+SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, one for each stage
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 UNLOADED = 0.7  # of the weight: if the normal force falls below it, look for the least force within steps as well
 NO_WORK = 1e-14  # J in a step: rounding
@@ -267,3 +280,49 @@ def take_sample(c: Constants, w: State, time: float, t: float, y: Floats) -> Non
     asked = write_torques(c, w, t, y)
     write_sample(c, w, time, y, asked)
     w.samples += 1
+
+
+def note_least_force(c: Constants, w: State, h: float) -> None:
+    """Keep the least F_n inside the step: that of some moments, and of the parabolas through the least of them."""
+    y, dq, ddq = numbers(w.spare, c.size), numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
+    last = before = 0.0
+    for piece in range(PIECES + 1):
+        x = piece / PIECES
+        write_state_at(c, w, x)
+        for i in range(c.angles):
+            dq[i], ddq[i] = y[c.angles + i], rate_at(c, w, c.angles + i, x) / h
+        _, normal = ground_force(linkage_of(c, w), w, y, dq, ddq)
+        normal -= w.push * w.sine
+        w.normal_force = min(w.normal_force, normal)
+        if piece > 1 and last < min(before, normal):
+            w.normal_force = min(w.normal_force, parabola_top(before, last, normal))
+        before, last = last, normal
+
+
+def parabola_top(left: float, middle: float, right: float) -> float:
+    """Extremum of the parabola through three values at equal distances, or 0 if it is not between the outer ones."""
+    bend, lean = 0.5 * (left + right) - middle, 0.5 * (right - left)
+    if abs(lean) >= 2.0 * abs(bend):
+        return 0.0
+    return middle - lean * lean / (4.0 * bend)
+
+
+def note_pressures(c: Constants, w: State, before: float, h: float) -> None:
+    """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
+
+    The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
+    on a sole it is known at each stage, as is its moment on feet that are bodies.
+    """
+    pressure, normals = numbers(w.pressure, 2 + BINS), numbers(w.normals, STAGES_WITH_DENSE)
+    moments, asked = numbers(w.moments, STAGES_WITH_DENSE), numbers(w.asked, STAGES_WITH_DENSE)
+    change, light = w.normal_now - before, LIGHT_CONTACT * c.weight
+    for i in range(len(IN_ORDER)):
+        stage, time = IN_ORDER[i], SHARES[i] * h
+        torque, normal = row(w.given, stage, c.given)[0], before + PLACES[i] * change
+        if c.toe > 0.0:
+            torque, normal = moments[stage], normals[stage]
+        elif c.behind < math.inf:
+            normal = normals[stage]
+            if torque != asked[stage]:
+                w.bound_time += time
+        note_pressure(pressure, torque, normal, light, c.length, time)

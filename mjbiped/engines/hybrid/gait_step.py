@@ -12,7 +12,6 @@ from mjbiped.disturbances.chance import following
 from mjbiped.dynamics.integrate import STAGES
 from mjbiped.dynamics.modes import FREE, RESTING
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample
-from mjbiped.engines.hybrid.forces import note_ground_force, note_impact
 from mjbiped.engines.hybrid.guards import (
     BEYOND_END,
     EDGE,
@@ -41,7 +40,16 @@ from mjbiped.engines.hybrid.impacts import (
     tip_over,
 )
 from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
-from mjbiped.engines.hybrid.motion import attempt, carry_over, enter_mode, is_motion, start_step, take_angles
+from mjbiped.engines.hybrid.motion import (
+    attempt,
+    carry_over,
+    enter_mode,
+    is_motion,
+    note_ground_force,
+    note_impact,
+    start_step,
+    take_angles,
+)
 from mjbiped.engines.hybrid.resets import lands, stands_still, transfer_support
 from mjbiped.engines.hybrid.state import (
     Constants,

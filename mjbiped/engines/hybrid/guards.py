@@ -11,22 +11,25 @@ all but stands still. Gains beyond what any robot has are of the same effect. `l
 
 from __future__ import annotations
 
-from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE, value_at
+from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import END, ROOM, speed
-from mjbiped.dynamics.modes import FREE, RESTING
-from mjbiped.engines.hybrid.landing import clearance_of, clearance_rate, level_angle
+from mjbiped.dynamics.modes import FLAT, FREE, RESTING
 from mjbiped.engines.hybrid.meeting import (
     FACE_IMPACT,
     NOTHING,
     TOUCHDOWN,
     Place,
+    clearance_of,
+    clearance_rate,
     decided_by_ends,
     foot_event,
+    level_angle,
+    narrowed,
     write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, hip, linkage_of, swing_foot, touches
-from mjbiped.numerics.blocks import Floats, numbers, row
+from mjbiped.numerics.blocks import Floats, Numbers, numbers, row
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
 
@@ -54,19 +57,19 @@ def first_event(c: Constants, w: State, h: float, here: Place, there: Place) -> 
     event, share = NOTHING, 1.0
     out = numbers(w.out, c.size)
     ended, struck = body_ends(c, w, out), NOTHING
-    if w.locked == FREE and out[c.shank] < out[c.thigh]:
+    if w.locked == FREE and _to_the_stop(c, w, out, KNEE_STRIKE) < 0.0:
         struck = KNEE_STRIKE
-    elif w.edge * out[c.foot] < 0.0:
+    elif w.edge != FLAT and _to_the_stop(c, w, out, FOOT_FLAT) < 0.0:
         struck = FOOT_FLAT
-    elif w.down * (out[c.foot + 1] - level_angle(c, w, w.landing)) < 0.0:
+    elif w.down != FLAT and _to_the_stop(c, w, out, FOOT_DOWN) < 0.0:
         struck = FOOT_DOWN
     if ended != NOTHING or struck != NOTHING or not decided_by_ends(c, w, h, here, there):
         ensure_dense(c, w, h)
         event = ended
         if ended != NOTHING:
-            share = _bisected(c, w, h, FALLEN)
+            _, share = narrowed(_happened, c, w, FALLEN, (0.0, 1.0), h, CLOSELY)
         if struck != NOTHING:
-            strike = _bisected(c, w, h, struck)
+            _, strike = narrowed(_happened, c, w, struck, (0.0, 1.0), h, CLOSELY)
             event = struck if strike < share or ended == NOTHING else event
             share = min(share, strike)
         met, share = foot_event(c, w, h, share)
@@ -92,6 +95,23 @@ def _end_of_contact(c: Constants, w: State, h: float, event: int) -> tuple[int, 
     return event, h
 
 
+def _retaken(c: Constants, w: State, h: float, event: int, width: float) -> float:
+    """Take the step again so that it ends just after the end of a contact; returns its length, s."""
+    _, h = narrowed(_contact_ends, c, w, event, (0.0, h), 1.0, width)
+    attempt(c, w, h)
+    return h
+
+
+def _contact_ends(c: Constants, w: State, h: float, _scale: float, event: int) -> bool:
+    """Whether a contact ends in a step of a length, s: the guard of an event that only a step taken again can tell."""
+    attempt(c, w, h)
+    if event == EDGE:
+        return not on_its_segment(c, w, numbers(w.out, c.size))
+    if event == FOOT_TIPS:
+        return _tips(w)
+    return bool((w.press if event == FOOT_RELEASED else w.stop_press) < 0.0)
+
+
 def _tips(w: State) -> bool:
     """Whether the stance foot would have to tip somewhere in the step."""
     margins = numbers(w.margins, STAGES_WITH_DENSE)
@@ -101,51 +121,22 @@ def _tips(w: State) -> bool:
     return bool(least < 0.0)
 
 
-def _happened(c: Constants, w: State, x: float, event: int) -> bool:
+def _happened(c: Constants, w: State, x: float, _h: float, event: int) -> bool:
     """Whether the walk has ended, the knee has struck its stop, or a foot lies flat, at the share x of the step."""
-    if event == KNEE_STRIKE:
-        return value_at(c, w, c.shank, x) < value_at(c, w, c.thigh, x)
-    if event == FOOT_FLAT:
-        return bool(w.edge * value_at(c, w, c.foot, x) < 0.0)
-    if event == FOOT_DOWN:
-        return bool(w.down * (value_at(c, w, c.foot + 1, x) - level_angle(c, w, w.landing)) < 0.0)
     write_angles_at(c, w, x)
-    return body_ends(c, w, numbers(w.spare, c.size)) != NOTHING
+    angles = numbers(w.spare, c.size)
+    if event == FALLEN:
+        return body_ends(c, w, angles) != NOTHING
+    return _to_the_stop(c, w, angles, event) < 0.0
 
 
-def _bisected(c: Constants, w: State, h: float, event: int) -> float:
-    """Share of the step at which an event has happened that has by its end, from its dense output."""
-    x, end = 0.0, 1.0
-    while (end - x) * h > CLOSELY:
-        middle = 0.5 * (x + end)
-        if _happened(c, w, middle, event):
-            end = middle
-        else:
-            x = middle
-    return end
-
-
-def _contact_ends(c: Constants, w: State, event: int) -> bool:
-    """Whether a contact has ended at the step's end: the guard of an event that only a step taken again can tell."""
-    if event == EDGE:
-        return not on_its_segment(c, w, numbers(w.out, c.size))
-    if event == FOOT_TIPS:
-        return _tips(w)
-    return bool((w.press if event == FOOT_RELEASED else w.stop_press) < 0.0)
-
-
-def _retaken(c: Constants, w: State, h: float, event: int, width: float) -> float:
-    """Take the step again so that it ends just after the end of a contact; returns its length, s."""
-    low, high = 0.0, h
-    while high - low > width:
-        middle = 0.5 * (low + high)
-        attempt(c, w, middle)
-        if _contact_ends(c, w, event):
-            high = middle
-        else:
-            low = middle
-    attempt(c, w, high)
-    return high
+def _to_the_stop(c: Constants, w: State, angles: Numbers, event: int) -> float:
+    """Angle from a stop of which an event is the strike, rad: a knee's, or the ground that a foot comes to lie on."""
+    if event == KNEE_STRIKE:
+        return float(angles[c.shank] - angles[c.thigh])
+    if event == FOOT_FLAT:
+        return float(w.edge * angles[c.foot])
+    return float(w.down * (angles[c.foot + 1] - level_angle(c, w, w.landing)))
 
 
 def _end_on(c: Constants, w: State, h: float, event: int) -> float:
@@ -158,7 +149,7 @@ def _end_on(c: Constants, w: State, h: float, event: int) -> float:
         attempt(c, w, h)
         if event not in (TOUCHDOWN, FACE_IMPACT, KNEE_STRIKE, FOOT_FLAT, FOOT_DOWN):
             break
-        gap, rate = _gap(c, w, event)
+        gap, rate = _gap_at_end(c, w, event)
         if rate == 0.0 or abs(gap) > abs(rate) * 1e-3:
             break  # it grazes: the crossing that was found stands
         change = -gap / rate
@@ -173,19 +164,16 @@ def _end_on(c: Constants, w: State, h: float, event: int) -> float:
     return h
 
 
-def _gap(c: Constants, w: State, event: int) -> tuple[float, float]:
+def _gap_at_end(c: Constants, w: State, event: int) -> tuple[float, float]:
     """What the event's guard measures at the step's end, and its rate: distances in m, or angles in rad."""
-    y, n = numbers(w.out, c.size), c.angles
-    if event == KNEE_STRIKE:
-        return y[c.shank] - y[c.thigh], y[n + c.shank] - y[n + c.thigh]
-    if event == FOOT_FLAT:
-        return y[c.foot], y[n + c.foot]
-    if event == FOOT_DOWN:
-        return y[c.foot + 1] - level_angle(c, w, w.landing), y[n + c.foot + 1]
-    foot_x, foot_z = swing_foot(c, w, y)
-    dq = numbers(w.dq, ROOM)
+    y, dq, n = numbers(w.out, c.size), numbers(w.dq, ROOM), c.angles
     for i in range(n):
         dq[i] = y[n + i]
+    if event == KNEE_STRIKE:
+        return _to_the_stop(c, w, y, event), dq[c.shank] - dq[c.thigh]
+    if event in (FOOT_FLAT, FOOT_DOWN):
+        return _to_the_stop(c, w, y, event), w.edge * dq[c.foot] if event == FOOT_FLAT else w.down * dq[c.foot + 1]
+    foot_x, foot_z = swing_foot(c, w, y)
     along, normal = speed(linkage_of(c, w), w, y, dq, END)
     speed_x, speed_z = along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine
     if event == FACE_IMPACT:

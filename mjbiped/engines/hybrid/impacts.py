@@ -23,8 +23,8 @@ from mjbiped.dynamics.modes import (
     hold_stop,
     push_contact,
 )
-from mjbiped.engines.hybrid.landing import MISSED, hold_edge, level_angle, push_from_ground, set_edge
-from mjbiped.engines.hybrid.motion import enter_mode, take_angles
+from mjbiped.engines.hybrid.meeting import level_angle
+from mjbiped.engines.hybrid.motion import enter_mode, hold_edge, push_from_ground, take_angles
 from mjbiped.engines.hybrid.state import (
     Constants,
     State,
@@ -42,6 +42,8 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import GROUND_FRICTION, height_of
 
 FELL = int(Outcome.FELL)
+MISSED = 1e-6
+"""Of the leg's length: a foot that lands so far off the ground has not been followed."""
 SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
 
 
@@ -54,7 +56,8 @@ def strike_knee(c: Constants, w: State) -> None:
         q[i], before[i] = y[i], y[n + i]
     _load(c, w)
     hold_stop(w, c.thigh, c.shank)
-    _finish(c, w)
+    solve(w)
+    _take(c, w)
     w.locked = LOCKED
     enter_mode(c, w)
     for i in range(n):
@@ -73,12 +76,6 @@ def _load(c: Constants, w: State) -> None:
     for i in range(c.angles):
         q[i], dq[i] = y[i], y[c.angles + i]
     load_impact(linkage_of(c, w), w, q, dq)
-
-
-def _finish(c: Constants, w: State) -> None:
-    """Solve such an impact; rates and the stance foot's impulse are then in the state."""
-    solve(w)
-    _take(c, w)
 
 
 def _take(c: Constants, w: State) -> None:
@@ -248,3 +245,19 @@ def release_foot(c: Constants, w: State, over_the_top: bool) -> None:
         if w.down != FLAT:
             w.down = FLAT
             enter_mode(c, w)
+
+
+def set_edge(c: Constants, w: State) -> float:
+    """Turn a swing foot that has come down to where its edge is on the ground; returns how high its ankle stands, m.
+
+    An ankle that comes over a change of slope may be lower than the edge of its foot lets it: the foot then turns.
+    """
+    y, segment = numbers(w.y, c.size), w.landing
+    x, z = swing_foot(c, w, y)
+    slope = numbers(c.angle, c.segments)[segment]
+    above, level = (z - height_of(ground_of(c), segment, x)) * math.cos(slope), level_angle(c, w, segment)
+    w.down = TOE if y[c.foot + 1] > level else HEEL
+    reach = c.toe if w.down == TOE else c.heel
+    share = min((c.height + above) / math.sqrt(reach * reach + c.height * c.height), 1.0)
+    y[c.foot + 1] = level + w.down * (math.asin(share) - math.atan2(c.height, reach))
+    return float(above)

@@ -10,16 +10,17 @@ no more than `MARGIN` times as much as at the step's ends, could not have reache
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import TypeAlias
 
 from mjbiped.dynamics.integrate import STAGES, value_at
 from mjbiped.dynamics.linkage import END, ROOM
 from mjbiped.dynamics.modes import FLAT
-from mjbiped.engines.hybrid.landing import clearance_of
 from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, stance_foot, swing_foot
 from mjbiped.numerics.blocks import Floats, numbers, row
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
-from mjbiped.terrain.profile import height_of, segment_near
+from mjbiped.terrain.profile import GROUND_FRICTION, height_of, segment_near
 
 Place: TypeAlias = tuple[float, float, int]
 """Distance of the swing foot ahead of the stance foot (m), its clearance (m), and the terrain segment under it."""
@@ -65,12 +66,6 @@ def write_angles_at(c: Constants, w: State, x: float) -> None:
     y, out, spare = numbers(w.y, c.size), numbers(w.out, c.size), numbers(w.spare, c.size)
     for i in range(c.angles):
         spare[i] = y[i] if x == 0.0 else out[i] if x == 1.0 else value_at(c, w, i, x)
-
-
-def foot_within(c: Constants, w: State, x: float) -> tuple[float, float]:
-    """Place x, z of the swing foot at the share x of the step, m."""
-    write_angles_at(c, w, x)
-    return swing_foot(c, w, numbers(w.spare, c.size))
 
 
 def foot_over_ground_within(c: Constants, w: State, x: float) -> Place:
@@ -152,14 +147,8 @@ def foot_event(c: Constants, w: State, h: float, until: float) -> tuple[int, flo
         event, share, end, there = _interval(c, w, h, bound, x, until, here)
         if event != NOTHING:
             return event, share
-        if w.face != 0.0 and _over_the_top(c, w, end):
-            while (end - x) * h > RESOLVED:
-                middle = 0.5 * (x + end)
-                if _over_the_top(c, w, middle):
-                    end = middle
-                else:
-                    x = middle
-            return OVER_THE_TOP, end
+        if w.face != 0.0 and _over_the_top(c, w, end, h, OVER_THE_TOP):
+            return OVER_THE_TOP, narrowed(_over_the_top, c, w, OVER_THE_TOP, (x, end), h, RESOLVED)[1]
         x, here = end, there
     return NOTHING, until
 
@@ -191,7 +180,7 @@ def _interval(
             if not w.contact_enabled:
                 w.contact_enabled = True
                 return NOTHING, end, end, there
-            before, after = _narrowed(c, w, h, x, end)
+            before, after = narrowed(_happens_within, c, w, TOUCHDOWN, (x, end), h, RESOLVED)
             if _draws_in(c, w, before):
                 return NOTHING, end, end, there
             return _kind(c, w, before, after), before, end, there
@@ -222,7 +211,8 @@ def _crossing(c: Constants, w: State, h: float, x: float, end: float, here: Plac
     middle = x
     while (end - x) * h > RESOLVED:
         last, middle = middle, (x * below - end * above) / (below - above)
-        foot_x, foot_z = foot_within(c, w, middle)
+        write_angles_at(c, w, middle)
+        foot_x, foot_z = swing_foot(c, w, numbers(w.spare, c.size))
         gap = clearance_of(c, w, numbers(w.spare, c.size), segment, foot_x, foot_z)
         if gap > 0.0:
             x, above = middle, gap
@@ -237,18 +227,46 @@ def _crossing(c: Constants, w: State, h: float, x: float, end: float, here: Plac
     return middle
 
 
-def _narrowed(c: Constants, w: State, h: float, x: float, end: float) -> tuple[float, float]:
-    """Shares of the step just before and just after something happens, `RESOLVED` apart."""
-    while (end - x) * h > RESOLVED:
-        middle = 0.5 * (x + end)
-        if not x < middle < end:
+def narrowed(
+    happened: Callable[[Constants, State, float, float, int], bool],
+    c: Constants,
+    w: State,
+    event: int,
+    part: tuple[float, float],
+    h: float,
+    width: float,
+) -> tuple[float, float]:
+    """Narrow a part of a step, at whose end an event has happened, by halves until it is no longer than `width`, s.
+
+    Args:
+        happened: Takes the walk's constants and state, a place in the step, h, and the event.
+        c: The walk's constants.
+        w: Its state.
+        event: The event.
+        part: Where that part begins and ends.
+        h: Unit of these places, s.
+        width: Wanted length, s.
+    """
+    low, high = part
+    while (high - low) * h > width:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
             break
-        ahead, clearance, _ = foot_over_ground_within(c, w, middle)
-        if happens(c, w, w.elapsed + middle * h, ahead, clearance):
-            end = middle
+        if happened(c, w, middle, h, event):
+            high = middle
         else:
-            x = middle
-    return x, end
+            low = middle
+    return low, high
+
+
+def _happens_within(c: Constants, w: State, x: float, h: float, _event: int) -> bool:
+    ahead, clearance, _ = foot_over_ground_within(c, w, x)
+    return happens(c, w, w.elapsed + x * h, ahead, clearance)
+
+
+def _over_the_top(c: Constants, w: State, x: float, _h: float, _event: int) -> bool:
+    write_angles_at(c, w, x)
+    return bool(swing_foot(c, w, numbers(w.spare, c.size))[1] >= w.face_top)
 
 
 def _kind(c: Constants, w: State, before: float, after: float) -> int:
@@ -261,11 +279,42 @@ def _kind(c: Constants, w: State, before: float, after: float) -> int:
         return TOUCHDOWN
     face = ground.x[max(own, other)]
     top = height_of(ground, other, face)
-    if top - height_of(ground, own, face) < CORNER or foot_within(c, w, after)[1] > top - CORNER:
+    if top - height_of(ground, own, face) < CORNER or swing_foot(c, w, numbers(w.spare, c.size))[1] > top - CORNER:
         return TOUCHDOWN
     w.face_x, w.face_top, w.face_segment = face, top, own
     return FACE_IMPACT
 
 
-def _over_the_top(c: Constants, w: State, x: float) -> bool:
-    return bool(foot_within(c, w, x)[1] >= w.face_top)
+def level_angle(c: Constants, w: State, segment: int) -> float:
+    """Angle of the swing foot's sole that lies flat on a segment of the terrain, from the stance foot's ground, rad."""
+    return float(numbers(c.angle, c.segments)[segment] - w.slope)
+
+
+def clearance_of(c: Constants, w: State, y: Floats, segment: int, x: float, z: float) -> float:
+    """Height of the swing foot at (x, z) over a segment of the terrain, m; of one that is a body, of its lower edge."""
+    clearance = z - height_of(ground_of(c), segment, x)
+    if c.foot >= 0:
+        rise, _ = _edge_below(c, y[c.foot + 1] - level_angle(c, w, segment))
+        clearance -= rise / math.cos(numbers(c.angle, c.segments)[segment])
+    return float(clearance)
+
+
+def clearance_rate(c: Constants, w: State, y: Floats, segment: int, speed_x: float, speed_z: float) -> float:
+    """Rate of that clearance, m/s, of a swing foot with a velocity, m/s."""
+    rate = speed_z - numbers(c.gradient, c.segments)[segment] * speed_x
+    if c.foot >= 0:
+        _, lever = _edge_below(c, y[c.foot + 1] - level_angle(c, w, segment))
+        rate -= lever * y[c.angles + c.foot + 1] / math.cos(numbers(c.angle, c.segments)[segment])
+    return float(rate)
+
+
+def _edge_below(c: Constants, tilt: float) -> tuple[float, float]:
+    """How far a tilted sole's lower edge is below its flat one, m, and the derivative by the tilt (rad), m.
+
+    A sole that is so short that friction would jam it (Painleve's paradox) comes down flat at once.
+    """
+    reach, sign = (c.toe, 1.0) if tilt > 0.0 else (c.heel, -1.0)
+    if reach <= GROUND_FRICTION * c.height:
+        return 0.0, 0.0
+    sine, cosine = math.sin(sign * tilt), math.cos(tilt)
+    return reach * sine - c.height * (1.0 - cosine), sign * (reach * cosine - c.height * sine)

@@ -7,14 +7,18 @@ import math
 from mjbiped.dynamics import integrate
 from mjbiped.dynamics.equations import accelerate, load, settle
 from mjbiped.dynamics.integrate import STAGES, STAGES_WITH_DENSE, value_at
-from mjbiped.dynamics.linkage import HIP, ROOM, SYSTEM, ground_force, stand
-from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_contact, hold_stop
-from mjbiped.engines.hybrid.landing import hold_edge, servo
+from mjbiped.dynamics.linkage import END, HIP, ROOM, SYSTEM, ground_force, speed, stand
+from mjbiped.dynamics.modes import FLAT, LOCKED, RESTING, TOE, hold_angle, hold_contact, hold_stop, push_contact
+from mjbiped.engines.hybrid.meeting import level_angle
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of, pushed, sole_angle, to_memory, touches
 from mjbiped.numerics.blocks import Floats, Numbers, call, numbers, row
 from mjbiped.numerics.trigonometry import sine_cosine
-from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle
+from mjbiped.rules.sole import bounded_by_own_force, moment_about_ankle, servo_torque
+from mjbiped.rules.termination import AVERAGED, LIGHT_CONTACT
+from mjbiped.terrain.profile import GROUND_FRICTION
 
+SLOW = 1e-3
+"""Slip, m/s, below which friction grows with it: edges slide with some 0.1 m/s."""
 WILDEST_ANGLE = 1e6  # beyond it, rad, the motion has no meaning, and sine and cosine no digits
 
 
@@ -22,8 +26,6 @@ def rates(c: Constants, w: State, t: float, y: Floats, dy: Floats) -> None:
     """Write the rates of a state at time t since the support transfer, by the controller's law and the linkage."""
     n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
-    if not tame:
-        _rest(c, w)
     ask(c, w, t, y, given)
     if c.behind < math.inf:
         numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
@@ -44,31 +46,21 @@ def rates(c: Constants, w: State, t: float, y: Floats, dy: Floats) -> None:
     w.stage += 1
 
 
-def _rest(c: Constants, w: State) -> None:
-    """Let all angles and rates be zero."""
-    for values in (w.q, w.dq):
-        for i in range(c.angles):
-            numbers(values, ROOM)[i] = 0.0
-    for values in (w.told, w.told_rates):
-        for i in range(c.told):
-            numbers(values, c.told)[i] = 0.0
-
-
 def take_angles(c: Constants, w: State, y: Floats) -> bool:
     """Write angles and rates of a state into `w.q` and `w.dq`, and those that a law is told.
 
     Returns:
-        Whether the angles have a meaning.
+        Whether the angles have a meaning; where not, zeros stand in place of all.
     """
-    q, dq, n, tip, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), c.angles, 0.0, True
+    q, dq, n, tame = numbers(w.q, ROOM), numbers(w.dq, ROOM), c.angles, True
     told, told_rates = numbers(w.told, c.told), numbers(w.told_rates, c.told)
     for i in range(n):
-        q[i], dq[i] = y[i], y[n + i]
         tame = tame and abs(y[i]) < WILDEST_ANGLE
-    if c.foot >= 0:
-        tip = y[c.foot]
+    for i in range(n):
+        q[i], dq[i] = (y[i], y[n + i]) if tame else (0.0, 0.0)
+    tip = sole_angle(c, q)
     for i in range(c.told):
-        told[i], told_rates[i] = y[i] - tip, y[n + i]
+        told[i], told_rates[i] = q[i] - tip, dq[i]
     return tame
 
 
@@ -133,7 +125,8 @@ def _write_forces(c: Constants, w: State, given: Floats) -> None:
     if c.foot >= 0:
         forces[c.foot], forces[c.foot + 1] = -given[0], 0.0
     if w.down != FLAT:
-        torque = servo(c, w)
+        q, dq, foot = numbers(w.q, c.angles), numbers(w.dq, c.angles), c.foot
+        torque = servo_torque(c.foot_stiffness, c.foot_damping, q[foot + 1] - q[foot], dq[foot + 1] - dq[foot])
         forces[1] += torque
         forces[c.foot + 1] = -torque
     if w.push != 0.0:
@@ -245,3 +238,57 @@ def write_state_at(c: Constants, w: State, x: float) -> None:
     spare = numbers(w.spare, c.size)
     for i in range(c.size):
         spare[i] = value_at(c, w, i, x)
+
+
+def hold_edge(c: Constants, w: State, q: Numbers, dq: Numbers) -> None:
+    """Hold the edge of the swing foot that is down, which slides with friction, and a stance foot that lies flat."""
+    linkage, level = linkage_of(c, w), level_angle(c, w, w.landing)
+    sine, cosine = math.sin(level), math.cos(level)
+    along, normal = speed(linkage, w, q, dq, END)
+    slip = along * cosine - normal * sine
+    push_from_ground(c, w, GROUND_FRICTION * slip / math.sqrt(slip * slip + SLOW * SLOW))
+    hold_contact(linkage, w, dq, sine, cosine)
+    along, normal = pushed(w)
+    push_contact(linkage, w, along, normal)
+    if w.edge == FLAT:
+        hold_angle(w, c.foot)
+
+
+def push_from_ground(c: Constants, w: State, ratio: float) -> None:
+    """Let the ground push the swing foot along its normal, and against the slip by a share of the normal force."""
+    slope = numbers(c.angle, c.segments)[w.landing]
+    w.pushed_x = math.sin(slope) - ratio * math.cos(slope)
+    w.pushed_z = math.cos(slope) + ratio * math.sin(slope)
+
+
+def note_ground_force(c: Constants, w: State, y: Floats, rates: Floats) -> None:
+    """Keep the least F_n and the greatest |F_t / F_n| that the motion asks of the ground under the stance foot.
+
+    F_n < 0 means that the ground would have to pull. Where the foot hardly presses on it the ratio is left out.
+
+    Args:
+        c: The walk's constants.
+        w: Its state.
+        y: A state of motion.
+        rates: Its rates.
+    """
+    dq, ddq = numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
+    for i in range(c.angles):
+        dq[i], ddq[i] = y[c.angles + i], rates[c.angles + i]
+    w.along_now, w.normal_now = stance_force(c, w, y, dq, ddq)
+    note_force(c, w, w.along_now, w.normal_now)
+
+
+def note_force(c: Constants, w: State, along: float, normal: float) -> None:
+    """Keep the least F_n and the greatest |F_t / F_n| of a force along and normal to the stance foot's ground, N."""
+    w.normal_force = min(w.normal_force, normal)
+    if normal > LIGHT_CONTACT * c.weight:
+        w.friction = max(w.friction, abs(along) / normal)
+
+
+def note_impact(c: Constants, w: State) -> None:
+    """Take the impulse that has led to the state, if one has, into the gait step's normal force and friction."""
+    along, normal, time = w.impulse_along, w.impulse_normal, AVERAGED * c.pace
+    if along != 0.0 or normal != 0.0:
+        note_force(c, w, w.along_now + along / time, w.normal_now + normal / time)
+        w.impulse_along = w.impulse_normal = 0.0

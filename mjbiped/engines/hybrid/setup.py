@@ -17,8 +17,7 @@ from mjbiped.dynamics.integrate import POWERS, STAGES_WITH_DENSE
 from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
 from mjbiped.engines.hybrid.motion import enter_mode
-from mjbiped.engines.hybrid.records import POSTURE, SAMPLE, TOUCHDOWN
-from mjbiped.engines.hybrid.resets import begin_gait_step
+from mjbiped.engines.hybrid.resets import POSTURE, SAMPLE, TOUCHDOWN, begin_gait_step
 from mjbiped.engines.hybrid.state import Constants, State, pushes_of
 from mjbiped.engines.plan import Plan
 from mjbiped.records.loads import BINS

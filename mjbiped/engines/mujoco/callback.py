@@ -3,6 +3,8 @@
 MuJoCo calls a C function, which finds a walk by the address of its mjData. That of walks in machine code is machine
 code and has a table of them; where a walk is interpreted, one that calls Python stands before it. Data that are of no
 walk go to the function that somebody else has installed.
+
+`advancing` is the walk's step as machine code.
 """
 
 from __future__ import annotations
@@ -18,6 +20,9 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
+from mjbiped.engines.mujoco import step
+from mjbiped.engines.mujoco.constants import constants_at
+from mjbiped.numerics.blocks import call, numbers
 from mjbiped.utils.mujoco import mujoco
 
 
@@ -93,18 +98,23 @@ def _refresh() -> None:
     _ours = wanted
 
 
+def _library() -> Path:
+    """MuJoCo's library, which Python's bindings have loaded."""
+    (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
+    return path
+
+
 @cache
 def _slot(name: str) -> ctypes.c_void_p:
     """MuJoCo's place for a callback, by its name in C."""
-    (path,) = Path(mujoco.__file__).parent.glob("libmujoco*")
-    return ctypes.c_void_p.in_dll(ctypes.CDLL(str(path)), name)
+    return ctypes.c_void_p.in_dll(ctypes.CDLL(str(_library())), name)
 
 
 def enter(native: object) -> None:
     """Have our callback act on walks, in any threads, until as many calls of `leave`.
 
     Args:
-        native: `native.control_callback()` for walks in machine code; None for one in plain Python.
+        native: `control_callback()` for walks in machine code; None for one in plain Python.
     """
     global _native
     with _lock:
@@ -161,11 +171,92 @@ def _hush(message: bytes) -> None:
     """`mju_user_warning`."""
 
 
-def addressed(function: Any) -> tuple[Any, int]:
+def _addressed(function: Any) -> tuple[Any, int]:
     """A C function of ctypes, and its address."""
     return function, ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
 _CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
-_PYTHON = addressed(_CONTROL(_control))
-_HUSH = addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
+_PYTHON = _addressed(_CONTROL(_control))
+_HUSH = _addressed(ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_hush))
+
+
+TABLE = "mjbiped_walks"
+_STAGES = (
+    *("mj_checkPos", "mj_checkVel", "mj_fwdPosition", "mj_sensorPos", "mj_fwdVelocity", "mj_sensorVel"),
+    *("mj_forwardSkip", "mj_checkAcc", "mj_Euler"),
+)
+
+
+@cache
+def define_stages() -> None:
+    """Let machine code call MuJoCo's stages by their names, in the library that Python's bindings have loaded."""
+    from llvmlite import binding  # Numba's: import it where something is compiled, not before
+
+    from mjbiped.numerics import machine
+
+    ir, kind = machine.ir, machine.types.Array(machine.types.int64, 1, "C")
+
+    def calling(name: str) -> machine.Generate:
+        """Generate calls of one of MuJoCo's functions with the addresses of model and data, and integers."""
+
+        def generate(context: Any, builder: Any, _signature: object, arguments: machine.Values) -> Any:
+            passed = [*arguments[:2], *(builder.trunc(each, ir.IntType(32)) for each in arguments[2:])]
+            signature = ir.FunctionType(ir.VoidType(), [each.type for each in passed])
+            builder.call(machine.cgutils.get_or_insert_function(builder.module, signature, name), passed)
+            return context.get_dummy_value()
+
+        return generate
+
+    def named_table(context: Any, builder: Any, _signature: object, _arguments: object) -> Any:
+        """Generate an array of what is called `TABLE`."""
+        size = context.get_constant(machine.types.intp, len(table))
+        named = machine.cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), TABLE)
+        return machine.owning_nothing(context, builder, kind, builder.ptrtoint(named, ir.IntType(64)), size)
+
+    binding.load_library_permanently(str(_library()))
+    binding.add_symbol(TABLE, table.ctypes.data)
+    for name in _STAGES:
+        machine.defined(getattr(mujoco, name), lambda *_: machine.types.void, calling(name))
+    machine.defined(walks, lambda *_: kind, named_table)
+
+
+def advance(constants: int, model: int, data: int, steps: int, until: float) -> int:
+    """`step.advance` by addresses."""
+    return step.advance(constants_at(constants, 0), model, data, steps, until)
+
+
+@cache
+def advancing() -> Any:
+    """`advance` as machine code."""
+    from mjbiped.numerics import machine
+
+    define_stages()
+    return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
+
+
+def walks() -> Any:
+    """`callback.table`; in machine code what is called `TABLE`, as what is kept on disk needs."""
+    return table
+
+
+def control_of(model: int, data: int) -> None:
+    """`mjcb_control`, by addresses."""
+    entries, first = walks(), place_of(data)
+    for far in range(entries[FARTHEST] + 1):
+        entry = PAIRS + 2 * ((first + far) % PLACES)
+        if entries[entry] == data:
+            c = constants_at(entries[entry + 1], 0)
+            step.on_control(c, numbers(c.time, 1)[0])
+            return
+    if entries[FOREIGN] != 0:
+        call(entries[FOREIGN], model, data)
+
+
+@cache
+def control_callback() -> Any:
+    """`mjcb_control` as a C function, and its address, for all walks in machine code."""
+    from mjbiped.numerics import machine
+
+    define_stages()
+    return _addressed(machine.compiled(control_of, "void(int64, int64)", for_c=True).ctypes)

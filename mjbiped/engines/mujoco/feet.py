@@ -1,23 +1,105 @@
-"""Feet that are bodies: where their soles are, when they stand flat, and the servo that holds the swing foot.
+"""What the ground does to the feet: contact forces, a touchdown, the stance foot's load, its friction, its pressure.
 
-A foot stands once the ground bears it behind the ankle and ahead of it: then the legs exchange their roles. Until then
-both ankles go on as in the step before. The slope is the angle of the foot that stands; no contact's normal and nothing
-of the terrain is in it.
+A foot that is a body stands once the ground bears it behind the ankle and ahead of it: then the legs exchange their
+roles. Until then both ankles go on as in the step before. The slope is the angle of the foot that stands; no contact's
+normal and nothing of the terrain is in it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 from mjbiped.engines.mujoco.constants import Constants, Leg, foot_of, heel_and_toe, sole_angle, stance_leg, swing_leg
-from mjbiped.engines.mujoco.contacts import Felt
 from mjbiped.engines.mujoco.options import AUTO, BOXES, Options
 from mjbiped.engines.mujoco.state import State
-from mjbiped.numerics.blocks import Floats, numbers
+from mjbiped.numerics.blocks import Floats, Numbers, numbers
+from mjbiped.records.loads import note_pressure
 from mjbiped.robots.bodies import Foot
 from mjbiped.rules.sole import GREATEST_ERROR, servo_torque
+from mjbiped.rules.termination import LIGHT_CONTACT
 from mjbiped.terrain.profile import height_over_ground, segment_under
+
+READING = 11
+"""Number of floats in one slot of a contact sensor: found, force (3), distance, position (3), normal (3)."""
+FOUND, FORCE_SHOWN, DISTANCE, POSITION, NORMAL = 0, 1, 4, 5, 8
+
+SMALLEST_UPWARD_NORMAL = 0.7  # below it, a contact is with a riser's face or a heightfield's inner edge
+
+
+class Felt(NamedTuple):
+    """Contact forces on the ground and depth of one foot; how the ground bears a sole stands behind them.
+
+    Attributes:
+        pressure: Sum of the normal forces of all contacts, N.
+        forward: Force of the foot on the ground along x, without that on risers' faces, N.
+        downward: Force of the foot on the ground along -z, without that on risers' faces, N.
+        depth: Depth of the deepest contact with the ground, m.
+        ground: Whether the foot touches the ground.
+        face: Whether the foot touches a riser's face.
+        moment: Of the normal forces of the ground about the point below the ankle, as an ankle's torque, N m.
+        behind: Distance of the farthest contact with the ground behind the ankle, m; 0: there is none.
+        ahead: Distance of the farthest one ahead of it, m.
+        shear: Sum of the ground's friction forces, N; how contacts share it is undetermined.
+    """
+
+    pressure: float
+    forward: float
+    downward: float
+    depth: float
+    ground: bool
+    face: bool
+    moment: float = 0.0
+    behind: float = 0.0
+    ahead: float = 0.0
+    shear: float = 0.0
+
+
+def felt(c: Constants, u: State, readings: Numbers, leg: Leg) -> Felt:
+    """Sum the contacts of a leg's foot over the slots of its contact sensor.
+
+    The axes of a contact's frame are its normal, which points from the foot into the ground, the robot's lateral axis,
+    and the direction perpendicular to both. Where two pieces of ground join, each bears part of the force and the
+    frames tilt with the foot's distance from the joint; forces are therefore added as vectors.
+
+    Args:
+        c: The walk's constants.
+        u: State.
+        readings: MuJoCo's `sensordata`.
+        leg: With the foot.
+    """
+    foot_x, foot_z = foot_of(leg, u.q)
+    angle = sole_angle(leg, u.q) if leg.sole >= 0 else 0.0
+    sine, cosine = math.sin(angle), math.cos(angle)
+    pressure = forward = downward = depth = moment = shear = behind = ahead = 0.0
+    ground = face = False
+    for slot in range(leg.contacts, leg.contacts + c.slots, READING):
+        if readings[slot + FOUND] > 0.0:
+            force, along = readings[slot + FORCE_SHOWN], readings[slot + FORCE_SHOWN + 2]
+            normal_x, normal_z = readings[slot + NORMAL], readings[slot + NORMAL + 2]
+            pressure += force
+            if -normal_z < SMALLEST_UPWARD_NORMAL:
+                face = True
+                continue
+            ground = True
+            depth = max(depth, -readings[slot + DISTANCE])
+            forward += force * normal_x - along * normal_z
+            downward -= force * normal_z + along * normal_x
+            x, z = readings[slot + POSITION] - foot_x, readings[slot + POSITION + 2] - foot_z
+            lever = x * cosine - z * sine
+            moment -= lever * force
+            behind, ahead = max(behind, -lever), max(ahead, lever)
+            shear += along
+    return Felt(pressure, forward, downward, depth, ground, face, moment, behind, ahead, shear)
+
+
+def friction_ratio(foot: Felt, slope: float, light: float) -> float:
+    """Friction ratio |F_t| / F_n of a foot on a slope (rad); 0 where F_n <= `light` (N), for it is noise there."""
+    sine, cosine = math.sin(slope), math.cos(slope)
+    normal = foot.downward * cosine - foot.forward * sine
+    return abs(foot.forward * cosine + foot.downward * sine) / normal if normal > light else 0.0
+
 
 LONGEST = 1e-4  # physics step, s
 NEAR = 1e-4
@@ -106,3 +188,89 @@ def swing_foot_torque(c: Constants, u: State) -> float:
     rate = (u.rates[swing.hip] + u.rates[swing.sole]) - (u.rates[stance.hip] + u.rates[stance.sole])
     # joints tell angles from the foot that stands, which may tip
     return servo_torque(c.foot_stiffness, c.foot_damping, sole_angle(swing, u.q) - u.slope, rate)
+
+
+FEWEST_AVERAGED = 5.0  # a normal force is averaged over at least so many physics steps: single ones are without contact
+AIRBORNE = 0.06
+"""A foot is airborne once it has had no contact for this time, in units of sqrt(leg length / gravity). The hops of a
+sliding foot last half as long."""
+CLEAR = 1e-4  # a swing foot has left the ground once it was higher over it, m
+
+
+def weigh(c: Constants, u: State, moment: float) -> None:
+    """Take the stance foot's force in the physics step before into its averages, and its friction.
+
+    A standing foot loses contact for single physics steps, a sliding one for some milliseconds, and the force of the
+    step after makes up for it. So the force is averaged, over stretches of time that end with a step in contact. A foot
+    that stays off the ground for longer bears nothing. Of the friction the least counts that some time has: in a step
+    of 10 µs, while an impact is being resolved, the foot slides by less than a micrometre at the limit of friction.
+    """
+    effective_step, force = u.effective_step, u.force
+    u.impulse += effective_step * force
+    u.shear_impulse += effective_step * u.shear
+    u.ankle_impulse += effective_step * moment
+    u.stretch += effective_step
+    u.load += effective_step * u.pressing
+    u.load_time += effective_step
+    if u.load_time >= c.averaged:
+        u.contact_force = max(u.contact_force, u.load / u.load_time)
+        u.load = u.load_time = 0.0
+    u.least_ratio = min(u.least_ratio, u.ratio)
+    u.ratio_time += effective_step
+    if u.ratio_time >= c.sustained:
+        u.friction = max(u.friction, u.least_ratio)
+        u.least_ratio, u.ratio_time = math.inf, 0.0
+    u.without_contact = 0.0 if force > 0.0 else u.without_contact + effective_step
+    if u.without_contact >= c.airborne:
+        u.normal_force = 0.0
+    elif force > 0.0 and u.stretch >= c.averaged:
+        average = u.impulse / u.stretch
+        if average < u.normal_force:
+            u.normal_force = average
+        torque, light = u.ankle_impulse / u.stretch, LIGHT_CONTACT * c.weight
+        note_pressure(u.pressure, torque, average, light, c.leg_length, u.stretch)
+        if u.impulse > 0.0:
+            u.friction = max(u.friction, abs(u.shear_impulse) / u.impulse)
+        u.impulse = u.ankle_impulse = u.shear_impulse = u.stretch = 0.0
+
+
+def least_normal_force(u: State) -> float:
+    """Of the step that ends, N; that of a step too short for an average is the mean of what there was, or NaN."""
+    if u.normal_force < math.inf:
+        return float(u.normal_force)
+    return float(u.impulse / u.stretch) if u.stretch > 0.0 else math.nan
+
+
+def read_contacts(c: Constants, u: State, readings: Numbers) -> Felt:
+    """Note what the feet feel in the step just resolved; returns what the swing foot does."""
+    leg = swing_leg(c, u)
+    stance, swing = felt(c, u, readings, stance_leg(c, u)), felt(c, u, readings, leg)
+    able = stands(c, u, swing) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
+    u.pressing = stance.pressure + swing.pressure
+    note_contacts(c, u, stance, swing, able)
+    if c.feet:
+        if u.noted:
+            u.support_behind, u.support_ahead = swing.behind, swing.ahead
+        u.moment, u.shear = stance.moment, stance.shear
+        u.flat = 1.0 if min(stance.behind, stance.ahead) > 0.0 else 0.0
+        u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh`
+    return swing
+
+
+def note_contacts(c: Constants, u: State, stance: Felt, swing: Felt, able: bool) -> None:
+    """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
+    x, _ = foot_of(swing_leg(c, u), u.q)
+    noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
+    u.noted, u.force, u.ratio = 1.0 if noted else 0.0, stance.pressure, 0.0
+    if u.clear > CLEAR:
+        u.touching = 0.0
+    if u.enabled and swing.face:
+        u.face_impacts = 1.0
+    if noted:
+        u.penetration = max(u.penetration, swing.depth)
+    elif swing.ground and not u.touching:
+        u.stubs += 1.0
+        u.touching = 1.0
+    if stance.ground and not noted:
+        u.penetration = max(u.penetration, stance.depth)
+        u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * c.weight)

@@ -8,7 +8,7 @@
   comes down along a riser would be held between the riser and the end of a piece of ground, as in a vice.
 
 Where the pieces begin and end, and every number in them, depends on the terrain alone: any row of neighbours can be
-built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.engines.mujoco.ground_window`).
+built without the others, and a foot meets bitwise the same ground on it (see `mjbiped.engines.mujoco.scene`).
 
 Which of these a foot can meet is a matter of where it is: a piece only over its own segments, a riser only beside it
 (`mjbiped.engines.mujoco.collisions`). So no foot meets a corner, whose normal would be none of the ground's.

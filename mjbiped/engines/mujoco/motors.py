@@ -1,19 +1,113 @@
-"""The controller's ticks: torques that motors hold, their work, and pushes."""
+"""The controller's ticks: torques that motors hold, their work, pushes, and the rows of the walk's record.
+
+Rows have the columns of `mjbiped.records.columns` in their order.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
 
+import numpy as np
+
 from mjbiped.disturbances.chance import following
-from mjbiped.engines.mujoco import leapfrog, servo
-from mjbiped.engines.mujoco.constants import Constants, angles_of, pushes_at, stance_leg, swing_leg
-from mjbiped.engines.mujoco.feet import swing_foot_torque
-from mjbiped.engines.mujoco.record import keep_touchdown, take_sample
-from mjbiped.engines.mujoco.state import State
+from mjbiped.dynamics.modes import bent_leg
+from mjbiped.engines.mujoco.constants import Constants, Leg, angles_of, pushes_at, stance_leg, swing_leg
+from mjbiped.engines.mujoco.feet import least_normal_force, swing_foot_torque
+from mjbiped.engines.mujoco.state import State, effective_step
 from mjbiped.numerics.blocks import Floats, borrowed, call, call_for_float, first, give_back, numbers
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import Outcome
+
+
+def write_touchdown(c: Constants, u: State) -> None:
+    """Write the touchdown that has just exchanged the legs; its slope estimates are not known yet."""
+    row, n = numbers(c.row, c.row_width), c.angles
+    row[0] = u.time
+    at = _write_posture(c, u, row, 1)
+    row[at] = u.foot_x - c.radius * math.sin(u.slope)
+    row[at + 1] = u.foot_z - c.radius * math.cos(u.slope)
+    row[at + 2], row[at + 3] = u.stance, u.slope
+    at = _write(row, at + 4, u.told_before, n)
+    at = _write(row, at, u.turning, n)
+    at = _write(row, at, u.told_q, n)
+    at = _write(row, at, u.told_dq, n)
+    row[at], row[at + 1], row[at + 2] = u.work_absolute, u.work_net, u.work_positive
+    row[at + 3], row[at + 4], row[at + 5], row[at + 6] = u.slip, u.penetration, u.friction, u.face_impacts
+    row[at + 7] = row[at + 8] = math.nan
+    row[at + 9] = least_normal_force(u)
+    row[at + 10], row[at + 11], row[at + 12] = u.pressure[0], u.pressure[1], u.bound_time
+    row[at + 13] = u.contact_force
+    at += 14
+    if n > 2:
+        row[at] = u.strike_time
+        at = _write(row, at + 1, u.strike_q, n)
+        at = _write(row, at, u.strike_rates, n)
+        at = _write(row, at, u.struck_rates, n)
+        servo = c.knee_stiffness > 0.0
+        row[at], row[at + 1] = u.flexion, u.stubs
+        row[at + 2], row[at + 3] = u.peak_hold if servo else math.nan, u.work_hold if servo else math.nan
+    if c.feet:
+        row[at], row[at + 1], row[at + 2] = u.tipped, u.one_sided, u.time - u.touched
+        row[at + 3], row[at + 4], row[at + 5] = u.support_behind, u.support_ahead, u.intrusion
+
+
+def keep_touchdown(c: Constants, u: State) -> None:
+    """Write down the last touchdown's row, whose estimates are known by now, if there is room."""
+    index = int(u.rows)
+    if 0 <= index < c.row_room:
+        rows, row = numbers(c.rows, c.row_room * c.row_width), numbers(c.row, c.row_width)
+        for column in range(c.row_width):
+            rows[index * c.row_width + column] = row[column]
+        u.rows += 1.0
+
+
+def take_sample(c: Constants, u: State, memory: Floats) -> None:
+    """Write down the state now, with the torque that is held from now on, if there is room and no law fails of it.
+
+    Args:
+        c: The walk's constants.
+        u: State.
+        memory: The controller's.
+    """
+    index, n = int(u.samples), c.angles
+    if not 0 <= index < c.sample_room:
+        return
+    row, first = numbers(c.samples, c.sample_room * c.sample_width), index * c.sample_width
+    row[first] = u.time
+    at = _write(row, first + 1, u.angles, n)
+    at = _write(row, at, u.turning, n)
+    at = _write(row, at, u.torque, n)
+    row[at], row[at + 1] = u.ankle, u.slope
+    failed = numbers(c.failed, 1)[0]
+    row[at + 2] = call_for_float(c.slope_estimate, c.parameters, memory)
+    if numbers(c.failed, 1)[0] != failed:
+        return
+    row[at + 3] = u.stance
+    at = _write_posture(c, u, row, at + 4)
+    if n > 2:
+        row[at], row[at + 1] = u.locked, u.hold if c.knee_stiffness > 0.0 else math.nan
+        at += 2
+    for state in range(c.states):
+        row[at + state] = memory[state]
+    u.samples += 1.0
+
+
+def _write(row: Floats, at: int, values: Floats, count: int) -> int:
+    """Write the first numbers of an array into a row; returns the index behind them."""
+    for index in range(count):
+        row[at + index] = values[index]
+    return at + count
+
+
+def _write_posture(c: Constants, u: State, row: Floats, at: int) -> int:
+    """Write the robot's coordinates in the record's order; returns the index behind them."""
+    order = numbers(c.order, c.nq)
+    for index in range(c.nq):
+        row[at + index] = u.q[int(order[index])]
+    return at + int(c.nq)
+
 
 NOTHING_LEFT = 1e-12  # of a push's impulse: rounding
 NOW = 1e-9  # times so close are the same, s
@@ -66,7 +160,7 @@ def control(c: Constants, u: State, time: float) -> None:
 def push(c: Constants, u: State) -> None:
     """The force of a push in the step from now on: constant, until its impulse has been given to the last bit.
 
-    A force of a time acts from the middle of the step before to the middle of the step after (`leapfrog`): so the first
+    A force of a time acts from the middle of the step before to the middle of the step after (`step`): so the first
     one from the push's time on is the smaller, the later the push begins before it. The last one is what is left; where
     its step becomes another than planned, one more makes up for it.
     """
@@ -83,7 +177,7 @@ def push(c: Constants, u: State) -> None:
         begun = u.time - u.next_push
     if u.pushing:
         force = u.push_impulse / pushes.duration
-        step = leapfrog.effective_step(u.plain, u.last_step, u.planned)
+        step = effective_step(u, u.planned)
         if begun < step:
             force *= 0.5 + begun / step
         enough = abs(u.push_left) <= abs(force) * step
@@ -143,7 +237,7 @@ def drive(c: Constants, u: State, ctrl: MutableSequence[float]) -> None:
         ctrl[swing.motor] = u.torque[2]
     if c.knee_stiffness > 0.0:
         # the ankle's torque goes through the knee as well, as it acts on the shank
-        u.hold = servo.torque(c, stance, u)
+        u.hold = c.knee_stiffness * (u.q[stance.knee] - u.rest) + c.knee_damping * u.rates[stance.knee]
         ctrl[stance.motor] = u.torque[0] - u.hold
         u.peak_hold = max(u.peak_hold, abs(u.hold))
 
@@ -192,3 +286,47 @@ def _add_work(u: State, ankle: float, hip: float, knee: float) -> None:
     u.work_absolute += abs(ankle) + abs(hip) + abs(knee)
     u.work_net += ankle + hip + knee
     u.work_positive += max(ankle, 0.0) + max(hip, 0.0) + max(knee, 0.0)
+
+
+STIFFNESS = 30.0
+"""In weights times leg lengths per rad: 0.3 of those, twice what stairs of 4 cm ask for, bend the knee by 10 mrad."""
+
+LONGEST = 0.75
+"""Greatest product of timestep and natural frequency: critically damped, an explicit step is stable to 0.83."""
+
+
+def servo_of(robot: Robot) -> tuple[float, float, float]:
+    """Stiffness (N m/rad), damping (N m s/rad) and natural frequency (rad/s) of the servo that holds a stance knee.
+
+    A spring and a damper about the flexion of its landing hold the knee in place of its lock: the motor's own loop,
+    which acts at every physics step whatever the controller's period is. The frequency, that of a foot in the air, is
+    its highest, and there it is critically damped. A foot that slides or hops leaves the servo little more than the
+    shank to move: more damping would then be unstable.
+    """
+    stiffness, inertia = STIFFNESS * robot.weight * robot.leg_length, free_inertia(robot)
+    return stiffness, 2.0 * math.sqrt(stiffness * inertia), math.sqrt(stiffness / inertia)
+
+
+def free_inertia(robot: Robot) -> float:
+    """What a torque at a knee accelerates, over its flexion, of a robot in the air whose legs hang straight, kg m²."""
+    bodies = robot.bodies
+    thigh, shank = bodies.leg
+    weights = np.diag([0.0, thigh.inertia, shank.inertia, thigh.inertia, shank.inertia])
+    for mass, levers in (  # of the hip's way forward, then of thigh and shank of each leg
+        (bodies.hip_mass, (1.0, 0.0, 0.0, 0.0, 0.0)),
+        (thigh.mass, (1.0, -thigh.centre, 0.0, 0.0, 0.0)),
+        (shank.mass, (1.0, -thigh.length, -shank.centre, 0.0, 0.0)),
+        (thigh.mass, (1.0, 0.0, 0.0, -thigh.centre, 0.0)),
+        (shank.mass, (1.0, 0.0, 0.0, -thigh.length, -shank.centre)),
+    ):
+        weights += mass * np.outer(levers, levers)
+    between = np.array([0.0, 1.0, -1.0, 0.0, 0.0])
+    return 1.0 / float(between @ np.linalg.solve(weights, between))
+
+
+def lean_on(leg: Leg, u: State) -> None:
+    """Note how the line from foot to hip stands of a stance leg whose knee gives."""
+    flexion = u.q[leg.knee]
+    reach, lean = bent_leg(leg.upper, leg.lower, flexion)
+    u.reach, u.tilt = reach, flexion - lean
+    u.share = leg.lower * (leg.lower + leg.upper * math.cos(flexion)) / (reach * reach)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 
 from mjbiped.disturbances.chance import following
-from mjbiped.engines.mujoco.bearing import weigh
+from mjbiped.dynamics.modes import bent_leg
 from mjbiped.engines.mujoco.collisions import NOBODY, lift
 from mjbiped.engines.mujoco.constants import (
     Constants,
@@ -32,12 +32,11 @@ from mjbiped.engines.mujoco.feet import (
     intrusion,
     see_stance_foot,
     stand_flat,
+    weigh,
 )
-from mjbiped.engines.mujoco.record import write_touchdown
-from mjbiped.engines.mujoco.servo import lean_on
+from mjbiped.engines.mujoco.motors import lean_on, write_touchdown
 from mjbiped.engines.mujoco.state import MARK, State, X, Z, put
 from mjbiped.numerics.blocks import borrowed, numbers
-from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.rules.termination import SLIPPED_FOOT, Outcome
 from mjbiped.terrain.profile import height_of, height_over, height_over_ground, segment_stood_on

@@ -4,20 +4,28 @@ The robot (`models/compass.xml` and its neighbours) and its surroundings (`model
 this module writes the robot's parameters over it and puts the terrain in the floor's place
 (`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends,
 round ones about their arcs' centres, larger than these by as much.
+
+MuJoCo takes in every geom at every step, some 10 ns each, and its compiler is slower than in proportion. So of a
+terrain of more than `FEW_SEGMENTS` segments only a window about the robot is built, and near its end the next window's
+model takes over the state. The pieces are cut by the terrain alone and stand in one coordinate system: every contact is
+bitwise that of the whole terrain, whatever window it was found in.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground, Piece
-from mjbiped.engines.mujoco.softness import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
+from mjbiped.engines.mujoco.callback import python_removed
+from mjbiped.engines.mujoco.collisions import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
+from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, FOOT_RADIUS, Ground, Piece
+from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import Robot
@@ -76,7 +84,7 @@ def scene_spec(robot: Robot, ground: Ground, pieces: list[Piece], *, timestep: f
         robot: The robot's parameters.
         ground: The terrain, cut into pieces.
         pieces: Those to be built.
-        timestep: Of the steps that the contacts are made for, s; see `mjbiped.engines.mujoco.ground_window`.
+        timestep: Of the steps that the contacts are made for, s; see `mjbiped.engines.mujoco.scene`.
 
     Raises:
         InputError: The robot is too light; see `check_masses`.
@@ -248,3 +256,81 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
     bulge.size[2] = min(bulge.size[2], max(bulge.size[0], min(segment.centre, segment.length - segment.centre)))
     shown.fromto = [0.0, y, 0.0, *_down(limb, segment, segment.length, y)]
     bulge.pos = _down(limb, segment, segment.centre, y)
+
+
+MARGIN = 2.0
+"""Ground about the hip that is never missing, in leg lengths: a leg, and what a fall can go."""
+
+_AHEAD = 20.0  # of the hip in a new window, in leg lengths, while these are few segments
+_TURN = 1.0  # behind the margin, in leg lengths: who turns back and forth does not build at each turn
+_LEAST = 3.0  # ahead of the margin, in leg lengths, of however many segments
+_COARSE = 64
+"""Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene.
+
+    Attributes:
+        model: The MuJoCo model.
+        pieces: Of the ground, those that were built.
+        start: Where the ground begins, x in m.
+        end: Where it ends, x in m: the terrain's own end, or as far as was built.
+        inside: Between which places (m) it has all ground about the hip; infinite where nothing more can be built.
+    """
+
+    model: mujoco.MjModel
+    pieces: list[Piece]
+    start: float
+    end: float
+    inside: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class GroundWindows:
+    """Builds the scene about any place of a terrain.
+
+    Attributes:
+        robot: The robot.
+        ground: The terrain, cut into pieces.
+        timestep: Of the steps that the contacts are made for, s. Their damping is 1 / timestep: with it an impact is
+            plastic within one step.
+        margin: Ground about the hip that is never missing, m; `MARGIN` leg lengths or more.
+        userdata: Number of floats in `mjData.userdata`.
+        scenery: For pictures: the ground cut open, and fine textures, which take 5 MB and 12 ms.
+    """
+
+    robot: Robot
+    ground: Ground
+    timestep: float
+    margin: float
+    userdata: int = 0
+    scenery: bool = False
+
+    def pieces_about(self, x: float) -> list[Piece]:
+        """The pieces to be built for a hip at x (m); all where their segments are few."""
+        starts, length = self.ground.terrain.x, self.robot.leg_length
+        if len(starts) <= FEW_SEGMENTS:
+            return self.ground.pieces
+        few = starts[min(self.ground.terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
+        ahead = max(self.margin + _LEAST * length, min(self.margin + _AHEAD * length, few - x))
+        return self.ground.between(x - self.margin - _TURN * length, x + ahead)
+
+    def about(self, x: float) -> Scene:
+        """Build the scene about a hip at x (m)."""
+        ground, pieces = self.ground, self.pieces_about(x)
+        with python_removed():
+            spec = scene_spec(self.robot, ground, pieces, timestep=self.timestep)
+            spec.nuserdata = self.userdata
+            first, last = pieces[0].segments[0], pieces[-1].segments[-1]
+            begins, ends = first == 0, last == len(ground.stops) - 1
+            if self.scenery:
+                add_section(spec, ground, pieces, self.robot.leg_length)
+            else:
+                for texture in spec.textures:
+                    texture.width = texture.height = _COARSE
+            model = spec.compile()
+        start, end = ground.starts[first], ground.stops[last]
+        inside = -math.inf if begins else start + self.margin, math.inf if ends else end - self.margin
+        return Scene(model, pieces, start, end, inside)

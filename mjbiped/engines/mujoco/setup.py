@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from mjbiped.control.controller import Controller
 from mjbiped.control.functions import acts_at_ticks, in_python
 from mjbiped.disturbances.loop import SampledController
-from mjbiped.engines.mujoco import bearing, step_size
+from mjbiped.engines.mujoco import feet, step_size
 from mjbiped.engines.mujoco.collisions import ALL
 from mjbiped.engines.mujoco.constants import Constants, Leg
 from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows, Scene
-from mjbiped.engines.mujoco.motors import SPARE
+from mjbiped.engines.mujoco.motors import SPARE, servo_of
 from mjbiped.engines.mujoco.options import MOTOR, Options
-from mjbiped.engines.mujoco.servo import servo_of
+from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows, Scene
 from mjbiped.engines.mujoco.state import SIZE, State
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan
 from mjbiped.errors import MjbipedError
@@ -236,8 +235,8 @@ def _walk_in(plan: Plan, options: Options, controller: Controller) -> dict[str, 
         "reach": terms.scuffing.reach * length,
         "delay": float(terms.scuffing.delay),
         "stall_time": STALL_TIME * pendulum,
-        "averaged": max(AVERAGED * pendulum, bearing.FEWEST_AVERAGED * options.timestep),
-        "airborne": bearing.AIRBORNE * pendulum,
+        "averaged": max(AVERAGED * pendulum, feet.FEWEST_AVERAGED * options.timestep),
+        "airborne": feet.AIRBORNE * pendulum,
         "sustained": SUSTAINED * pendulum,
         "steps": math.inf if terms.steps is None else float(terms.steps),
         "distance": math.inf if terms.distance is None else float(terms.distance),

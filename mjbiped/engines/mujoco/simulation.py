@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 from mjbiped.control.compiled import CalledMethods, MachineCode, as_machine_code
 from mjbiped.engines.compiling import announced_for, compiles
 from mjbiped.engines.mujoco import callback, observation, step
-from mjbiped.engines.mujoco.collisions import write_contact_bits
+from mjbiped.engines.mujoco.collisions import soften, write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.ground_window import Scene
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import first_state
+from mjbiped.engines.mujoco.scene import Scene, first_state
 from mjbiped.engines.mujoco.setup import constants_of, settled, windows_of
-from mjbiped.engines.mujoco.softness import soften
 from mjbiped.engines.mujoco.state import MARK, SIZE, State
 from mjbiped.engines.plan import Plan
 from mjbiped.numerics.blocks import packed
@@ -114,13 +112,11 @@ class Simulation:
 
     def _compile(self) -> None:
         """Make machine code of the steps and of the laws, and pack the constants for it."""
-        from mjbiped.engines.mujoco import native
-
         with announced_for(self.plan):
             if self._code is None:
                 self._code = as_machine_code(self.controller)
             self.block, self._kept = self.packed(self.constants)
-            self._advance, self.native = native.advancing(), native.control_callback()
+            self._advance, self.native = callback.advancing(), callback.control_callback()
 
     def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""

@@ -141,7 +141,7 @@ class State(ctypes.Structure):
     qvel: Coordinates  # `mjData.qvel` then, which shows the velocity stage other rates
     qacc: Coordinates  # accelerations in the step last resolved
     acceleration: Coordinates  # those of the step before it, where `smooth` says so
-    lag: Coordinates  # what `qvel` lacks to be the rates of the observation's time; see `leapfrog`
+    lag: Coordinates  # what `qvel` lacks to be the rates of the observation's time; see `step`
     angles: Angles  # from the normal of the ground under the stance foot, rad
     turning: Angles  # their rates, rad/s
     torque: Angles  # held, N m
@@ -178,3 +178,8 @@ state_at = reader(State)
 def put(into: Floats, three: tuple[float, float, float]) -> None:
     """Write three angles, or their rates."""
     into[0], into[1], into[2] = three
+
+
+def effective_step(u: State, length: float) -> float:
+    """Time for which accelerations act in a step of a length, s: see `step_size`."""
+    return length if u.plain else 0.5 * (u.last_step + length)

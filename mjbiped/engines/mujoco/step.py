@@ -1,25 +1,44 @@
-"""One physics step of a walk, of MuJoCo's own stages, and what happens between them.
+r"""One physics step of a walk, of MuJoCo's own stages, and what happens between them.
 
-The stages one after the other are bitwise `mujoco.mj_step`. What they mean in machine code stands in `native`.
+The stages one after the other are bitwise `mujoco.mj_step`. `callback` says what they mean in machine code.
 
 `mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `mj_forwardSkip`. In a loop of
 somebody's own `mujoco.mj_step` there is nothing but that callback. It then does in one what stands around the stages
 here; contacts are as the state of the step before says, which is 0.1 ms old.
+
+**Second order.** MuJoCo's Euler step, with the accelerations a that the solver found at its beginning,
+
+.. math:: v' = v + k \, a, \qquad x' = x + t \, v'
+
+is a leapfrog: v' belongs to the middle of the step, and all that MuJoCo finds from the rates would be half a step late.
+The rates of now are v + t a / 2, with t and a of the step before. The controller is told these, they are recorded, and
+MuJoCo's Coriolis forces are of them. Where a foot that slides loses the ground and finds it again, a is an impulse over
+t, of which v holds the whole already. So a is taken to differ from that of the step before it by no more than that
+one's size and g / l, as slope limiters do.
+
+**Held foot.** A contact's damping of 1 / k brings the foot's velocity J v' to rest, with J of the step's *beginning*:
+MuJoCo's reference acceleration leaves the change of J out. Turned by t dq, a foot at rest so leaves its place by
+t² l dq² / 2 in each step, upward, until its contact is lost, and backward. And what is brought to rest is the lowest
+point of the foot's sphere, which so rolls on. Shown a velocity that is larger by just what turning will add in the
+step, and by that of the centre of a sphere that rolls, the solver takes both away, and the foot ends the step where it
+was.
+
+MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
+integrator. So the velocity stage alone is *shown* other rates. They differ from the state's rates by the lag of the
+legs, and by a velocity of the hip, of which no Coriolis force depends. An impact's step is MuJoCo's own.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import MutableSequence
 from typing import Any
 
-from mjbiped.engines.mujoco.collisions import lift, write_contact_bits
-from mjbiped.engines.mujoco.constants import Constants
-from mjbiped.engines.mujoco.leapfrog import show
-from mjbiped.engines.mujoco.motors import NOW, control
+from mjbiped.engines.mujoco.collisions import lift, soften, write_contact_bits
+from mjbiped.engines.mujoco.constants import Constants, stance_leg, turning_of
+from mjbiped.engines.mujoco.motors import NOW, control, keep_touchdown
 from mjbiped.engines.mujoco.observation import observe
-from mjbiped.engines.mujoco.record import keep_touchdown
-from mjbiped.engines.mujoco.softness import soften
-from mjbiped.engines.mujoco.state import MARK, SIZE, State, state_at
+from mjbiped.engines.mujoco.state import MARK, SIZE, State, X, Z, state_at
 from mjbiped.engines.mujoco.step_size import resolve
 from mjbiped.numerics.blocks import borrowed, give_back, numbers, whole_numbers
 from mjbiped.utils.mujoco import mujoco
@@ -149,3 +168,30 @@ def warned(c: Constants) -> bool:
     for kind in range(WARNINGS):
         count += warnings[2 * kind + 1]
     return bool(count != 0)
+
+
+def show(c: Constants, u: State, qvel: MutableSequence[float]) -> None:
+    """Let rates be what MuJoCo's velocity stage is to see, so that the stance foot ends the step where it was.
+
+    Args:
+        c: The walk's constants.
+        u: State, after the observation of this time.
+        qvel: The robot's rates, to be changed.
+    """
+    if u.plain:
+        return
+    stance, slope, length = stance_leg(c, u), u.old_slope if c.scuffs else u.slope, u.planned
+    turning, lag = turning_of(stance, qvel, u.share), turning_of(stance, u.lag, u.share)
+    leg = u.q[stance.hip] + stance.offset + u.tilt
+    if u.last_step > 0.0:
+        turning += lag * (1.0 + length / u.last_step)  # in the middle of this step, by the acceleration before it
+    sine, cosine = math.sin(leg), math.cos(leg)
+    turned = leg + length * turning
+    # what turning makes of the foot's velocity: in the mean of the step, less what it seems to make at its beginning
+    mean_x, mean_z = (sine - math.sin(turned)) / length, (cosine - math.cos(turned)) / length
+    # of the sphere beyond the foot, and of the foot by what it is shown more than it turns
+    rolling = c.foot_radius * turning + c.rolling_radius * lag
+    for index in range(2, c.nq):
+        qvel[index] += u.lag[index]
+    qvel[X] += u.reach * (mean_x + cosine * (turning + lag)) + rolling * math.cos(slope)
+    qvel[Z] += u.reach * (mean_z - sine * (turning + lag)) - rolling * math.sin(slope)

@@ -6,8 +6,12 @@ the impact. MuJoCo's Euler step is known before it is made: with the acceleratio
 
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
-so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`. What k
-is, and what else steps of changing length need, says `leapfrog`.
+so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`.
+
+**Effective step.** In MuJoCo k = t, as it must be as long as all steps are of one length. Where the length changes, k
+must be the mean of this step's length and of the one before, and half this step's after an impact, whose rates belong
+to its end. Otherwise each gait step begins and ends with rates that are off by t a / 2. So there, and nowhere else,
+`qacc` is scaled by k / t before the integrator takes it.
 
 **Approach.** Before the touchdown, steps become shorter by a factor of 4 each: the impact is made of rates half a
 step old, and a foot that happens to be out of contact falls meanwhile.
@@ -26,13 +30,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from mjbiped.engines.mujoco.bearing import read_contacts
 from mjbiped.engines.mujoco.collisions import SHORTEST
-from mjbiped.engines.mujoco.constants import Constants, end_of_leg, swing_leg
-from mjbiped.engines.mujoco.contacts import Felt
-from mjbiped.engines.mujoco.leapfrog import effective_step, note_lag
-from mjbiped.engines.mujoco.state import State, X, Z
+from mjbiped.engines.mujoco.constants import Constants, end_of_leg, stance_leg, swing_leg
+from mjbiped.engines.mujoco.feet import Felt, read_contacts
+from mjbiped.engines.mujoco.state import State, X, Z, effective_step
 from mjbiped.numerics.blocks import borrowed, numbers
+from mjbiped.rules.termination import STALL_TIME
 from mjbiped.terrain.profile import height_over_ground, segment_under
 
 DEPTH = 1e-6  # under the ground to which a step leads the swing foot, m; single precision of a heightfield is 3e-7
@@ -77,7 +80,7 @@ def resolve(c: Constants, u: State, struck: float, ahead: float) -> None:
     u.struck, u.strikes = struck, 0.0
     found = step_lengths(c, u, read_contacts(c, u, readings), ahead)
     length = found.length
-    u.effective_step = effective_step(u.plain, u.last_step, length)
+    u.effective_step = effective_step(u, length)
     note_lag(c, u, length)
     u.planned, u.plain = found.following, 1.0 if found.reached else 0.0
     weight = u.effective_step / length
@@ -208,7 +211,7 @@ def sooner(first: Lengths, second: Lengths, planned: float) -> Lengths:
 
 def after(u: State, index: int, t: float) -> float:
     """A coordinate after a step of length t in s, if it is made now."""
-    k = effective_step(u.plain, u.last_step, t)
+    k = effective_step(u, t)
     return float(u.q[index] + t * (u.qvel[index] + k * u.qacc[index]))
 
 
@@ -239,3 +242,27 @@ def face_between(c: Constants, x: float, z: float, low: float, high: float, marg
         if rise != 0.0 and low < starts[index] < high and z < max(top, top - rise) + margin:
             return True
     return False
+
+
+def note_lag(c: Constants, u: State, length: float) -> None:
+    """Note what the rates will lack after this step.
+
+    Args:
+        c: The walk's constants.
+        u: State, after `bearing.read_contacts` of this time.
+        length: Of the step, s.
+    """
+    impact = u.noted or u.struck or u.plain
+    lag = 0.0 if impact else 0.5 * length  # rates after an impact are those of its end
+    falling = (STALL_TIME / c.stall_time) * (STALL_TIME / c.stall_time)
+    for index in range(2, c.nq):  # the hip's is not shown
+        acceleration = u.qacc[index]
+        if u.smooth:
+            before = u.acceleration[index]
+            room = abs(before) + falling
+            acceleration = min(max(acceleration, before - room), before + room)
+        u.lag[index] = lag * acceleration
+    u.smooth = 0.0 if impact else 1.0
+    if c.knee_stiffness > 0.0:
+        # a stop that is shown a rate of now leaves a knee that lies against it swinging, and off it now and then
+        u.lag[stance_leg(c, u).knee] = 0.0

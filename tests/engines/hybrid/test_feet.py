@@ -15,9 +15,9 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.equations import load
 from mjbiped.dynamics.linkage import BASE, MASS
 from mjbiped.dynamics.modes import HEEL, TOE
+from mjbiped.engines.hybrid.engine import HybridRun
 from mjbiped.engines.hybrid.gait_step import gait_step
 from mjbiped.engines.hybrid.impacts import tip_over
-from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.engines.hybrid.setup import raised
 from mjbiped.engines.hybrid.state import linkage_of, stance_foot
 from mjbiped.robots.robot import Robot

@@ -13,11 +13,10 @@ from simulations import hybrid_simulation
 
 import mjbiped
 from mjbiped.dynamics.modes import LOCKED
-from mjbiped.engines.hybrid.forces import note_impact
+from mjbiped.engines.hybrid.engine import HybridRun
 from mjbiped.engines.hybrid.impacts import hit_face
-from mjbiped.engines.hybrid.motion import enter_mode
+from mjbiped.engines.hybrid.motion import enter_mode, note_impact
 from mjbiped.engines.hybrid.resets import transfer_support
-from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.engines.hybrid.state import State
 from mjbiped.terrain.terrain import Terrain
 

@@ -9,11 +9,10 @@ from simulations import UNEQUAL, hybrid_simulation
 
 import mjbiped
 from controllers import Controller, Memory
-from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import lands
 from mjbiped.engines.hybrid.state import Constants, State
-from mjbiped.robots.bent_leg import bent_leg
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.terrain.terrain import Terrain
 

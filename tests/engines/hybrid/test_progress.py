@@ -12,9 +12,9 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.hybrid import run as hybrid
+from mjbiped.engines.hybrid import engine as hybrid
+from mjbiped.engines.hybrid.engine import HybridRun
 from mjbiped.engines.hybrid.guards import ATTEMPTS_BETWEEN_LOOKS
-from mjbiped.engines.hybrid.run import HybridRun
 from mjbiped.terrain.terrain import Terrain
 
 INCLINE = Terrain.incline(2.0)

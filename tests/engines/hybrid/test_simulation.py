@@ -10,7 +10,7 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
-from mjbiped.engines.hybrid.run import TOLERANCE
+from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
 
 

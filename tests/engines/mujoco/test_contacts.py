@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.engines.mujoco.contacts import Felt, felt, friction_ratio
+from mjbiped.engines.mujoco.feet import Felt, felt, friction_ratio
 
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
 slots = st.lists(st.tuples(st.booleans(), st.floats(-0.7, 0.7), forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)

@@ -14,11 +14,11 @@ from simulations import assert_same, recorded, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
-from mjbiped.engines.mujoco import ground_window
+from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
-from mjbiped.engines.mujoco.ground_window import MARGIN, GroundWindows
 from mjbiped.engines.mujoco.options import GROUND_KINDS
+from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.rules.termination import Outcome
 
@@ -48,7 +48,7 @@ def make(controller: Controller, terrain: Terrain, **parameters: Any) -> Simulat
 def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) -> Simulation:
     """A simulation on the whole terrain's model, cut into the same pieces."""
     with monkeypatch.context() as patch:
-        patch.setattr(ground_window, "FEW_SEGMENTS", 10**9)
+        patch.setattr(scene, "FEW_SEGMENTS", 10**9)
         return make_it()
 
 

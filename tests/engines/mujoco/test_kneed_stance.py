@@ -15,7 +15,7 @@ from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.mujoco.state import State
 from mjbiped.errors import InputError
 from mjbiped.records import loads, measures
-from mjbiped.robots.stance_knee import stance_knee_torque
+from mjbiped.robots.kneed import stance_knee_torque
 from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()

@@ -10,8 +10,8 @@ from simulations import build_scene
 import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
-from mjbiped.engines.mujoco.ground_window import Scene
 from mjbiped.engines.mujoco.options import GROUND_KINDS
+from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.errors import InputError
 from mjbiped.robots.robot import Robot
 

@@ -10,10 +10,9 @@ from simulations import started
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory
 from mjbiped.engines.mujoco import step_size
-from mjbiped.engines.mujoco.contacts import Felt
-from mjbiped.engines.mujoco.leapfrog import effective_step
+from mjbiped.engines.mujoco.feet import Felt
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import State
+from mjbiped.engines.mujoco.state import State, effective_step
 
 Terrain = mjbiped.Terrain
 AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
@@ -100,7 +99,7 @@ def flown(
         found = step_size.step_lengths(constants, u, AWAY, 1.0)
         lengths.append(found.length)
         for index in range(2):
-            u.qvel[index] += effective_step(u.plain, u.last_step, found.length) * u.qacc[index]
+            u.qvel[index] += effective_step(u, found.length) * u.qacc[index]
             u.q[index] += found.length * u.qvel[index]
         places.append((u.q[0] - leg * math.sin(angle), u.q[1] - leg * math.cos(angle)))
         u.time += found.length

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import mjbiped
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.ground_window import GroundWindows
+from mjbiped.engines.mujoco.scene import GroundWindows
 from mjbiped.errors import InputError
 from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kinds import robot_from

@@ -14,9 +14,8 @@ from mjbiped.dynamics.modes import land
 from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kinds import robot_from
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed import KneedBiped, stance_knee_torque
 from mjbiped.robots.round import RoundKneed
-from mjbiped.robots.stance_knee import stance_knee_torque
 
 SLOPE = 0.0456
 PLAIN = KneedBiped()
