@@ -145,19 +145,9 @@ def _maps(drawing: Drawing, number: int) -> Shown:
         told = f"{x.label} %{{x:.4g}}<br>{y.label} %{{y:.4g}}<br>%{{z:.4g}}, of %{{customdata}} walks<extra></extra>"
         shown = [k for k, table in enumerate(tables) if not np.isnan(table).all()]
         for k, (table, _, _, count) in enumerate(spreads):
-            cells = {
-                "type": "heatmap",
-                "name": "",
-                "x": x.centres,
-                "y": y.centres,
-                "z": table,
-                "customdata": count.astype(int),
-            }
-            traces = (
-                [{**cells, **scale, "hovertemplate": told, "showscale": k == shown[0], "showlegend": False}]
-                if k in shown
-                else []
-            )
+            places = {"x": x.centres, "y": y.centres, "z": table, "customdata": count.astype(int)}
+            look = {"hovertemplate": told, "showscale": [k] == shown[:1], "showlegend": False, **scale}
+            traces = [{"type": "heatmap", "name": "", **places, **look}] if k in shown else []
             words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
             axes = _map_axis(x, k == groups.count - 1), _map_axis(y, column == 0)
             panels[k, column] = Panel(traces, *axes, words)
