@@ -7,7 +7,7 @@ import io
 import math
 
 from mjbiped.studies.reproduction.cell import COSTS
-from mjbiped.studies.reproduction.rows import NO_WALK, Row
+from mjbiped.studies.reproduction.results import NO_WALK, Row
 from mjbiped.studies.reproduction.section_5 import TABLE_3
 from scripts.paper.placebo import RandomGround
 

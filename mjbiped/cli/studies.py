@@ -105,9 +105,9 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
       mjbiped robustness study.toml --json
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.cli import tables
-    from mjbiped.studies.robustness.plan import read_plan
-    from mjbiped.studies.robustness.report import TABLES, draw, robustness_tables, write_tables
-    from mjbiped.studies.robustness.result import Robustness
+    from mjbiped.studies.robustness import read_plan
+    from mjbiped.studies.robustness_findings import Robustness
+    from mjbiped.studies.robustness_report import TABLES, draw, robustness_tables, write_tables
     from mjbiped.studies.run import estimate, run
 
     planned = read_plan(study)

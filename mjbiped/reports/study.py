@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from mjbiped.records.summary import MEASURES as LISTED
 from mjbiped.records.summary import in_words, quantile_rows
 from mjbiped.reports.page import UNIFIED, Panel, Shown, check_installed, curve, flattened, include, plotted, write_page
 from mjbiped.robots.compass import Array
-from mjbiped.studies.bins import SHOWN, Axis, arranged, measure_label, spread, tabulated, values_of
+from mjbiped.studies.bins import SHOWN, Axis, Drawing, drawings, known_of, measure_label
 from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.plan import FINISHED
 from mjbiped.studies.store import read_table
@@ -108,13 +107,8 @@ def study_figures(rows: Sequence[Row], varied: Sequence[str]) -> list[Shown]:
     Raises:
         InputError: Plotly is not installed.
     """
-    axes, groups = arranged(rows, varied)
-    if len(axes) > 1:
-        pairs = enumerate(itertools.combinations(axes, 2))
-        return [_maps(rows, pair, groups, number) for number, pair in pairs]
-    if axes:
-        return [_lines(rows, axes[0], groups)]
-    return [_groups(rows, groups) if groups.name else _histograms(rows)]
+    made = drawings(rows, varied, SHOWN)
+    return [_KINDS[drawing.kind](drawing, number) for number, drawing in enumerate(made)]
 
 
 def _scale(axis: Axis) -> dict[str, object]:
@@ -138,25 +132,22 @@ def _reach(name: str, values: Array) -> dict[str, object]:
     return {"range": [-0.03, 1.03]} if name == FINISHED else include(values, least)
 
 
-def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: int) -> Shown:
+def _maps(drawing: Drawing, number: int) -> Shown:
     """Draw a heat map for each group (downwards) and measure (to the right)."""
-    x, y = pair
+    (x, y), groups = drawing.axes, drawing.groups
     panels = dict[tuple[int, int], Panel]()
-    for column, name in enumerate(SHOWN):
-        drawn = [tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)]
-        known = np.concatenate([table[~np.isnan(table)] for table, _ in drawn])
+    for column, (name, spreads) in enumerate(drawing.measures.items()):
+        tables = spreads[:, 0]
+        known = known_of(tables)
         ends = (0.0, 1.0) if name == FINISHED or not known.size else (float(known.min()), float(known.max()))
         right = (column + 1 - _MAP_GAP) / (len(SHOWN) - _MAP_GAP)  # end of the column, as a share of the width
         scale = {"zmin": ends[0], "zmax": ends[1], "colorscale": "Viridis", "colorbar": {"x": right, "thickness": 10}}
         told = f"{x.label} %{{x:.4g}}<br>{y.label} %{{y:.4g}}<br>%{{z:.4g}}, of %{{customdata}} walks<extra></extra>"
-        shown = [k for k, (table, _) in enumerate(drawn) if not np.isnan(table).all()]
-        for k, (table, count) in enumerate(drawn):
-            cells = {"type": "heatmap", "name": "", "x": x.centres, "y": y.centres, "z": table, "customdata": count}
-            traces = (
-                [{**cells, **scale, "hovertemplate": told, "showscale": k == shown[0], "showlegend": False}]
-                if k in shown
-                else []
-            )
+        shown = [k for k, table in enumerate(tables) if not np.isnan(table).all()]
+        for k, (table, _, _, count) in enumerate(spreads):
+            places = {"x": x.centres, "y": y.centres, "z": table, "customdata": count.astype(int)}
+            look = {"hovertemplate": told, "showscale": [k] == shown[:1], "showlegend": False, **scale}
+            traces = [{"type": "heatmap", "name": "", **places, **look}] if k in shown else []
             words = "<br>".join(filter(None, (f"<b>{measure_label(name)}</b>", groups.ticks[k])))
             axes = _map_axis(x, k == groups.count - 1), _map_axis(y, column == 0)
             panels[k, column] = Panel(traces, *axes, words)
@@ -166,14 +157,12 @@ def _maps(rows: Sequence[Row], pair: tuple[Axis, Axis], groups: Axis, number: in
     return Shown(f"map-{number}", title, f"{_MEDIANS} White: none.", plot, 100 + _PANEL * groups.count)
 
 
-def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
+def _lines(drawing: Drawing, _: int) -> Shown:
     """Draw the median of each measure over a parameter, with the quartiles as a band, a line for each group."""
-    panels = list[Panel]()
-    for name in SHOWN:
-        values, traces = values_of(rows, name), list[dict[str, Any]]()
-        bins = [[values[axis.within(i, groups.bin == k)] for i in range(axis.count)] for k in range(groups.count)]
-        spreads = np.array([spread(group, name) for group in bins])
-        for k, (kind, (middles, low, high)) in enumerate(zip(groups.ticks, spreads, strict=True)):
+    (axis,), groups, panels = drawing.axes, drawing.groups, list[Panel]()
+    for name, spreads in drawing.measures.items():
+        traces = list[dict[str, Any]]()
+        for k, (kind, (middles, low, high, _)) in enumerate(zip(groups.ticks, spreads, strict=True)):
             colour, dash = _LOOKS[k % len(_LOOKS)]
             look = {"line": {"color": colour, "dash": dash}, "mode": "lines+markers"}
             band = {"fill": "toself", "fillcolor": colour, "opacity": 0.18, "line": {"width": 0}, "showlegend": False}
@@ -182,18 +171,18 @@ def _lines(rows: Sequence[Row], axis: Axis, groups: Axis) -> Shown:
                 traces.append({**curve("band", *around, **band), "legendgroup": kind or "all"})
             traces.append(curve(kind or "all", axis.at, middles, "%{y:.4g}", **look))
         x = {"type": "log" if axis.log else "linear", "title": {"text": axis.label}}
-        panels.append(Panel(traces, x, {**_reach(name, spreads), "automargin": True}, f"<b>{measure_label(name)}</b>"))
+        panels.append(
+            Panel(traces, x, {**_reach(name, spreads[:, :3]), "automargin": True}, f"<b>{measure_label(name)}</b>")
+        )
     named = groups.count > 1
     plot = plotted(panels, shared=True, legend=1.05, grid={"ygap": 0.24}, showlegend=named, **UNIFIED)
     return Shown("line", f"Over {axis.label}", f"{_MEDIANS} Band: from quartile to quartile.", plot, 760)
 
 
-def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
+def _groups(drawing: Drawing, _: int) -> Shown:
     """Draw the median of each measure of each group, and a bar from quartile to quartile."""
-    panels = list[Panel]()
-    for name in SHOWN:
-        values = values_of(rows, name)
-        middles, low, high = spread([values[groups.bin == k] for k in range(groups.count)], name)
+    (groups,), panels = drawing.axes, list[Panel]()
+    for name, [(middles, low, high, _)] in drawing.measures.items():
         bars = {} if name == FINISHED else {"error_x": {"array": high - middles, "arrayminus": middles - low}}
         look = {"mode": "markers", "marker": {"size": 9, "color": BLUE}, "showlegend": False, **bars}
         dots = curve("", middles, list(groups.ticks), "%{y}: %{x:.4g}<extra></extra>", **look)
@@ -205,15 +194,17 @@ def _groups(rows: Sequence[Row], groups: Axis) -> Shown:
     return Shown("groups", groups.label.capitalize(), note, plot, 160 + 36 * groups.count)
 
 
-def _histograms(rows: Sequence[Row]) -> Shown:
+def _histograms(drawing: Drawing, _: int) -> Shown:
     """Draw how often each measure has which value, of walks that finished."""
     panels = list[Panel]()
-    for name in SHOWN:
-        if name != FINISHED:
-            values = values_of(rows, name)
-            bars = {"x": values[~np.isnan(values)], "marker": {"color": BLUE, "line": {"width": 1, "color": "white"}}}
-            hover = {"showlegend": False, "hovertemplate": "%{x}: %{y} walks<extra></extra>"}
-            x, y = ({"title": {"text": words}} for words in (measure_label(name), "walks"))
-            panels.append(Panel([{"type": "histogram", "name": "", **bars, **hover}], x, y))
+    for name, values in drawing.measures.items():
+        bars = {"x": values, "marker": {"color": BLUE, "line": {"width": 1, "color": "white"}}}
+        hover = {"showlegend": False, "hovertemplate": "%{x}: %{y} walks<extra></extra>"}
+        x, y = ({"title": {"text": words}} for words in (measure_label(name), "walks"))
+        panels.append(Panel([{"type": "histogram", "name": "", **bars, **hover}], x, y))
     plot = plotted(panels, columns=len(panels), grid={"xgap": 0.16})
     return Shown("histograms", "How often", "Of the walks that finished.", plot, 380)
+
+
+_KINDS = {"map": _maps, "line": _lines, "groups": _groups, "histograms": _histograms}
+"""What draws a figure; a map is numbered."""

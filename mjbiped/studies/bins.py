@@ -1,11 +1,11 @@
-"""A study's rows in bins: medians and quartiles over a parameter or a pair, and the labels of both."""
+"""A study's rows in bins, what its figures show of them, and the labels of both."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,25 +143,17 @@ def middle(values: Array, name: str) -> float:
     return math.nan if not known.size else float(np.mean(known) if name == FINISHED else np.median(known))
 
 
-def tabulated(
-    axes: Sequence[Axis], group: NDArray[np.bool_], rows: Sequence[Row], name: str
-) -> tuple[Array, NDArray[np.int64]]:
-    """Compute a measure's middle in each pair of bins, and the number of walks in it, shape (y, x)."""
-    values = values_of(rows, name)
-    x, y = ([axis.within(i, group) for i in range(axis.count)] for axis in axes)
-    cells = [[known_of(values[column & line]) for column in x] for line in y]
-    middles = np.array([[middle(cell, name) for cell in line] for line in cells])
-    return middles, np.array([[cell.size for cell in line] for line in cells])
+def measured(bins: Sequence[Array], name: str) -> Array:
+    """Middle, quartiles and number of known values of a measure in bins, shape (4, bins).
 
-
-def spread(bins: Sequence[Array], name: str) -> Array:
-    """Middles and quartiles of a measure in bins, shape (3, bins); the quartiles of a share are the share itself."""
-    middles = np.array([middle(each, name) for each in bins])
-    if name == FINISHED:
-        return np.array([middles] * 3)
-    known = map(known_of, bins)
-    ends = [np.quantile(each, (0.25, 0.75)).tolist() if each.size else [math.nan] * 2 for each in known]
-    return np.vstack([middles, np.array(ends).T])
+    The quartiles of a share are the share itself.
+    """
+    found = []
+    for known in map(known_of, bins):
+        mean = middle(known, name)
+        ends = [mean, mean] if name == FINISHED or not known.size else np.quantile(known, (0.25, 0.75)).tolist()
+        found.append([mean, *ends, known.size])
+    return np.array(found).T
 
 
 def grouped(rows: Sequence[Row], names: Sequence[str], label: Callable[[str, object], str] = value_label) -> Axis:
@@ -196,6 +188,54 @@ def arranged(rows: Sequence[Row], shown: Sequence[str]) -> tuple[list[Axis], Axi
     each = len(rows) / groups.count / _WALKS_IN_BIN
     most = int(np.clip(each if len(numeric) == 1 else math.sqrt(each), _FEWEST_BINS, MOST_VALUES))
     return [binned(rows, name, most) for name in numeric], groups
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of a study, before it is drawn by any library.
+
+    Attributes:
+        kind: "map", "line", "groups" or "histograms".
+        name: Name of its file.
+        axes: Both axes of a map, the axis of lines, or the groups; none of histograms.
+        groups: Groups of walks, a map or a line for each; one group where the axis is the groups.
+        measures: By measure what `measured` finds, shape (groups, 4, bins), of a map (groups, 4, y, x); of histograms
+            the known values.
+    """
+
+    kind: str
+    name: str
+    axes: Sequence[Axis]
+    groups: Axis
+    measures: Mapping[str, Array]
+
+
+def drawings(rows: Sequence[Row], shown: Sequence[str], measures: Sequence[str]) -> Iterator[Drawing]:
+    """Prepare the figures of a study: maps over pairs of parameters, lines over one, groups or histograms over none.
+
+    Args:
+        rows: Rows of the table, at least one.
+        shown: Names of the varied columns, the most important first.
+        measures: Names of the measures.
+    """
+    axes, groups = arranged(rows, shown)
+    kind = "map" if len(axes) > 1 else "line" if axes else "groups" if groups.name else "histograms"
+    if kind == "histograms":
+        known = [name for name in measures if name != FINISHED] or [COST]
+        yield Drawing(kind, kind, (), groups, {name: known_of(values_of(rows, name)) for name in known})
+        return
+    if kind == "groups":
+        axes, groups = [groups], grouped(rows, [])
+    for part in combinations(axes, 2) if kind == "map" else [axes]:
+        found = {}
+        for name in measures:
+            values, spreads = values_of(rows, name), []
+            for k in range(groups.count):
+                bins = [[axis.within(i, groups.bin == k) for i in range(axis.count)] for axis in reversed(part)]
+                spread = measured([values[np.logical_and.reduce(each)] for each in product(*bins)], name)
+                spreads.append(spread.reshape(4, *map(len, bins)))
+            found[name] = np.array(spreads)
+        yield Drawing(kind, "_".join((kind, *(axis.name for axis in part))), part, groups, found)
 
 
 def is_numeric(rows: Sequence[Row], name: str) -> bool:

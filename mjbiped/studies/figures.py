@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +12,12 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, VERMILLION, drawn, told_apart
 from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
-from mjbiped.studies.bins import (
-    SHOWN,
-    Axis,
-    arranged,
-    known_of,
-    measure_label,
-    never_began,
-    spread,
-    tabulated,
-    values_of,
-)
+from mjbiped.studies.bins import SHOWN, Axis, Drawing, drawings, known_of, measure_label, never_began
 from mjbiped.studies.cell import Row
 from mjbiped.studies.plan import FINISHED, Study
 
@@ -59,22 +46,11 @@ def draw(study: Study, rows: Sequence[Row], folder: Path) -> list[Path]:
     Raises:
         RenderError: A file cannot be written.
     """
-    axes, groups = arranged(rows, study.plot_parameters or study.varied)
-    measures = study.plot_measures or SHOWN
-    drawings: dict[str, Callable[[Figure], None]] = {
-        f"map_{pair[0].name}_{pair[1].name}": partial(_maps, rows, pair, groups, measures)
-        for pair in itertools.combinations(axes, 2)
-    }
-    if len(axes) == 1:
-        drawings[f"line_{axes[0].name}"] = partial(_lines, rows, axes[0], groups, measures)
-    elif not axes and groups.name:
-        drawings[f"groups_{groups.name}"] = partial(_groups, rows, groups, measures)
-    elif not axes:
-        drawings["histograms"] = partial(_histograms, rows, measures)
-    written = [folder / f"{name}.png" for name in drawings]
-    for path, fill in zip(written, drawings.values(), strict=True):
-        with drawn(path) as figure:
-            fill(figure)
+    written = []
+    for drawing in drawings(rows, study.plot_parameters or study.varied, study.plot_measures or SHOWN):
+        written.append(folder / f"{drawing.name}.png")
+        with drawn(written[-1]) as figure:
+            _note(figure, rows, _KINDS[drawing.kind](drawing, figure))
     return written
 
 
@@ -90,24 +66,27 @@ def _panels(figure: Figure, measures: Sequence[str], height: float, groups: int 
     return panels.reshape(groups, lines * columns)[:, : len(measures)]
 
 
-def _maps(rows: Sequence[Row], pair: Sequence[Axis], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
+def _maps(drawing: Drawing, figure: Figure) -> str:
     """Draw a heat map for each group (downwards) and measure (to the right)."""
-    panels = _panels(figure, measures, 3.1, groups.count)
-    for place, name in enumerate(measures):
-        tables, counts = zip(*(tabulated(pair, groups.bin == k, rows, name) for k in range(groups.count)), strict=True)
-        norm = _norm(tables, name)
-        for axes, table, count, kind in zip(panels[:, place], tables, counts, groups.ticks, strict=True):
+    pair, groups = drawing.axes, drawing.groups
+    panels = _panels(figure, [*drawing.measures], 3.1, groups.count)
+    for place, (name, spreads) in enumerate(drawing.measures.items()):
+        norm = _norm(spreads[:, 0], name)
+        for axes, (table, _, _, count), kind in zip(panels[:, place], spreads, groups.ticks, strict=True):
             _draw_map(figure, axes, pair, table, norm)
             titled(axes, "", "\n".join(filter(None, (measure_label(name), plain(kind)))))
             if max(axis.count for axis in pair) <= _MOST_NUMBERED:
                 _number(axes, pair, table, count, norm)
-    in_bins = "" if all(axis.ticks for axis in pair) else ", in bins"
-    _note(figure, rows, f"medians of those that finished{in_bins}; grey: none; in brackets: number of walks")
+    return f"medians of those that finished{_in_bins(pair)}; grey: none; in brackets: number of walks"
 
 
-def _norm(tables: Sequence[Array], name: str) -> Normalize:
+def _in_bins(axes: Sequence[Axis]) -> str:
+    return "" if all(axis.ticks for axis in axes) else ", in bins"
+
+
+def _norm(tables: Array, name: str) -> Normalize:
     """Make one colour scale for all groups."""
-    values = known_of(np.ravel(tables))
+    values = known_of(tables)
     if name == FINISHED or not values.size:
         return Normalize(0.0, 1.0)
     low, high = float(values.min()), float(values.max())
@@ -124,7 +103,7 @@ def _draw_map(figure: Figure, axes: Axes, parameters: Sequence[Axis], table: Arr
     axes.spines[:].set_visible(True)
 
 
-def _number(axes: Axes, parameters: Sequence[Axis], table: Array, counts: NDArray[np.int64], norm: Normalize) -> None:
+def _number(axes: Axes, parameters: Sequence[Axis], table: Array, counts: Array, norm: Normalize) -> None:
     """Write into each cell of a map its value and the number of walks, where there is room for them."""
     x, y = parameters
     across = axes.get_subplotspec()
@@ -137,7 +116,7 @@ def _number(axes: Axes, parameters: Sequence[Axis], table: Array, counts: NDArra
         value = float(table[j, i])
         light = math.isnan(value) or float(np.dot(_MAP(norm(value))[:3], (0.299, 0.587, 0.114))) >= 0.5
         number = f"{value:#.3g}".removesuffix(".") if abs(value) < 1000.0 else f"{value:.0f}"
-        text = "–" if math.isnan(value) else f"{number}\n({counts[j, i]})".replace("-", "−")
+        text = "–" if math.isnan(value) else f"{number}\n({counts[j, i]:.0f})".replace("-", "−")
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": size, "color": BLACK if light else "white"}
         axes.text(float(x.centres[i]), float(y.centres[j]), text, **look)
 
@@ -151,35 +130,33 @@ def _set_scale(axes: Axes, axis: Axis, which: str) -> None:
         axes.set(**{f"{which}scale": "log"})
 
 
-def _lines(rows: Sequence[Row], axis: Axis, groups: Axis, measures: Sequence[str], figure: Figure) -> None:
+def _lines(drawing: Drawing, figure: Figure) -> str:
     """Draw the middle of each measure over a parameter, with the quartiles as a band; a line for each group."""
-    panels = _panels(figure, measures, 3.2)
-    for axes, name in zip(panels[0], measures, strict=True):
-        values = values_of(rows, name)
-        for k, kind in enumerate(groups.ticks):
+    (axis,), groups = drawing.axes, drawing.groups
+    panels = _panels(figure, [*drawing.measures], 3.2)
+    for axes, (name, spreads) in zip(panels[0], drawing.measures.items(), strict=True):
+        for k, (kind, (middles, low, high, _)) in enumerate(zip(groups.ticks, spreads, strict=True)):
             colour, marker, style = told_apart(k)
-            middles, low, high = spread([values[axis.within(i, groups.bin == k)] for i in range(axis.count)], name)
             looks = {"color": colour, "linestyle": style, "marker": marker, "markersize": 3.5}
             axes.plot(axis.at, middles, label=plain(kind), **looks)
             axes.fill_between(axis.at, low, high, color=colour, alpha=0.2, linewidth=0)
         titled(axes, "", measure_label(name))
+        none = np.isnan(spreads[:, 0]).all()  # a logarithmic scale of nothing is an error
+        axes.set(xlabel=axis.label, xscale="log" if axis.log and not none else "linear")
         if name == FINISHED:
             axes.set_ylim(*_SHARES)
-        elif np.isnan(values).all():
+        elif none:
             _write_none(axes)
-        axes.set(xlabel=axis.label, xscale="log" if axis.log else "linear")
     if groups.count > 1:
         legend_below(figure, *panels[0, 0].get_legend_handles_labels())
-    in_bins = "" if axis.ticks else ", in bins"
-    _note(figure, rows, f"medians of those that finished{in_bins}; band: from the lower to the upper quartile")
+    return f"medians of those that finished{_in_bins([axis])}; band: from the lower to the upper quartile"
 
 
-def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: Figure) -> None:
+def _groups(drawing: Drawing, figure: Figure) -> str:
     """Draw the middle of each measure for each group, and a line from quartile to quartile."""
-    panels = _panels(figure, measures, 0.9 + 0.3 * groups.count)
-    for axes, name in zip(panels[0], measures, strict=True):
-        values = values_of(rows, name)
-        middles, low, high = spread([values[groups.bin == k] for k in range(groups.count)], name)
+    (groups,) = drawing.axes
+    panels = _panels(figure, [*drawing.measures], 0.9 + 0.3 * groups.count)
+    for axes, (name, [(middles, low, high, _)]) in zip(panels[0], drawing.measures.items(), strict=True):
         axes.plot(middles, groups.centres, "o", color=BLUE, markersize=4.5)
         axes.hlines(groups.centres, low, high, color=BLUE)
         axes.set(ylim=(groups.count, 0.0), xlabel=measure_label(name))
@@ -188,15 +165,13 @@ def _groups(rows: Sequence[Row], groups: Axis, measures: Sequence[str], figure: 
         axes.set_yticks(groups.centres, [plain(kind) for kind in groups.ticks])
         axes.grid(axis="x", color=GROUND, linewidth=0.5)
         axes.tick_params(labelleft=axes.get_subplotspec().is_first_col())
-    _note(figure, rows, "medians of those that finished; line: from the lower to the upper quartile")
+    return "medians of those that finished; line: from the lower to the upper quartile"
 
 
-def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) -> None:
+def _histograms(drawing: Drawing, figure: Figure) -> str:
     """Draw histograms of the measures of walks that finished."""
-    shown = [name for name in measures if name != FINISHED] or ["cost_of_transport"]
-    panels = _panels(figure, shown, 2.9)
-    for axes, name in zip(panels[0], shown, strict=True):
-        values = known_of(values_of(rows, name))
+    panels = _panels(figure, [*drawing.measures], 2.9)
+    for axes, (name, values) in zip(panels[0], drawing.measures.items(), strict=True):
         if values.size:
             half = float(np.median(values))
             axes.hist(values, bins=int(np.clip(math.sqrt(values.size), 5, 40)), color=BLUE, edgecolor="white")
@@ -205,7 +180,11 @@ def _histograms(rows: Sequence[Row], measures: Sequence[str], figure: Figure) ->
         else:
             _write_none(axes)
         axes.set(xlabel=measure_label(name), ylabel="walks")
-    _note(figure, rows, "only those that finished are shown")
+    return "only those that finished are shown"
+
+
+_KINDS = {"map": _maps, "line": _lines, "groups": _groups, "histograms": _histograms}
+"""What draws a figure, and returns the meaning of its marks."""
 
 
 def _write_none(axes: Axes) -> None:

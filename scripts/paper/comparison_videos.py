@@ -16,9 +16,8 @@ from mjbiped.rendering.overlay import Pixels, overlay
 from mjbiped.rendering.video import encoder, render_frame
 from mjbiped.studies.reproduction.cell import SAMPLED, cell
 from mjbiped.studies.reproduction.reproduce import TABLE
-from mjbiped.studies.reproduction.rows import read_rows
+from mjbiped.studies.reproduction.results import Results, read_rows
 from mjbiped.studies.reproduction.section_5 import GROUNDS, SETTLED, Variant, settled, terrain_of
-from mjbiped.studies.reproduction.table_2 import Results
 from mjbiped.utils.files import written_whole
 
 WIDTH, HEIGHT = 720, 180

@@ -21,7 +21,7 @@ from mjbiped.records.measures import WORK_KINDS
 from mjbiped.studies.reproduction.cell import LENGTHS
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.studies.reproduction.rows import NONE, number, read_rows, share
+from mjbiped.studies.reproduction.results import NONE, Results, agreement, number, read_rows, share
 from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     DELAYS,
@@ -35,7 +35,6 @@ from mjbiped.studies.reproduction.section_5 import (
     Variant,
     gains_told,
 )
-from mjbiped.studies.reproduction.table_2 import Results, agreement
 from mjbiped.studies.reproduction.tables import FITS, distance, printed
 from mjbiped.utils.files import markdown_table
 from scripts.paper import placebo

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mjbiped.studies.cell import Cell
-from mjbiped.studies.reproduction import rows
+from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction.cell import cell
-from mjbiped.studies.reproduction.rows import as_csv
+from mjbiped.studies.reproduction.results import Results, as_csv, logs
 from mjbiped.studies.reproduction.section_5 import TABLE_2, TABLE_3, UNEVEN, Segments, adaptive, end_of
-from mjbiped.studies.reproduction.table_2 import Results, logs
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper.gain_scan import Tried
 
@@ -89,7 +88,7 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Segments]:
 def walked(grounds: Iterable[Segments], folder: Path) -> list[RandomGround]:
     """Walk grounds with every zeta; finished walks are kept in a folder."""
     planned = [*grounds]
-    walks = iter(rows.walked([each for segments in planned for each in cells(segments)], folder, progress=True))
+    walks = iter(reproduce.walked([each for segments in planned for each in cells(segments)], folder, progress=True))
     found = []
     for segments in planned:
         ended = [next(walks) for _ in TABLE_3]

@@ -10,10 +10,9 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.studies.reproduction.reproduce import misjudged, on_table_2, table_2
-from mjbiped.studies.reproduction.rows import number, walked
+from mjbiped.studies.reproduction.reproduce import misjudged, on_table_2, table_2, walked
+from mjbiped.studies.reproduction.results import Results, number
 from mjbiped.studies.reproduction.section_5 import BLIND, FITTED
-from mjbiped.studies.reproduction.table_2 import Results
 from mjbiped.studies.reproduction.tables import section
 
 

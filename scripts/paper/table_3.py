@@ -10,9 +10,8 @@ import click
 from rich.console import Console
 from rich.markdown import Markdown
 
-from mjbiped.studies.reproduction.reproduce import start, table_3
-from mjbiped.studies.reproduction.rows import walked
-from mjbiped.studies.reproduction.table_2 import Results
+from mjbiped.studies.reproduction.reproduce import start, table_3, walked
+from mjbiped.studies.reproduction.results import Results
 from mjbiped.studies.reproduction.tables import distances, section
 
 

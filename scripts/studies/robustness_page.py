@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from mjbiped.studies.robustness.report import TABLES
+from mjbiped.studies.robustness_report import TABLES
 from scripts.pages import write_block
 
 PAGE, IMAGES = Path("docs/tables/robustness.md"), Path("docs/images")

@@ -15,8 +15,8 @@ from mjbiped.cli.main import main
 from mjbiped.control.registry import controller_names, settings_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.studies import plan as sweeps
+from mjbiped.studies import robustness
 from mjbiped.studies.plan import SCUFFING
-from mjbiped.studies.robustness import plan as robustness
 from mjbiped.terrain.presets import PRESETS
 
 PUBLIC: tuple[Callable[..., Any], ...] = (

@@ -15,7 +15,7 @@ from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.plan import plan
 from mjbiped.studies.reproduction.cell import cell as make_cell
-from mjbiped.studies.reproduction.rows import walked
+from mjbiped.studies.reproduction.reproduce import walked
 from mjbiped.studies.run import columns_of
 from mjbiped.studies.store import opened
 

@@ -11,8 +11,8 @@ from simulations import Plain
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.engines.hybrid.resets import transfer_support
 from mjbiped.engines.hybrid.engine import TOLERANCE, HybridRun
+from mjbiped.engines.hybrid.resets import transfer_support
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, flat_samples, index_of, width
 

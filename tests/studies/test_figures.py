@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from mjbiped.plotting import style as plot_style
-from mjbiped.studies.bins import binned, middle, spread, values_of
+from mjbiped.studies.bins import binned, measured, middle, values_of
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.figures import draw
 from mjbiped.studies.plan import FINISHED, plan
@@ -108,7 +108,7 @@ def test_only_finished_walks_are_measured() -> None:
     rows[0] |= {"outcome": "failed", "steps": None}
     rows[1] |= {"outcome": "failed"}  # in its second step
     assert middle(values_of(rows, FINISHED), FINISHED) == 8 / 11  # a walk that could not begin is none
-    assert spread([np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])], "steps").tolist() == [[2.0], [1.0], [3.0]]
+    assert measured([np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])], "steps").tolist() == [[2.0], [1.0], [3.0], [5.0]]
 
 
 def test_few_values_stand_by_themselves_and_many_in_bins() -> None:

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from mjbiped.control.registry import settings_of
 from mjbiped.studies.reproduction import section_5 as paper
 from mjbiped.studies.reproduction.cell import RESOLVED_SLOPE
-from mjbiped.studies.reproduction.rows import ENGINES, NO_WALK, NONE, Row, find, in_words, select
-from mjbiped.studies.reproduction.table_2 import Choice, Results
+from mjbiped.studies.reproduction.results import ENGINES, NO_WALK, NONE, Choice, Results, Row, find, in_words, select
 
 CLAIMS: dict[str, dict[str, str]] = tomllib.loads((paper.FILES / "claims.toml").read_text(encoding="utf-8"))
 """The claims by name, as `claims.toml` describes them."""

@@ -21,11 +21,7 @@ from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of
 from mjbiped.studies.reproduction import section_5 as paper
 from mjbiped.studies.reproduction.claims import walks_of
-from mjbiped.studies.reproduction.rows import (
-    ENGINES,
-    Row,
-    engine_shown,
-)
+from mjbiped.studies.reproduction.results import ENGINES, Row, engine_shown
 
 _SHOWN = 16.0  # s of Fig. 5
 _STARTS = ({"linestyle": (0, (5, 1.5)), "linewidth": 1.6}, {"linestyle": "-", "linewidth": 1.0})

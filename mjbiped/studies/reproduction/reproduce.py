@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from mjbiped.records.record import Walk
-from mjbiped.studies.cell import Cell
+from mjbiped.rules.termination import Outcome
+from mjbiped.studies.cell import LIMIT, Cell
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.cell import LENGTHS, cell, record_path
+from mjbiped.studies.reproduction.cell import KEY_DIGITS, LENGTHS, cell, key, record_path, row
 from mjbiped.studies.reproduction.figures import draw
-from mjbiped.studies.reproduction.rows import walked, write_rows
-from mjbiped.studies.reproduction.table_2 import Choice, Results
+from mjbiped.studies.reproduction.results import COLUMNS, Choice, Results, Row, row_of, write_rows
 from mjbiped.studies.reproduction.tables import TABLES, render, stored
-from mjbiped.studies.store import make_folder
+from mjbiped.studies.run import walk_cells
+from mjbiped.studies.store import make_folder, opened
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
 
@@ -31,6 +32,7 @@ MUJOCO_STEPS = 60
 QUICK_STEPS = 20
 MIXED_STEPS = 60
 OTHER_GRAVITY = 9.8  # m/s²
+_ENDS = {outcome.words for outcome in Outcome}
 
 
 def reproduce(
@@ -87,6 +89,46 @@ def reproduce(
         if each.values.get("record")
     ]
     return results, [*(report / name for name in texts), *draw(recorded, rows, report / PICTURES, folder / PRINTS)]
+
+
+def walked(
+    planned: Sequence[Cell], folder: Path, *, fresh: bool = False, workers: int | None = None, progress: bool = False
+) -> list[Row]:
+    """Return the rows of cells; those that are not kept in a folder yet are walked, and kept there as they end.
+
+    The rows do not depend on the number of workers. A cell that fails has a row with the error's text, and is walked
+    again the next time.
+
+    Args:
+        planned: Any number of cells; equal ones are walked once.
+        folder: Folder of a table, and of a file for each record that is kept; it is made if missing.
+        fresh: Delete the walks that are kept.
+        workers: Number of processes that walk; one for each core unless given.
+        progress: Show a progress bar (never where the output is not a terminal).
+
+    Raises:
+        InputError: The folder cannot be made, or another process has it.
+        RecordError: The table is damaged, or a file cannot be written.
+        MjbipedError: A process died, of lack of memory perhaps; what had ended is kept.
+        KeyboardInterrupt: Ctrl-C; what had ended is kept.
+    """
+    keys = [key(cell) for cell in planned]
+    wanted = dict(zip(keys, planned, strict=True))
+    with opened(folder, "walks", ("key", *COLUMNS), {}, fresh=fresh) as store:
+        for file in folder.glob(f"{'[0-9a-f]' * KEY_DIGITS}.npz") if fresh else ():
+            file.unlink()
+        kept = {row["key"] for row in store.rows() if row["outcome"] in _ENDS}  # others failed, or are damaged
+        todo = [
+            cell
+            for known, cell in wanted.items()
+            if known not in kept or (cell.values.get("record") and not record_path(folder, cell).exists())
+        ]
+        # MuJoCo's take the longest, and longer the more steps they have
+        todo.sort(key=lambda cell: (cell.values["engine"] != "mujoco", -int(cell.values.get(f"{LIMIT}.steps", 0))))
+        ended = len(wanted) - len(todo)
+        walk_cells(partial(row, folder=folder), todo, store.save, ended=ended, workers=workers, progress=progress)
+        found = {row["key"]: row_of(row) for row in store.rows()}
+    return [found[each] for each in keys]
 
 
 def on_table_2(

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 from jinja2 import Environment, StrictUndefined
@@ -17,10 +16,12 @@ from mjbiped.records.measures import WORK_KINDS
 from mjbiped.studies.reproduction import section_5 as paper
 from mjbiped.studies.reproduction.cell import LENGTHS
 from mjbiped.studies.reproduction.claims import Answer, by_claim, checks, missed, walks_of
-from mjbiped.studies.reproduction.rows import (
+from mjbiped.studies.reproduction.results import (
     ENGINES,
     NO_WALK,
     NONE,
+    Choice,
+    Results,
     Row,
     engine_shown,
     excess,
@@ -28,8 +29,8 @@ from mjbiped.studies.reproduction.rows import (
     in_words,
     number,
     select,
-)
-from mjbiped.studies.reproduction.table_2 import Choice, Results, side_distances
+    side_distances,
+)  # fmt: skip
 
 PAGE = "reproduction.md"
 TABLES = "tables/reproduction.md"
@@ -37,19 +38,10 @@ TEMPLATES = {PAGE: "template_page.md", TABLES: "template_tables.md"}
 FITS = "fits.json"
 """Texts of the page about the searches that `scripts/paper/fits.py` makes."""
 
-Pairs = Sequence[tuple[Row, Row, list[float]]]
-"""Walks of Table II that were made in both engines, the hybrid one first, and their c_mt if both came so far."""
-
 
 def stored(file: str) -> str:
     """Read a text that is part of this package."""
     return paper.FILES.joinpath(file).read_text(encoding="utf-8")
-
-
-def stored_fits() -> dict[str, str]:
-    """Read the texts about the fits to the paper's tables, by their names in the templates."""
-    found: dict[str, str] = json.loads(stored(f"fits/{FITS}"))
-    return found
 
 
 def render(results: Results) -> dict[str, str]:
@@ -63,6 +55,7 @@ def section(results: Results, heading: str) -> str:
 
 
 def _filled(template: str, results: Results) -> str:
+    """Fill a template with a reproduction; its functions are those of this module and some others."""
     environment = Environment(
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
@@ -75,43 +68,22 @@ def _filled(template: str, results: Results) -> str:
         "ending": lambda walk: walk.ending(f"{walk.steps} steps"),
         "cost": lambda walk, choice=None: (choice or results.best).written(walk),
     }
-    environment.globals.update(paper=paper, printed=printed, ENGINES=ENGINES, WORK_KINDS=WORK_KINDS, LENGTHS=LENGTHS)
-    written = environment.from_string(template)
-    return written.render(_asked(results), results=results, rows=results.rows, fits=stored_fits())
-
-
-def _asked(results: Results) -> dict[str, Any]:
-    """Values and functions by their names in the templates."""
-    rows, pairs, answers = results.rows, _pairs(results.rows), cache(partial(checks, results))
-    return {
-        "pairs": pairs,
-        "engine": engine_shown(rows),
-        "mujoco_steps": max((row.steps for row in select(rows, part="table 2", engine="mujoco")), default=0),
-        "missed": lambda *groups: missed(answers(), *groups),
-        "claims": lambda *groups: [(*key[1:], said) for key, said in by_claim(answers(), groups).items()],
-        "claims_alike": lambda: alike(answers()),
-        "row_of": lambda method: [printed(method, ground) for ground in paper.GROUNDS],
-        "shown": partial(_shown, results),
-        "beside": partial(_beside, results),
-        "sets": partial(_sets, results),
-        "started": partial(_started, results),
-        "misjudged_turned": partial(turned, results),
-        "sides": partial(_sides, results),
-        "others": partial(_others, results),
-        "lighter": lambda walk: find(rows, part="gravity", place_read=walk.place_read),
-        "parted": _parted(pairs),
-        "engines_apart": _apart(pairs),
-        "on": lambda ground, engine, zeta: walks_of(rows, ground, engine).get(zeta, NO_WALK),
-        "begun": lambda zeta: find(rows, part="start", delay=zeta),
-        "distances": partial(distances, rows),
-        "pulls": pulls(rows),
-    }
+    own = (alike, apart, beside, distances, mujoco_steps, pairs, parted, printed, pulls, shown, sides, started, turned)
+    environment.globals |= {each.__name__: each for each in (*own, by_claim, engine_shown, find, missed)}
+    environment.globals |= {"paper": paper, "ENGINES": ENGINES, "WORK_KINDS": WORK_KINDS, "LENGTHS": LENGTHS}
+    fits, answers = json.loads(stored(f"fits/{FITS}")), cache(partial(checks, results))
+    return environment.from_string(template).render(results=results, rows=results.rows, answers=answers, fits=fits)
 
 
 def printed(method: str, ground: str) -> str:
     """Write c_mt of Table II: X for a walk that did not come to its end, a dash for a method that it lacks."""
     value = paper.TABLE_2.get(method, {}).get(ground)
     return NONE if value is None else "X" if math.isnan(value) else number(value)
+
+
+def mujoco_steps(rows: Sequence[Row]) -> int:
+    """Number of steps of MuJoCo's walks on the grounds of Table II."""
+    return max((row.steps for row in select(rows, part="table 2", engine="mujoco")), default=0)
 
 
 def alike(answers: Sequence[Answer]) -> str:
@@ -122,7 +94,7 @@ def alike(answers: Sequence[Answer]) -> str:
     return f"{len(both) - len(apart)} of {len(both)}" + (f"; they differ on\n{''.join(apart)}" if apart else ".")
 
 
-def _shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
+def shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
     """Of each number of Table II: ground, method, and the walks of both engines, blind, settled and fitted in turn.
 
     The adaptive controller has the paper's gains, and its zeta was chosen with the reading: its walks are "fitted".
@@ -133,25 +105,14 @@ def _shown(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
         yield ground, method, [NO_WALK] * 4 + walks[4:] if method == "adaptive" else walks
 
 
-def _beside(results: Results, method: str, ground: str, walks: Sequence[Row]) -> Iterator[str]:
+def beside(results: Results, method: str, ground: str, walks: Sequence[Row]) -> Iterator[str]:
     """Write c_mt of the walks of both engines, and by how much the hybrid one's exceeds the paper's, set by set."""
     best, known = results.best, paper.TABLE_2.get(method, {}).get(ground, math.nan)
     for here, there in zip(walks[::2], walks[1::2], strict=True):
         yield from (best.written(here), best.written(there), excess(best.cost(here), known))
 
 
-def _sets(results: Results) -> dict[str, str]:
-    """Name the settings of the comparison methods, the slope sources of gains that settle by their agreement."""
-    sets = {f"blind, {paper.BLIND_SOURCE}": "blind", "fitted, each method's own": "fitted"}
-    return sets | {f"settled, {source}": source for source in results.sources}
-
-
-def _others(results: Results, place: paper.Place) -> list[Row]:
-    """Find the walks of the comparison methods on a ground, with gains that settle."""
-    return [results.walks(method, results.sources[0], places=[place])[0] for method in paper.SETTLED]
-
-
-def _started(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
+def started(results: Results) -> Iterator[tuple[str, str, list[Row]]]:
     """Of each method: its name, the error of the slope told at the start, in words, and its fitted walks."""
     for method in paper.ENERGY_BASED:
         wrong = select(results.rows, part="misjudged", method=method)
@@ -165,14 +126,14 @@ def turned(results: Results) -> str:
     cost = results.best.cost
     found = [
         f"{method} on {walk.ground} ({told})"
-        for method, told, walks in _started(results)
+        for method, told, walks in started(results)
         for right, walk in zip(results.walks(method), walks, strict=True)
         if math.isnan(cost(right)) != math.isnan(cost(walk))
     ]
     return ", ".join(found) or "nowhere"
 
 
-def _sides(results: Results, pair: Sequence[str]) -> Iterator[tuple[Choice, list[Row]]]:
+def sides(results: Results, pair: Sequence[str]) -> Iterator[tuple[Choice, list[Row]]]:
     """Find the nearest reading of each pattern of the stairs or of the slopes, and its walks."""
     nearest: dict[str, Choice] = {}
     for side in sorted(side_distances(results.rows, pair), key=lambda side: side.distance):
@@ -184,37 +145,37 @@ def _sides(results: Results, pair: Sequence[str]) -> Iterator[tuple[Choice, list
         yield side, results.walks("adaptive", side.delay, places=places)
 
 
-def _pairs(rows: Sequence[Row]) -> Pairs:
-    mine = [row for row in rows if row.part in ("table 2", "blind", "fitted")]
+def pairs(rows: Sequence[Row]) -> list[tuple[Row, Row, list[float]]]:
+    """Walks of Table II that were made in both engines, the hybrid one first.
+
+    And c_mt in both over the steps of MuJoCo's walk; empty where one did not come so far.
+    """
+    mine, found = [row for row in rows if row.part in ("table 2", "blind", "fitted")], []
     here, there = (
         {(row.part, row.place_read, row.method, row.delay, row.slope_source): row for row in mine if row.engine == name}
         for name in ENGINES
     )
-    return [(here[key], row, _both_costs(here[key], row)) for key, row in there.items()]
+    for key, other in there.items():
+        both = here[key], other
+        came = other.finished and here[key].steps >= other.steps
+        found.append((*both, [float(getattr(walk, f"absolute_{other.steps}")) for walk in both] if came else []))
+    return found
 
 
-def _both_costs(here: Row, there: Row) -> list[float]:
-    """Return c_mt in both engines over the steps of MuJoCo's walk; empty where one did not come so far."""
-    both = there.finished and here.steps >= there.steps
-    return [float(getattr(walk, f"absolute_{there.steps}")) for walk in (here, there)] if both else []
-
-
-def _parted(pairs: Pairs) -> str:
+def parted(rows: Sequence[Row]) -> str:
     """Count the walks that ended differently: not in the same step, nor both as far as the shorter was to go."""
-    apart = [
-        there
-        for here, there, costs in pairs
-        if not costs and (here.finished or there.finished or here.steps != there.steps)
-    ]
-    if not apart:
-        return f"All {len(pairs)} end alike."
-    named = "; ".join(dict.fromkeys(f"{row.method} on {row.ground} {row.pattern}" for row in apart))
-    return f"{len(apart)} of {len(pairs)} end in another step than in the other engine: {named}."
+    both = pairs(rows)
+    ended = [(here, there) for here, there, costs in both if not costs]
+    others = [there for here, there in ended if here.finished or there.finished or here.steps != there.steps]
+    if not others:
+        return f"All {len(both)} end alike."
+    named = "; ".join(dict.fromkeys(f"{row.method} on {row.ground} {row.pattern}" for row in others))
+    return f"{len(others)} of {len(both)} end in another step than in the other engine: {named}."
 
 
-def _apart(pairs: Pairs) -> str:
+def apart(rows: Sequence[Row]) -> str:
     """Describe the difference of the engines' c_mt: median, ninth decile, and the walk that differs most."""
-    compared = [(abs(costs[1] / costs[0] - 1.0), there) for _, there, costs in pairs if costs]
+    compared = [(abs(costs[1] / costs[0] - 1.0), there) for _, there, costs in pairs(rows) if costs]
     if not compared:
         return "no walk was compared"
     off = [difference for difference, _ in compared]

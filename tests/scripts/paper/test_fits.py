@@ -14,7 +14,7 @@ import mjbiped
 from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction.cell import cell, measures_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
-from mjbiped.studies.reproduction.rows import read_rows
+from mjbiped.studies.reproduction.results import Choice, Results, read_rows
 from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     BLIND_SOURCE,
@@ -28,7 +28,6 @@ from mjbiped.studies.reproduction.section_5 import (
     gains_told,
     settled,
 )
-from mjbiped.studies.reproduction.table_2 import Choice, Results
 from mjbiped.studies.reproduction.tables import stored_fits
 from mjbiped.terrain.terrain import Terrain
 from scripts.paper import gain_scan

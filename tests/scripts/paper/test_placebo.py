@@ -12,9 +12,8 @@ from reproduction_rows import read_grounds
 
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.studies.reproduction.rows import read_rows
+from mjbiped.studies.reproduction.results import Results, read_rows
 from mjbiped.studies.reproduction.section_5 import GROUNDS, TABLE_2, TABLE_3
-from mjbiped.studies.reproduction.table_2 import Results
 from mjbiped.studies.reproduction.tables import distance, turned
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from mjbiped.studies.robustness.report import TABLES
+from mjbiped.studies.robustness_report import TABLES
 from scripts.studies.robustness_page import FIGURES, main
 
 LEVEL = "**Level ground, hybrid engine**\n\n| a |\n| --- |\n| 1 |\n\nof 3\n"

@@ -21,10 +21,9 @@ from mjbiped.studies.reproduction.claims import (
     missed,
     what_counts,
 )
-from mjbiped.studies.reproduction.rows import Row
+from mjbiped.studies.reproduction.results import Choice, Results, Row
 from mjbiped.studies.reproduction.section_5 import ADAPTATION_GAINS, GROUNDS, START_ESTIMATES, TABLE_3
 from mjbiped.studies.reproduction.section_5 import TABLE_2 as PAPER
-from mjbiped.studies.reproduction.table_2 import Choice, Results
 from mjbiped.studies.reproduction.tables import alike
 
 BEST = Choice(0.8, "absolute", 20, ("descending", 0.9), ("down", 1.5), 0.0)

@@ -16,7 +16,7 @@ from mjbiped.plotting.style import TRUTH
 from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction.cell import cell, row
 from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
-from mjbiped.studies.reproduction.rows import row_of
+from mjbiped.studies.reproduction.results import row_of
 from mjbiped.studies.reproduction.section_5 import adaptive
 
 

@@ -15,7 +15,7 @@ from mjbiped.studies.reproduction.cell import COSTS, LENGTHS, RESOLVED_SLOPE, TR
 from mjbiped.studies.reproduction.cell import row as row_as_walked
 from mjbiped.studies.reproduction.claims import ZERO, walks_of
 from mjbiped.studies.reproduction.reproduce import TABLE
-from mjbiped.studies.reproduction.rows import Row, read_rows, row_of, write_rows
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
 from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     BLIND_SOURCE,
@@ -33,7 +33,6 @@ from mjbiped.studies.reproduction.section_5 import (
     TABLE_3,
     gains_told,
 )
-from mjbiped.studies.reproduction.table_2 import Results, side_distances
 from mjbiped.studies.reproduction.tables import PAGE, TABLES, distance, render
 from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from reproduction_rows import made_row
 
-from mjbiped.studies.reproduction.rows import Row
+from mjbiped.studies.reproduction.results import Results, Row
 from mjbiped.studies.reproduction.section_5 import TABLE_3
-from mjbiped.studies.reproduction.table_2 import Results
 from mjbiped.studies.reproduction.tables import pulls, section
 
 HEADINGS = ("Our mixed ground", "The ground that was found")

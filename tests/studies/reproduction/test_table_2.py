@@ -8,9 +8,8 @@ import pytest
 from reproduction_rows import changed, made_row
 
 from mjbiped.studies.reproduction.cell import COSTS, LENGTHS
-from mjbiped.studies.reproduction.rows import Row, read_rows, write_rows
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
 from mjbiped.studies.reproduction.section_5 import GROUNDS, SLOPE_SOURCES, STAIRS, TABLE_2
-from mjbiped.studies.reproduction.table_2 import Results, side_distances
 
 PAPER = TABLE_2["adaptive"]
 

@@ -16,9 +16,10 @@ import pytest
 import mjbiped
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as walks
-from mjbiped.studies.reproduction import rows as tables
+from mjbiped.studies.reproduction import reproduce as tables
 from mjbiped.studies.reproduction.cell import cell, key, record_path
-from mjbiped.studies.reproduction.rows import Row, row_of, walked
+from mjbiped.studies.reproduction.reproduce import walked
+from mjbiped.studies.reproduction.results import Row, row_of
 from mjbiped.studies.reproduction.section_5 import adaptive
 
 ROOT = Path(__file__).parents[3]
@@ -27,7 +28,7 @@ import sys
 from pathlib import Path
 import mjbiped
 from mjbiped.studies.reproduction.cell import cell
-from mjbiped.studies.reproduction.rows import walked
+from mjbiped.studies.reproduction.reproduce import walked
 
 if __name__ == "__main__":
     ground = mjbiped.Terrain.incline(2.0)
@@ -67,7 +68,7 @@ def test_finished_cells_are_not_walked_again(
             raise KeyboardInterrupt
         return real(cell, folder)
 
-    monkeypatch.setattr(walks, "row", counting)
+    monkeypatch.setattr(tables, "row", counting)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*cells, cells[0]])
     found = results(tmp_path, cells)
@@ -87,7 +88,7 @@ def test_failed_cells_are_told_and_tried_again(
     assert found[key(uphill)].outcome == "failed"
     assert found[key(uphill)].error
     assert found[key(cells[0])].finished
-    monkeypatch.setattr(walks, "row", lambda cell, **_: {"key": key(cell), "outcome": "finished"})
+    monkeypatch.setattr(tables, "row", lambda cell, **_: {"key": key(cell), "outcome": "finished"})
     again = results(tmp_path, [uphill, cells[0]])
     assert again[key(uphill)].finished
     assert repr(again[key(cells[0])]) == repr(found[key(cells[0])])

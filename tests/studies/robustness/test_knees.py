@@ -10,9 +10,10 @@ import pytest
 
 import mjbiped
 from mjbiped.errors import InputError
-from mjbiped.studies.robustness.plan import BASIN, LEVEL, plan
-from mjbiped.studies.robustness.report import robustness_tables, scuffing_words, texts_of
-from mjbiped.studies.robustness.result import Robustness
+from mjbiped.studies.robustness import plan
+from mjbiped.studies.robustness_findings import Robustness
+from mjbiped.studies.robustness_report import robustness_tables, scuffing_words, texts_of
+from mjbiped.studies.robustness_walks import BASIN, LEVEL
 from mjbiped.studies.run import run
 
 SMALL: dict[str, Any] = {

@@ -10,7 +10,8 @@ from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.studies.cell import Cell
-from mjbiped.studies.robustness.limits import DISTURBANCES, MARGINS, greatest_survived
+from mjbiped.studies.robustness_findings import greatest_survived
+from mjbiped.studies.robustness_walks import DISTURBANCES, MARGINS
 
 
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20), st.floats(0.5, 1.0))

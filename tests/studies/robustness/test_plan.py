@@ -12,9 +12,9 @@ from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.basin import Fate, basin_of_control, rates_around
 from mjbiped.robots.compass import Compass
-from mjbiped.studies.robustness import plan as plans
-from mjbiped.studies.robustness.limits import DISTURBANCES, MARGINS
-from mjbiped.studies.robustness.plan import BASIN, BASIN_RATES, LEVEL, SURVIVAL, plan, read_plan
+from mjbiped.studies import robustness_walks as plans
+from mjbiped.studies.robustness import plan, read_plan
+from mjbiped.studies.robustness_walks import BASIN, BASIN_RATES, DISTURBANCES, LEVEL, MARGINS, SURVIVAL
 from mjbiped.terrain.terrain import Terrain
 
 SMALL: dict[str, Any] = {

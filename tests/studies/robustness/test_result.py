@@ -14,9 +14,10 @@ from mjbiped.cli.main import main
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.plotting.width import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
-from mjbiped.studies.robustness.plan import BASIN, LEVEL, SURVIVAL, Plan, plan
-from mjbiped.studies.robustness.report import plot_limits, plot_survival, robustness_tables, texts_of, write_tables
-from mjbiped.studies.robustness.result import Robustness
+from mjbiped.studies.robustness import Plan, plan
+from mjbiped.studies.robustness_findings import Robustness
+from mjbiped.studies.robustness_report import plot_limits, plot_survival, robustness_tables, texts_of, write_tables
+from mjbiped.studies.robustness_walks import BASIN, LEVEL, SURVIVAL
 
 CONTENT: dict[str, Any] = {
     "steps": 100,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias
@@ -17,9 +17,9 @@ from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
 from mjbiped.plotting.survival import draw_curve, lay_axes
 from mjbiped.records.summary import bare_table
-from mjbiped.studies.robustness.limits import ALL, DISTURBANCES
-from mjbiped.studies.robustness.plan import LEVEL_STEPS, Plan, rough_from
-from mjbiped.studies.robustness.result import FORGETTING, SOLE, Findings, Robustness
+from mjbiped.studies.robustness import Limits, Plan
+from mjbiped.studies.robustness_findings import FORGETTING, SOLE, Findings, Robustness
+from mjbiped.studies.robustness_walks import ALL, DISTURBANCES, LEVEL_STEPS, rough_from
 from mjbiped.utils.files import markdown_table, saved
 
 TABLES = "robustness.md"
@@ -30,18 +30,23 @@ VIOLATING_WORDS = "in brackets on ground that no foot has as well: it pulls, or 
 
 _LEAST_SPAN = 0.02  # of the axis of costs of transport
 
-Columns: TypeAlias = dict[str, Callable[[Findings], str]]
-"""What a table says of each controller, by the headings of its columns."""
+_TIMES = "times that of {} (95 %)"
+_RANDOM = ("c_mt there", "sole (m)", "falls", "steps to a fall (95 %)", "λ₂", "misfit", "violating", _TIMES)
+"""Headings of the table of a random ground; the last one names the first controller."""
+
+Cells: TypeAlias = dict[str, str]
+"""What a table says of a controller, by the headings of its columns."""
 
 
 def robustness_tables(robustness: Robustness) -> list[Table]:
     """Make each engine's tables, with a row for each controller and a caption that says what the numbers mean."""
     made = []
     for engine in robustness.plan.engines:
-        for title, columns, meanings in _contents(robustness.plan, robustness.of(engine)[0]):
-            table = bare_table("controller", *columns)
-            for each in robustness.of(engine):
-                table.add_row(*map(Text, (each["controller"], *(cell(each) for cell in columns.values()))))
+        findings = robustness.of(engine)
+        for title, cells, meanings in _contents(robustness.plan, findings[0]):
+            table = bare_table("controller", *cells(findings[0]))
+            for each in findings:
+                table.add_row(*map(Text, (each["controller"], *cells(each).values())))
             table.title = f"{title}, {engine} engine"
             table.caption = "; ".join((*meanings, scuffing_words(robustness.plan)))
             table.title_justify = table.caption_justify = "left"
@@ -70,28 +75,21 @@ def write_tables(robustness: Robustness, path: Path) -> Path:
     return path
 
 
-def _contents(plan: Plan, first: Findings) -> Iterator[tuple[str, Columns, tuple[str, ...]]]:
-    """Title, columns and meaning of each table of an engine: level ground, soles, margins, and each random ground."""
+def _contents(plan: Plan, first: Findings) -> Iterator[tuple[str, Callable[[Findings], Cells], tuple[str, ...]]]:
+    """Title, cells and meaning of each table of an engine: level ground, soles, margins, and each random ground."""
     limits, margins = plan.limits, plan.margins
-    level: Columns = {
-        "c_mt, level": lambda each: _digits(each["level"]["cost_of_transport"], ".4f"),
-        "speed (m/s)": lambda each: _digits(each["level"]["speed_m_per_s"], ".3f"),
-        "sole (m)": lambda each: _digits(each["level"][SOLE], ".2f"),
-        **_greatest(limits.magnitudes),
-        **({"basin (rad²/s²)": _basin} if limits.basin else {}),
-    }
     title = f"Level ground{' and single disturbances' if limits.magnitudes else ''}"
-    yield title, level, (conditions(plan), VIOLATING_WORDS, SOLE_WORDS)
+    yield title, partial(_level, limits), (conditions(plan), VIOLATING_WORDS, SOLE_WORDS)
     if limits.magnitudes:
-        soles: Columns = {test: partial(_sole, test) for test in limits.magnitudes}
-        yield "Soles at these limits (m)", soles, (f"{SOLE_WORDS}, the greatest of all phases",)
+        meaning = f"{SOLE_WORDS}, the greatest of all phases"
+        yield "Soles at these limits (m)", partial(_soles, limits.magnitudes), (meaning,)
     if margins.magnitudes:
         words = f"hardest with which {margins.share:.0%} of {plan.seeds} walks make {margins.steps} steps"
-        yield f"Margins on {margins.ground}", _greatest(margins.magnitudes), (words, VIOLATING_WORDS)
+        yield f"Margins on {margins.ground}", partial(_greatest, margins.magnitudes), (words, VIOLATING_WORDS)
     for ground in plan.grounds:
         yield (
             ground,
-            _random(ground, first),
+            partial(_random, ground, first),
             (
                 f"{plan.seeds} grounds, at most {plan.steps} steps on each",
                 f"{SOLE_WORDS}, median of the walks",
@@ -128,56 +126,60 @@ def _digits(value: float, form: str) -> str:
     return "-" if math.isnan(value) else format(value, form)
 
 
-def _basin(each: Findings) -> str:
-    """Area of the basin."""
-    basin = each["basin"]
-    return f"{'>= ' if basin['share'] == 1.0 else ''}{_digits(basin['area_rad2_per_s2'], '.1f')}"
-
-
-def _sole(test: str, each: Findings) -> str:
-    """Sole at the limit of a disturbance."""
-    return _digits(each["greatest_survived"][test][SOLE], ".2f")
-
-
-def _greatest(tried: Mapping[str, tuple[float, ...]]) -> Columns:
-    """Columns of the greatest disturbances survived; in brackets with walks that violate the contact."""
-
-    def bound(test: str, greatest: float | None) -> str:
-        gentlest, hardest = tried[test][0], tried[test][-1]
-        if greatest is None:
-            return f"{'>' if ALL[test].falls else '<'} {gentlest:g}"
-        return f"{'' if greatest != hardest else '<= ' if ALL[test].falls else '>= '}{greatest:g}"
-
-    def column(test: str, each: Findings) -> str:
-        found = each["greatest_survived"][test]
-        strict, loose = (bound(test, found[name]) for name in ("magnitude", "with_contact_violated"))
-        return strict if loose == strict else f"{strict} ({loose})"
-
-    units = {test: ALL[test].unit for test in tried}
-    return {f"{test} ({unit})" if unit else test: partial(column, test) for test, unit in units.items()}
-
-
-def _random(ground: str, first: Findings) -> Columns:
-    """Columns of what was found on a random ground; dashes where nothing was walked, or all fell in the transient."""
-
-    def column(form: Callable[[Findings], str], *, settled: bool = False) -> Callable[[Findings], str]:
-        def cell(each: Findings) -> str:
-            found = each["survival"].get(ground)
-            missing = found is None or (settled and math.isnan(found["mean_steps_to_fall"]))
-            return "-" if missing else form(found)
-
-        return cell
-
-    return {
-        "c_mt there": column(lambda found: _digits(found["cost_of_transport"], ".4f")),
-        "sole (m)": column(lambda found: _digits(found[SOLE], ".2f")),
-        "falls": column(lambda found: str(found["falls_after_transient"]), settled=True),
-        "steps to a fall (95 %)": column(_mean, settled=True),
-        "λ₂": column(lambda found: _probability(found["second_eigenvalue"]), settled=True),
-        "misfit": column(lambda found: _digits(found["misfit_of_kaplan_meier"], ".3f")),
-        "violating": column(lambda found: f"{100.0 * found['share_of_steps_violating_contact']:.2g} %"),
-        f"times that of {first['controller']} (95 %)": column(partial(_times, first["survival"].get(ground))),
+def _level(limits: Limits, each: Findings) -> Cells:
+    """Cells of level ground, the greatest single disturbances, and the area of the basin."""
+    level, basin = each["level"], each["basin"]
+    cells = {
+        "c_mt, level": _digits(level["cost_of_transport"], ".4f"),
+        "speed (m/s)": _digits(level["speed_m_per_s"], ".3f"),
+        "sole (m)": _digits(level[SOLE], ".2f"),
+        **_greatest(limits.magnitudes, each),
     }
+    if limits.basin:
+        whole = ">= " if basin["share"] == 1.0 else ""
+        cells["basin (rad²/s²)"] = f"{whole}{_digits(basin['area_rad2_per_s2'], '.1f')}"
+    return cells
+
+
+def _soles(tests: Iterable[str], each: Findings) -> Cells:
+    """Soles at the limits of disturbances."""
+    return {test: _digits(each["greatest_survived"][test][SOLE], ".2f") for test in tests}
+
+
+def _greatest(tried: Mapping[str, Sequence[float]], each: Findings) -> Cells:
+    """The greatest disturbances survived; in brackets with walks that violate the contact."""
+    cells = {}
+    for test, magnitudes in tried.items():
+        gentlest, hardest = magnitudes[0], magnitudes[-1]
+        found, falls, bounds = each["greatest_survived"][test], ALL[test].falls, []
+        for greatest in (found["magnitude"], found["with_contact_violated"]):
+            beyond = "" if greatest != hardest else "<= " if falls else ">= "
+            bounds.append(f"{'>' if falls else '<'} {gentlest:g}" if greatest is None else f"{beyond}{greatest:g}")
+        strict, loose = bounds
+        heading = f"{test} ({ALL[test].unit})" if ALL[test].unit else test
+        cells[heading] = strict if loose == strict else f"{strict} ({loose})"
+    return cells
+
+
+def _random(ground: str, first: Findings, each: Findings) -> Cells:
+    """What was found on a random ground; dashes where nothing was walked, or all fell in the transient."""
+    found, cells = each["survival"].get(ground), {}
+    if found is not None:
+        cells = {
+            "c_mt there": _digits(found["cost_of_transport"], ".4f"),
+            "sole (m)": _digits(found[SOLE], ".2f"),
+            "violating": f"{100.0 * found['share_of_steps_violating_contact']:.2g} %",
+            _TIMES: _times(first["survival"].get(ground), found),
+        }
+        if not math.isnan(found["mean_steps_to_fall"]):
+            next_step = found["second_eigenvalue"]
+            cells |= {
+                "falls": str(found["falls_after_transient"]),
+                "steps to a fall (95 %)": _mean(found),
+                "λ₂": "1" if next_step == 1.0 else f"{next_step:.5f}",
+                "misfit": _digits(found["misfit_of_kaplan_meier"], ".3f"),
+            }
+    return {heading.format(first["controller"]): cells.get(heading, "-") for heading in _RANDOM}
 
 
 def _mean(found: Findings) -> str:
@@ -195,10 +197,6 @@ def _times(first: Findings | None, found: Findings) -> str:
         return "-"
     middle, low, high = found["ratio_to_first"]
     return f"> {_count(low)}" if math.isinf(middle) else f"{_count(middle)} ({_count(low)} to {_count(high)})"
-
-
-def _probability(value: float) -> str:
-    return "1" if value == 1.0 else f"{value:.5f}"
 
 
 def _count(value: float) -> str:

@@ -15,8 +15,8 @@ import numpy as np
 from mjbiped.analysis.survival import CONFIDENCE, SURVIVED, Survival, ratio
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.studies.cell import FAILED, Row
-from mjbiped.studies.robustness.limits import ALL, DISTURBANCES, greatest_survived
-from mjbiped.studies.robustness.plan import BASIN, LEVEL, SURVIVAL, Plan, rough_from
+from mjbiped.studies.robustness import Plan
+from mjbiped.studies.robustness_walks import ALL, BASIN, DISTURBANCES, LEVEL, SURVIVAL, Disturbance, rough_from
 
 VIOLATING = "steps_violating_contact"
 FORGETTING = 5
@@ -166,6 +166,24 @@ class Robustness:
         mine = [values for values in cells if (values["test"], values["controller"]) == (BASIN, controller)]
         tried = [[float(values[f"initial.{rate}"]) for values in mine] for rate in ("dq1", "dq2")]
         return {"share": share, "area_rad2_per_s2": share * float(np.prod(np.ptp(tried, axis=1)))}
+
+
+def greatest_survived(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> float | None:
+    """Find the hardest magnitude up to which all are survived; None where not even the gentlest is.
+
+    A robot that survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
+
+    Args:
+        kind: The disturbance, which says in what order magnitudes become harder.
+        survived: Whether each case was survived, by magnitude.
+        wanted: Share of the cases that counts as survived.
+    """
+    greatest = None
+    for magnitude in sorted(survived, reverse=kind.falls):
+        if sum(survived[magnitude]) / len(survived[magnitude]) < wanted:
+            break
+        greatest = magnitude
+    return greatest
 
 
 def _survived(row: Row, torque: float | None, on_any_ground: bool = False) -> bool:

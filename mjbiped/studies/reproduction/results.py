@@ -1,16 +1,154 @@
-"""The reading of Table II's grounds nearest to its numbers, the walks on it, and their agreement with the table."""
+"""The rows behind the report, one for each walk, and the reading of Table II's grounds nearest to its numbers."""
 
 from __future__ import annotations
 
+import csv
+import io
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import SimpleNamespace
+from typing import NamedTuple
 
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.cell import COSTS, LENGTHS
-from mjbiped.studies.reproduction.rows import NO_WALK, Row, select
+from mjbiped.studies.reproduction.cell import COSTS, LENGTHS, TRACES
+from mjbiped.studies.reproduction.section_5 import Place
+
+MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
+TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gains", "update", "outcome", "error")
+_COUNTS = ("steps", "strikes")
+COLUMNS = (
+    "part", "ground", "pattern", "first", "engine", "method", "delay", "slope_source", "gains", "adaptation_gain",
+    "update", "start_estimate", "outcome", *MEASURES, "error", *COSTS, *TRACES,
+)  # fmt: skip
+_DIGITS = 6  # that tables keep
+NONE = "–"
+
+ENGINES = {"hybrid": "hybrid", "mujoco": "MuJoCo"}
+"""What the engines are called, in the order in which the report has them."""
+
+
+class Row(SimpleNamespace):
+    """A walk and its measures, an attribute for each of `COLUMNS`; missing numbers are NaN.
+
+    Beside those of `cell.measures_of`, c_mt by `COSTS` and `TRACES`:
+
+    part: Part of the report that needs it, "table 2", "table 3", "figure 5" and so on.
+    ground: The paper's name of the ground, or ours.
+    pattern, first: Pattern in which Table II's ground was read, and position of its first change, m.
+    engine, method: "mujoco" or "hybrid"; the paper's name of the controller.
+    delay: zeta; None without re-planning.
+    slope_source, gains: Slope source and gains, in words, of a comparison controller.
+    adaptation_gain: gamma; NaN for controllers without one.
+    update: Whether the estimate is updated (27), "yes", "no", or empty.
+    start_estimate: Slope that the controller estimates, or is told, at the start, degrees; NaN for those without.
+    outcome: Outcome of the walk; "failed" where an error ended it, empty where there is no walk.
+    error: Text of the error that ended the walk.
+    """
+
+    @property
+    def place_read(self) -> Place:
+        """Table II's ground, its pattern and its first change, as this walk's was read."""
+        return Place(self.ground, self.pattern, self.first)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the robot walked to the planned end."""
+        return bool(self.outcome == "finished")
+
+    @property
+    def torque(self) -> float:
+        """Greatest torque of either joint, N m."""
+        return float(max(self.ankle, self.hip))
+
+    def ending(self, finished: str) -> str:
+        """Write why and where the walk stopped before its end, or a text for one that came to it."""
+        if not self.outcome:
+            return NONE
+        if self.finished:
+            return finished
+        struck = f", {self.strikes} riser{'s' * (self.strikes > 1)} struck" if self.strikes else ""
+        return f"X ({self.outcome} in step {self.steps + 1}, hip at {number(self.place, '.2f')} m{struck})"
+
+    def cost(self, kind: str = "absolute", length: int | None = None) -> str:
+        """Write c_mt after some steps, or at the walk's end, or the step in which it ended before that."""
+        value = getattr(self, f"{kind}_{length or 'end'}")
+        if self.finished or (length and math.isfinite(value)):
+            return number(value)
+        return f"X {self.steps + 1}" if self.outcome else NONE
+
+
+def row_of(columns: Mapping[str, str | float | None]) -> Row:
+    """Make a row from texts or numbers by column; what is missing is empty, 0, NaN, or None for zeta."""
+    return Row(**{name: _read(name, columns.get(name)) for name in COLUMNS})
+
+
+def _read(name: str, value: str | float | None) -> str | float | None:
+    if name in TEXTS:
+        return value or ""
+    if name in _COUNTS:
+        return int(value or 0)
+    if value is None or value == "":
+        return None if name == "delay" else math.nan
+    return float(f"{float(value):.{_DIGITS}g}")
+
+
+NO_WALK = row_of({})
+
+
+def select(rows: Iterable[Row], **wanted: object) -> list[Row]:
+    """Select the rows whose attributes have the values wanted."""
+    return [row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())]
+
+
+def find(rows: Iterable[Row], **wanted: object) -> Row:
+    """Find the first row whose attributes have the values wanted; `NO_WALK` where there is none."""
+    return next(iter(select(rows, **wanted)), NO_WALK)
+
+
+def engine_shown(rows: Sequence[Row]) -> str:
+    """Name of the engine whose figures the page shows: MuJoCo where it has any."""
+    return "mujoco" if select(rows, part="table 3", engine="mujoco") else "hybrid"
+
+
+def write_rows(rows: Iterable[Row]) -> str:
+    """Write rows as CSV with headings; an empty cell is a number that does not exist."""
+    lines = ([getattr(row, name) for name in COLUMNS] for row in rows)
+    return as_csv(COLUMNS, (("" if value != value else value for value in line) for line in lines))
+
+
+def as_csv(headings: Sequence[str], lines: Iterable[Iterable[object]]) -> str:
+    """Write a table as CSV with headings."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([headings, *lines])
+    return text.getvalue()
+
+
+def read_rows(text: str) -> list[Row]:
+    """Read the rows that `write_rows` wrote."""
+    return [row_of(columns) for columns in csv.DictReader(io.StringIO(text))]
+
+
+def number(value: float, form: str = ".4f") -> str:
+    """Write a number; a dash stands for one that does not exist."""
+    return format(value, form).replace("-", "−") if math.isfinite(value) else NONE
+
+
+def share(value: float, form: str = ".0f") -> str:
+    """Write a share in percent."""
+    return f"{number(100 * value, form)} %"
+
+
+def excess(ours: float, other: float, form: str = "+.1f") -> str:
+    """Write by how much ours exceeds the other, in percent."""
+    return NONE if math.isnan(other) or math.isnan(ours) else share(ours / other - 1.0, form)
+
+
+def in_words(zeta: float | None) -> str:
+    """Write zeta, or "none" without re-planning."""
+    return "none" if zeta is None else f"{zeta:g}"
 
 
 @dataclass(frozen=True)
@@ -60,8 +198,7 @@ class Choice:
         return walk.cost(self.kind, self.length)
 
 
-@dataclass(frozen=True)
-class Agreement:
+class Agreement(NamedTuple):
     """Agreement with the paper on where methods fail, and on their numbers.
 
     Attributes:
