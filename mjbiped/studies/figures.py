@@ -16,9 +16,9 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from mjbiped.plotting import width
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, VERMILLION, drawn, told_apart
-from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 from mjbiped.studies.bins import (
     SHOWN,
