@@ -3,9 +3,8 @@
 import numpy as np
 
 import mjbiped
-from mjbiped.plotting.gaits import plot_bifurcation
 
 robot = mjbiped.Compass()
 cascade = mjbiped.find_cascade(robot)
 slopes = np.radians(np.linspace(2.5, 3.5, 150))
-plot_bifurcation(mjbiped.bifurcation_diagram(robot, slopes), cascade, "bifurcation.png")
+mjbiped.plot_bifurcation(mjbiped.bifurcation_diagram(robot, slopes), cascade, "bifurcation.png")

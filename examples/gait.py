@@ -3,8 +3,7 @@
 import math
 
 import mjbiped
-from mjbiped.plotting.gait import plot_gait
 
 gait = mjbiped.find_passive_gait(mjbiped.Compass(), slope=math.radians(2))
 print(gait.period, gait.step_length, abs(gait.multipliers))
-plot_gait(gait, "gait.png")
+mjbiped.plot_gait(gait, "gait.png")

@@ -4,7 +4,6 @@ import math
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.plotting.survival import plot_survival
 
 robot = mjbiped.Compass()
 law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=math.radians(2)))
@@ -13,4 +12,4 @@ for millimetres in (30, 45, 60):
     terrains = [mjbiped.Terrain.treads(seed=seed, deviation=millimetres / 1000) for seed in range(40)]
     walks = mjbiped.walk_many(law, terrains, engine="hybrid", steps=60)
     survivals[f"steps of {millimetres} mm"] = mjbiped.Survival.of(walks)
-plot_survival(survivals, "survival.png")
+mjbiped.plot_survival(survivals, "survival.png")

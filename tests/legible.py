@@ -8,7 +8,7 @@ from itertools import combinations
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mjbiped.plotting.width import WIDTHS
+from mjbiped.plotting import WIDTHS
 
 DPI = 160.0  # of the files, to whose pixels letters are fitted
 ROUNDING = 1.0  # pixels

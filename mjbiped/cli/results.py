@@ -18,7 +18,7 @@ from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.errors import MjbipedError, explained
 from mjbiped.exchange.records import parts_of
 from mjbiped.numerics.cache import announce
-from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width
+from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.utils.domains import Words
 
 if TYPE_CHECKING:  # what prints is loaded when there are results: no help and no refused word waits for it

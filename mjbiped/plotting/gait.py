@@ -16,9 +16,9 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from mjbiped.gaits.gait import Gait
+from mjbiped.plotting import width
 from mjbiped.plotting.panels import head, legend_above, titled, wrapped
 from mjbiped.plotting.style import BLUE, C_MT, GROUND, GUIDE, SHADE, SWING, drawn, look, note_at, zero_line
-from mjbiped.plotting.width import width
 from mjbiped.records.signals import signals_of
 from mjbiped.robots.robot import Array
 from mjbiped.rules.scuffing import ScuffingRule

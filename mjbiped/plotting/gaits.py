@@ -21,10 +21,10 @@ from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
 from mjbiped.limit_cycles.map_slices import PUSH, MapSlices
 from mjbiped.limit_cycles.periodic import PeriodicGait, places_of
+from mjbiped.plotting import width
 from mjbiped.plotting.gait import draw_multipliers
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLUE, GREEN, GUIDE, ORANGE, SHADE, VERMILLION, drawn, note_at, told_apart
-from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 
 _FALL_LIMIT = 6  # greatest number of steps until a fall with a grey of its own

@@ -1,10 +1,10 @@
-"""Titles and legends of panels, fitted to the width of the figure, and the lines of signals in them."""
+"""Titles and legends of panels, fitted to the width of the figure; signals over time and phase portraits in them."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,16 +12,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from numpy.typing import NDArray
 
-from mjbiped.plotting.style import C_MT, look
-from mjbiped.plotting.width import width
+from mjbiped.analysis.replay import drawn_gait, drawn_transitions
+from mjbiped.plotting import width
+from mjbiped.plotting.style import C_MT, GUIDE, look, widen, zero_line
 from mjbiped.records.record import Walk
-from mjbiped.records.signals import Lines, Signal, Values
+from mjbiped.records.signals import Lines, Signal, Values, signals_of
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
 _MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place
-_PIXELS = 1.04
+_PIXELS = 1.04  # letters are fitted to coarser pixels
 _GAP = 0.1  # between a title and a legend beside it, inches
 _AS_WIDE = "\ue000" * 3  # stands for c_mt while lines are broken
+_MOST_TICKED = 60  # greatest number of touchdowns that are marked on time axes
+_POINTS = 200  # of an imitated gait
+
+Kept = slice | NDArray[np.int64]
+"""Samples that are drawn."""
 
 
 def plain(text: str) -> str:
@@ -29,20 +35,21 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def wrapped(text: str, *, lines: int | None = None) -> str:
-    """Wrap a text into lines as wide as the figure, at most `lines` of them, without empty ones."""
-    return _broken(text, width().letters(), lines)
+def wrapped(text: str, *, lines: int | None = None, beside: float = 0.2) -> str:
+    """Wrap a text into lines as wide as the figure.
+
+    Args:
+        text: The text, in which the symbol c_mt is not broken, and counts as wide as it is drawn.
+        lines: Greatest number of lines.
+        beside: Width of the figure that is left free, inches.
+    """
+    parts = textwrap.wrap(text.replace(C_MT, _AS_WIDE), width().letters(beside), max_lines=lines, placeholder=" ...")
+    return "\n".join(parts).replace(_AS_WIDE, C_MT)
 
 
 def labelled(axes: Axes, text: str) -> None:
     """Label the horizontal axis of a panel that is as wide as the figure, in lines that fit."""
-    axes.set_xlabel(_broken(text, width().letters(_MARGIN)))
-
-
-def _broken(text: str, letters: int, lines: int | None = None) -> str:
-    """Wrap a text, without a break in the symbol c_mt, which counts as wide as it is drawn."""
-    parts = textwrap.wrap(text.replace(C_MT, _AS_WIDE), letters, max_lines=lines, placeholder=" ...")
-    return "\n".join(parts).replace(_AS_WIDE, C_MT)
+    axes.set_xlabel(wrapped(text, beside=_MARGIN))
 
 
 def head(figure: FigureBase, text: str) -> float:
@@ -57,8 +64,7 @@ def titled(axes: Axes, letter: str, words: str) -> None:
     wide = _inches(title)
     if wide > _room(axes):
         lines = title.get_text().split("\n")
-        longest = max(map(len, lines))
-        fitting = max(10, int(longest * _room(axes) / wide))
+        fitting = max(10, int(max(map(len, lines)) * _room(axes) / wide))
         title.set_text("\n".join("\n".join(textwrap.wrap(line, fitting, break_long_words=False)) for line in lines))
 
 
@@ -81,13 +87,11 @@ def legend_above(axes: Axes, **settings: Any) -> None:
         axes.set_title(title.get_text(), pad=72.0 * legend.get_window_extent().height / legend.figure.dpi)
 
 
-def legend_below(
-    figure: FigureBase, handles: Sequence[Artist], names: Sequence[str] | None = None, **settings: object
-) -> None:
+def legend_below(figure: FigureBase, handles: Sequence[Artist], names: Sequence[str] | None = None) -> None:
     """Draw a legend under all panels, in as few lines as the figure's width allows."""
     names = [str(handle.get_label()) for handle in handles] if names is None else names
     for columns in range(len(handles), 0, -1):
-        legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, columnspacing=1.2, **settings)
+        legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, columnspacing=1.2)
         if columns == 1 or _inches(legend) < 0.97 * width().inches:
             return
         legend.remove()
@@ -100,17 +104,16 @@ def _room(axes: Axes) -> float:
         grid = spec.get_gridspec()
         ratios: Any = grid.get_width_ratios() or [1.0] * grid.ncols
         share = sum(ratios[column] for column in spec.colspan) / sum(ratios)
-    margin = _MARGIN if axes.get_aspect() == "auto" else _MARGIN_OF_ONE_SCALE
-    return float(share * width().inches - margin)
+    return float(share * width().inches - (_MARGIN if axes.get_aspect() == "auto" else _MARGIN_OF_ONE_SCALE))
 
 
 def _inches(artist: Artist) -> float:
-    """Width of an artist as drawn, inches, with a margin for letters that are fitted to coarser pixels."""
+    """Width of an artist as drawn, inches."""
     return float(_PIXELS * artist.get_window_extent().width / artist.figure.dpi)
 
 
 def curves_over_time(
-    walk: Walk, lines: Lines, keep: slice | NDArray[np.int64] = slice(None)
+    walk: Walk, lines: Lines, keep: Kept = slice(None)
 ) -> Iterator[tuple[str, Signal, Values, Values]]:
     """Make the curves of a panel, with a gap between steps where the values jump because the legs change roles.
 
@@ -123,14 +126,72 @@ def curves_over_time(
         Name in `mjbiped.records.signals.SIGNALS`, signal, times (s) and values in the panel's unit.
     """
     time = walk.samples["time"][keep]
-    steps = np.flatnonzero(np.diff(walk.samples["stance"][keep])) + 1
-    gaps = steps if lines.panel.by_legs else steps[:0]
+    gaps = np.flatnonzero(np.diff(walk.samples["stance"][keep]) * lines.panel.by_legs) + 1
     for name, signal in lines.signals.items():
-        values = np.insert(lines.values[name][keep], gaps, np.nan)
-        yield name, signal, np.insert(time, gaps, time[gaps]), values
+        yield name, signal, np.insert(time, gaps, time[gaps]), np.insert(lines.values[name][keep], gaps, np.nan)
 
 
-def draw_signals(axes: Axes, walk: Walk, lines: Lines, keep: slice = slice(None)) -> None:
+def draw_signals(axes: Axes, walk: Walk, lines: Lines, keep: Kept = slice(None)) -> None:
     """Draw the signals of a panel over time (s), all samples or a part of them."""
     for name, signal, times, values in curves_over_time(walk, lines, keep):
         axes.plot(times, values, label=signal.label, **look(name))
+
+
+def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str = "") -> None:
+    """Draw a panel of signals over time; its usual title names signals that have no values."""
+    time, few, panel = walk.samples["time"], walk.steps <= _MOST_TICKED, lines.panel
+    axes.set(xlim=(float(time[0]), max(float(time[-1]), float(time[0]) + 1e-3)))
+    for moment in walk.touchdowns["time"] if few else ():
+        axes.axvline(moment, color=GUIDE, linewidth=0.4, alpha=0.6, zorder=0)
+    draw_signals(axes, walk, lines)
+    if panel.events and few:
+        axes.plot(lines.events, np.zeros_like(lines.events), "k|", markersize=5, label=panel.events[0])
+    widen(axes, panel.least)
+    low, high = axes.get_ylim()
+    if low < 0.0 < high:
+        zero_line(axes)
+    axes.set(ylabel=f"{panel.quantity} ({panel.unit})")
+    usual = f"{panel.title} (no {', '.join(lines.missing)})" if lines.missing else panel.title
+    titled(axes, letter, title or usual)
+    if len(axes.get_legend_handles_labels()[0]) > 1:
+        legend_above(axes)
+
+
+class Portrait(NamedTuple):
+    """Rate over angle of a segment, for a figure or a page.
+
+    Attributes:
+        angle: Signal of the angle.
+        rate: Signal of the rate.
+        motion: Angle (rad) and rate (rad/s) at the samples, shape (n, 2); rows of NaN stand between steps.
+        planned: The re-planned references, each of shape (points, 2).
+        gait: The gait that the controller imitated, shape (points, 2), or none.
+    """
+
+    angle: Signal
+    rate: Signal
+    motion: Values
+    planned: list[Values]
+    gait: Values | None
+
+
+def portraits(walk: Walk, keep: Kept = slice(None)) -> Iterator[Portrait]:
+    """Make the phase portrait of each angle of a walk.
+
+    Args:
+        walk: A record with samples.
+        keep: Samples that are drawn.
+    """
+    samples, angles = walk.samples, walk.robot.angles
+    q, dq = samples["q"].copy(), samples["dq"]
+    # a sample at a touchdown's own instant has the rates after the impact, but still the old roles
+    nearest = np.searchsorted(samples["time"], walk.touchdowns["time"] - 1e-9).clip(max=len(q) - 1)
+    q[nearest[np.abs(samples["time"][nearest] - walk.touchdowns["time"]) < 1e-9]] = np.nan
+    steps = np.flatnonzero(np.diff(samples["stance"][keep])) + 1
+    motion = np.insert(np.stack([q[keep], dq[keep]], axis=2), steps, np.nan, axis=0)
+    gait, planned, signals = drawn_gait(walk), drawn_transitions(walk), signals_of(type(walk.robot))
+    cycle = None if gait is None else np.stack(gait.reference(np.linspace(0.0, gait.period, _POINTS))[:2], axis=2)
+    for k, part in enumerate(angles):
+        curves = [curve[:, [k, len(angles) + k]] for curve in planned]
+        own = None if cycle is None else cycle[:, k]
+        yield Portrait(signals[f"q_{part}"], signals[f"dq_{part}"], motion[:, k], curves, own)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from mjbiped.errors import InputError, RenderError, shown
-from mjbiped.plotting.width import width
+from mjbiped.plotting import width
 from mjbiped.records.signals import SIGNALS
 from mjbiped.utils.files import saved, written_whole
 from mjbiped.utils.palette import BLACK as BLACK

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import RenderError
-from mjbiped.plotting.panels import curves_over_time
+from mjbiped.plotting.panels import curves_over_time, portraits
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
-from mjbiped.plotting.walk import portraits
 from mjbiped.records import measures
 from mjbiped.records.columns import flat_samples
 from mjbiped.records.record import Walk

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
+from mjbiped.plotting import width
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, BLUE, GROUND, GUIDE, VERMILLION, drawn, told_apart
-from mjbiped.plotting.width import width
 from mjbiped.robots.compass import Array
 from mjbiped.studies.bins import SHOWN, Axis, Drawing, drawings, known_of, measure_label, never_began
 from mjbiped.studies.cell import Row

@@ -13,9 +13,9 @@ from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 from rich.text import Text
 
+from mjbiped.plotting.comparison import draw_survivals
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
-from mjbiped.plotting.survival import draw_curve, lay_axes
 from mjbiped.records.summary import bare_table
 from mjbiped.studies.robustness import Limits, Plan
 from mjbiped.studies.robustness_findings import FORGETTING, SOLE, Findings, Robustness
@@ -230,12 +230,9 @@ def plot_survival(robustness: Robustness, engine: str, path: Path | None = None)
         figure.set_figheight(0.6 + 2.6 * len(grounds) + head(figure, text))
         panels = figure.subplots(len(grounds), 1, squeeze=False)[:, 0]
         for number, (axes, ground) in enumerate(zip(panels, grounds, strict=True)):
-            for place, controller in enumerate(plan.controllers):
-                survival = robustness.survival(engine, controller, ground)
-                if survival is not None:
-                    draw_curve(axes, survival, controller, told_apart(place))
+            curves = {each: robustness.survival(engine, each, ground) for each in plan.controllers}
+            draw_survivals(axes, curves, plan.steps)
             titled(axes, chr(ord("a") + number), plain(ground))
-            lay_axes(axes, plan.steps)
         panels[-1].set_xlabel("steps (logarithmic)")
         legend_below(figure, *panels[0].get_legend_handles_labels())
     return figure

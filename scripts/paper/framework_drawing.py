@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from mjbiped.plotting import style as plot_style
+from mjbiped.plotting import width
 from mjbiped.plotting.style import BLACK, SHADE, VERMILLION
-from mjbiped.plotting.width import width
 
 DRAWING: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("framework.toml").read_text(encoding="utf-8"))
 HEIGHT = 4.85  # of the drawing, whose unit is the inch

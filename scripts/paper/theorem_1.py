@@ -16,7 +16,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import ESTIMATES, impact_gain, lyapunov_weights
 from mjbiped.analysis.stability import Stability, stability
-from mjbiped.plotting.stability import plot_stability
+from mjbiped.plotting.comparison import plot_stability
 from mjbiped.utils.files import markdown_table
 from scripts.pages import write_block
 from scripts.paper.cycle import cycle_stability, lyapunov_gain

@@ -9,9 +9,9 @@ import pytest
 from command_line import Drawings, assert_refused, complaints, run, run_process
 from PIL import Image
 
+from mjbiped import plotting as plot_width
 from mjbiped.errors import RenderError
 from mjbiped.plotting import walk as plots
-from mjbiped.plotting import width as plot_width
 from mjbiped.records.record import Walk
 from mjbiped.records.summary import MEASURES
 from mjbiped.rendering import gl, video

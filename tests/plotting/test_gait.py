@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mjbiped
+from mjbiped.plotting import figure_width
 from mjbiped.plotting.gait import plot_gait
-from mjbiped.plotting.width import figure_width
 
 
 @pytest.mark.slow

@@ -9,9 +9,8 @@ from legible import assert_legible
 from matplotlib import cbook
 from matplotlib.figure import Figure
 
-from mjbiped.plotting import panels
+from mjbiped.plotting import WIDTHS, figure_width, panels, width
 from mjbiped.plotting.style import C_MT, drawn
-from mjbiped.plotting.width import WIDTHS, figure_width, width
 
 
 @settings(max_examples=30, deadline=None)  # of drawing, on a busy machine

@@ -11,7 +11,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.stability import Stability, stability
 from mjbiped.errors import InputError
-from mjbiped.plotting.stability import plot_stability
+from mjbiped.plotting.comparison import plot_stability
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 from legible import assert_legible
 
 from mjbiped.analysis.survival import Survival
-from mjbiped.plotting.survival import plot_survival
-from mjbiped.plotting.width import WIDTHS, figure_width
+from mjbiped.plotting import WIDTHS, figure_width
+from mjbiped.plotting.comparison import plot_survival
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -16,11 +16,10 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.errors import InputError, RenderError
+from mjbiped.plotting import figure_width
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.style import ANKLE, C_MT, ESTIMATE, HIP, HYBRID, MUJOCO, PLANNED, SWING, TRUTH, look
-from mjbiped.plotting.timelapse import rows_of
-from mjbiped.plotting.walk import plot_walk
-from mjbiped.plotting.width import figure_width
+from mjbiped.plotting.walk import plot_walk, rows_of
 from mjbiped.records import loads
 from mjbiped.records.record import Walk
 from mjbiped.terrain.terrain import Terrain

@@ -24,13 +24,12 @@ from mjbiped.errors import InputError
 from mjbiped.limit_cycles.basin import Basin, basin_of_attraction
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.map_slices import map_slices
+from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width, width
 from mjbiped.plotting import style as plot_style
-from mjbiped.plotting.comparison import plot_comparison
+from mjbiped.plotting.comparison import plot_comparison, plot_stability
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
-from mjbiped.plotting.stability import plot_stability
 from mjbiped.plotting.walk import plot_walk
-from mjbiped.plotting.width import DEFAULT_WIDTH, WIDTHS, figure_width, width
 from mjbiped.robots.compass import Compass
 from mjbiped.studies import figures as sweep_figures
 from mjbiped.studies.cell import MEASURES
@@ -170,7 +169,7 @@ def test_panels_stand_below_each_other_where_they_would_be_too_narrow() -> None:
 def test_of_a_controller_without_an_estimate_none_is_drawn() -> None:
     *_, slope = plot_comparison(compared_passive()).axes
     assert [line.get_label() for line in slope.lines] == ["ground"]
-    assert slope.get_title(loc="left").startswith("(c) Slope of the ground")
+    assert slope.get_title(loc="left").startswith("(b) Slope of the ground")
 
 
 def test_a_walk_of_twenty_steps_fits_the_column_of_a_page() -> None:

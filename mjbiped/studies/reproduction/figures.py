@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting import width
+from mjbiped.plotting.panels import draw_over_time, head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import BLACK, C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, TRUTH, drawn, make_small
-from mjbiped.plotting.walk import draw_over_time, plot_walk
-from mjbiped.plotting.width import width
+from mjbiped.plotting.walk import plot_walk
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import lines_of
 from mjbiped.studies.reproduction import section_5 as paper

@@ -12,7 +12,7 @@ from legible import assert_legible
 from mjbiped.analysis.survival import Survival
 from mjbiped.cli.main import main
 from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.plotting.width import WIDTHS, figure_width
+from mjbiped.plotting import WIDTHS, figure_width
 from mjbiped.robots.compass import Compass
 from mjbiped.studies.robustness import Plan, plan
 from mjbiped.studies.robustness_findings import Robustness
