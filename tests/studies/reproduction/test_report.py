@@ -37,6 +37,7 @@ from mjbiped.studies.reproduction.table_2 import Results, side_distances
 from mjbiped.studies.reproduction.tables import PAGE, TABLES, distance, render
 from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
+from scripts.pages import without_tables
 from scripts.paper import placebo
 from scripts.paper.fits import SMALL_SHARE
 from scripts.paper.gain_scan import GAINS, RATIOS, settings
@@ -56,9 +57,13 @@ def identity(row: Row) -> tuple[object, ...]:
 
 
 @pytest.mark.slow
-def test_pages_are_made_of_the_table(rows: list[Row]) -> None:
-    for name, page in render(Results(rows)).items():
-        assert (DOCS / name).read_text(encoding="utf-8") == page
+def test_pages_are_made_of_the_table(rows: list[Row], tmp_path: Path) -> None:
+    pages = render(Results(rows))
+    assert (DOCS / PAGE).read_text(encoding="utf-8") == pages[PAGE]
+    folder = tmp_path / Path(TABLES).stem
+    assert (DOCS / TABLES).read_text(encoding="utf-8") == without_tables(pages[TABLES], folder)
+    stored = {file.name: file.read_bytes() for file in (DOCS / TABLES).with_suffix("").iterdir()}
+    assert stored == {file.name: file.read_bytes() for file in folder.iterdir()}
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
 
 
