@@ -317,14 +317,14 @@ HEADINGS = {
 def main(tables: Path | None, plot: Path | None) -> None:
     """Print the tables; write them and the figure."""
     rows, speeds = climbers(), costs_by_speed()
-    tables = {
+    made = {
         "treads": on_treads(),
         "late": downwards(),
         "climbing": climbing([each for some in rows for each in some]),
         "speeds": [[f"{speed:g}", *(f"{cost:.4f}" for cost in costs)] for speed, *costs in speeds],
         "engines": in_both_engines(),
     }
-    for name, cells in tables.items():
+    for name, cells in made.items():
         show_table(name, HEADINGS[name], cells, tables, name)
     if plot is not None:
         draw(rows, speeds, plot)
