@@ -30,7 +30,6 @@ FOOTHOLD, COST = 2e-4, 1e-3
 HEADINGS = (
     "steps",
     *(f"{of}, {which}" for of in ("foothold µm", "c_mt %") for which in ("median", "99 %", "worst")),
-    "grounds",
 )
 
 
@@ -79,7 +78,7 @@ def distribution(pairs: list[Pair], steps: int) -> list[str]:
     first, second = (
         [form.format(value) for value in each] for form, each in zip(("{:.0f}", "{:.3f}"), figures, strict=True)
     )
-    return [str(steps), *first, *second, str(len(there))]
+    return [str(steps), *first, *second]
 
 
 @click.command(help=__doc__)

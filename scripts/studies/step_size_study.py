@@ -264,7 +264,7 @@ def error_cells(found: Mapping[str, Errors]) -> dict[str, str]:
         "c_mt, median %": f"{100 * np.nanmedian(values[:, 1]):.2g}",
         "peak torque N m": f"{torque:.2g}",
         "time per step ms": f"{1e3 * drift:.2g}",
-        "finished": "; ".join(lost) or "all",
+        **({"lost": "; ".join(lost)} if lost else {}),
     }
 
 
