@@ -52,7 +52,7 @@ walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and
 
 reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs
-	$(BIN)/python -m scripts.pages docs/tables/reproduction.md
+	$(BIN)/python -m scripts.pages docs/reproduction.md docs/tables/reproduction.md
 
 SEEDS = 1 2 3 4 5
 

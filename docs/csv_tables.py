@@ -1,6 +1,6 @@
-"""Tables of the site: a paragraph that is only a link to a CSV file shows the file's table, folded.
+"""Tables of the site: a paragraph that is only a link to a CSV file shows the file's table.
 
-Pages under `tables/` show them unfolded. The directive `{lookup}` shows a table that a function of `lookups` makes.
+Long tables are folded, except on pages under `tables/`. The directive `{lookup}` shows a table that `lookups` makes.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from sphinx.addnodes import download_reference
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
 from sphinx.util.docutils import SphinxDirective
+
+SHORT = 12
+"""Lines of a table that is shown unfolded on any page."""
 
 Rows = Iterable[Sequence[str]]
 
@@ -42,18 +45,18 @@ class ShowLinkedTables(SphinxTransform):
     def apply(self, **_: Any) -> None:
         """Change all such paragraphs of a page."""
         page = Path(self.env.doc2path(self.env.docname))
-        unfolded = " open" if self.env.docname.startswith("tables/") else ""
         for link in list(self.document.findall(download_reference)):
             paragraph, file = link.parent, page.parent / link["reftarget"]
             if len(paragraph.children) > 1 or file.suffix != ".csv" or not isinstance(paragraph, nodes.paragraph):
                 continue
             self.env.note_dependency(str(file))
             with file.open(encoding="utf-8", newline="") as lines:
-                table = table_of(csv.reader(lines))
-            begin = f"<details{unfolded}><summary>{link.astext()}</summary>"
+                rows = list(csv.reader(lines))
+            unfolded = self.env.docname.startswith("tables/") or len(rows) <= SHORT
+            begin = f"<details{' open' * unfolded}><summary>{link.astext()}</summary>"
             link.children[:] = [nodes.Text("CSV")]
             raw = [nodes.raw("", text, format="html") for text in (begin, "</details>")]
-            paragraph.replace_self([raw[0], table, paragraph.deepcopy(), raw[1]])
+            paragraph.replace_self([raw[0], table_of(rows), paragraph.deepcopy(), raw[1]])
 
 
 class Lookup(SphinxDirective):

@@ -1,6 +1,6 @@
 """Tables that a study writes as CSV files for the pages of docs/, so that no figure there is typed by hand.
 
-A page that was written with its tables is divided by `python -m scripts.pages docs/tables/reproduction.md`.
+A page that was written with its tables is divided by `python -m scripts.pages PAGE`.
 """
 
 import csv
@@ -17,6 +17,8 @@ from rich.table import Table as PrintedTable
 
 Table: TypeAlias = tuple[Sequence[str], Sequence[Sequence[str]]]
 """Headings, and the cells of each row."""
+
+_MARKS = re.compile(r"\*\*|`|\\(?=\|)|\[([^]]+)\]\([^)]+\)")
 
 TABLES = click.option("--tables", type=Path, help="Folder that gets the tables as CSV files.")
 
@@ -57,11 +59,11 @@ def show_rows(title: str, rows: Sequence[Mapping[str, str]], folder: Path | None
 
 
 def write_table(folder: Path, name: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
-    """Write a table into the CSV file of its name, without Markdown's marks for bold text and code."""
+    """Write a table into the CSV file of its name, without Markdown's marks for bold text, code and links."""
     file = file_of(folder, name)
     folder.mkdir(parents=True, exist_ok=True)
     with file.open("w", encoding="utf-8", newline="") as lines:
-        plain = ([re.sub(r"\*\*|`|\\(?=\|)", "", cell).strip() for cell in cells] for cells in (headings, *rows))
+        plain = ([_MARKS.sub(r"\1", cell).strip() for cell in cells] for cells in (headings, *rows))
         csv.writer(lines, lineterminator="\n").writerows(plain)
     return file
 
@@ -72,14 +74,15 @@ def file_of(folder: Path, name: str) -> Path:
     return folder / f"{words.strip('_').lower()}.csv"
 
 
-def without_tables(text: str, folder: Path, prefix: str = "") -> str:
-    """Write the tables of a Markdown text into CSV files, and put a link in the place of each.
+def without_tables(text: str, page: Path, prefix: str = "") -> str:
+    """Write the tables of a page's Markdown text into CSV files, and put a link in the place of each.
 
     Args:
         text: The text. A table is named by the last line before it that is a heading or bold.
-        folder: Gets the files; the page stands beside it.
+        page: The page. Those of docs/feet.md and of docs/tables/feet.md go to docs/tables/feet/.
         prefix: Begins the names of all files.
     """
+    folder = (page.parent if page.parent.name == "tables" else page.parent / "tables") / page.stem
     count: Counter[str] = Counter()
 
     def link(found: re.Match[str]) -> str:
@@ -87,7 +90,8 @@ def without_tables(text: str, folder: Path, prefix: str = "") -> str:
         count[title] += 1
         told = title if count[title] == 1 else f"{title}, {count[title]}"
         headings, _, *rows = (re.split(r"(?<!\\)\|", line)[1:-1] for line in found[0].splitlines())
-        return f"[{told}]({folder.name}/{write_table(folder, prefix + told, headings, rows).name})\n"
+        file = write_table(folder, prefix + told, headings, rows)
+        return f"[{told}]({file.relative_to(page.parent).as_posix()})\n"
 
     linked = re.sub(r"(?:^\|.*\n)+", link, text, flags=re.MULTILINE)
     return re.sub(r"^\*\*(.+)\*\*\n\n(?=\[\1\])", "", linked, flags=re.MULTILINE)
@@ -95,7 +99,7 @@ def without_tables(text: str, folder: Path, prefix: str = "") -> str:
 
 def take_out_tables(page: Path) -> None:
     """Leave links to CSV files in place of a page's tables."""
-    page.write_text(without_tables(page.read_text(encoding="utf-8"), page.with_suffix("")), encoding="utf-8")
+    page.write_text(without_tables(page.read_text(encoding="utf-8"), page), encoding="utf-8")
 
 
 def write_block(page: Path, name: str, text: str) -> None:
@@ -114,7 +118,7 @@ def write_block(page: Path, name: str, text: str) -> None:
     _, end, after = rest.partition(f"<!-- end {name} -->")
     if not begin or not end:
         raise ValueError(f"{page} has no place between <!-- {name} --> and <!-- end {name} -->")
-    text = without_tables(text, page.with_suffix(""), f"{name} ")
+    text = without_tables(text, page, f"{name} ")
     page.write_text(f"{before}{begin}{text.rstrip()}\n{end}{after}", encoding="utf-8")
 
 

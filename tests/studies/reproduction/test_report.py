@@ -58,12 +58,10 @@ def identity(row: Row) -> tuple[object, ...]:
 
 @pytest.mark.slow
 def test_pages_are_made_of_the_table(rows: list[Row], tmp_path: Path) -> None:
-    pages = render(Results(rows))
-    assert (DOCS / PAGE).read_text(encoding="utf-8") == pages[PAGE]
-    folder = tmp_path / Path(TABLES).stem
-    assert (DOCS / TABLES).read_text(encoding="utf-8") == without_tables(pages[TABLES], folder)
-    stored = {file.name: file.read_bytes() for file in (DOCS / TABLES).with_suffix("").iterdir()}
-    assert stored == {file.name: file.read_bytes() for file in folder.iterdir()}
+    for name, page in render(Results(rows)).items():
+        assert (DOCS / name).read_text(encoding="utf-8") == without_tables(page, tmp_path / name)
+    stored, written = ((docs / TABLES).with_suffix("").iterdir() for docs in (DOCS, tmp_path))
+    assert {file.name: file.read_bytes() for file in stored} == {file.name: file.read_bytes() for file in written}
     assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
 
 
