@@ -52,6 +52,7 @@ walk: $(VENV)/.installed ## walk over mixed slopes and steps: record, figure and
 
 reproduce: setup ## section V of the paper again, into docs/: five to fifteen minutes, goes on where it was stopped
 	$(BIN)/mjbiped reproduce --report docs
+	$(BIN)/python -m scripts.pages docs/reproduction.md docs/tables/reproduction.md
 
 SEEDS = 1 2 3 4 5
 
@@ -93,7 +94,7 @@ notebooks: setup ## execute docs/notebooks/ again, in place
 	@$(INSTALL) -e '.[notebooks]'
 	$(BIN)/jupyter nbconvert --to notebook --execute --inplace --ExecutePreprocessor.store_widget_state=False docs/notebooks/*.ipynb
 
-bench: setup ## measure the speed, some seventeen minutes: docs/tables/performance.md
+bench: setup ## measure the speed, some seventeen minutes: docs/tables/performance/
 	@$(INSTALL) imageio # without which Gymnasium's own walker does not begin; Drake and JAX are compared where they are: .[bench]
 	$(BIN)/python -m scripts.benchmarks
 

@@ -24,6 +24,7 @@ author = "The mjbiped authors"
 release = __version__
 
 extensions = [
+    "csv_tables",
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from scripts.pages import file_of
+
 ROOT = Path(__file__).parents[1]
+TABLES = ROOT / "docs/tables"
 PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "models/README.md",
     *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md"))),
-    *(f"docs/tables/{page.name}" for page in sorted((ROOT / "docs/tables").glob("*.md"))),
+    *(f"docs/tables/{page.name}" for page in sorted(TABLES.glob("*.md"))),
 )
 
 _BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -55,7 +59,6 @@ def blocks(page: str) -> Iterator[Block]:
 
 
 def table(page: str, name: str) -> list[dict[str, str]]:
-    """A table that a study wrote into a page, by the headings; see `scripts.pages`."""
-    block = page.partition(f"<!-- {name} -->")[2].partition(f"<!-- end {name} -->")[0]
-    headings, _, *lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in block.strip().splitlines()]
-    return [dict(zip(headings, line, strict=True)) for line in lines]
+    """A table that a study wrote for a page, by the headings."""
+    with file_of(TABLES / page, name).open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))

@@ -1,4 +1,4 @@
-"""Measure how fast mjbiped is, and write the results into docs/tables/performance.md.
+"""Measure how fast mjbiped is, and write the results into docs/tables/performance/.
 
 python -m scripts.benchmarks                      (all of them, some seventeen minutes; or: make bench)
 python -m scripts.benchmarks startup frames       (these two)
@@ -18,11 +18,11 @@ from mjbiped.errors import RenderError
 from scripts.benchmarks.timing import Rows
 from scripts.pages import show_table
 
-PAGE = Path("docs/tables/performance.md")
+FOLDER = Path("docs/tables/performance")
 
 
 class Benchmark(NamedTuple):
-    """One table of the page.
+    """One table.
 
     Attributes:
         what: What is measured, for the list of benchmarks.
@@ -48,7 +48,7 @@ BENCHMARKS = {
     name: Benchmark(**benchmark)
     for name, benchmark in tomllib.loads(Path(__file__).with_name("benchmarks.toml").read_text("utf-8")).items()
 }
-"""The benchmarks by name, which is also the place of the table on the page."""
+"""The benchmarks by name, which is also the table's."""
 
 
 @click.command(
@@ -56,14 +56,8 @@ BENCHMARKS = {
 )
 @click.argument("names", nargs=-1, metavar="[NAMES]...", type=click.Choice(tuple(BENCHMARKS)))
 @click.option("--repeats", type=click.IntRange(1), help="Repetitions of each case, in place of each benchmark's own.")
-@click.option(
-    "--page",
-    default=PAGE,
-    show_default=True,
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Where the tables are written.",
-)
-def main(names: Sequence[str], repeats: int | None, page: Path) -> None:
+@click.option("--tables", default=FOLDER, show_default=True, type=Path, help="Folder that gets the tables.")
+def main(names: Sequence[str], repeats: int | None, tables: Path) -> None:
     """Run the benchmarks NAMES, or all of them, and write a table of each."""
     for name in names or BENCHMARKS:
         benchmark = BENCHMARKS[name]
@@ -72,7 +66,7 @@ def main(names: Sequence[str], repeats: int | None, page: Path) -> None:
         except (ImportError, RenderError) as error:
             click.echo(f"{name}: the table stays as it is: {error}", err=True)
         else:
-            show_table(benchmark.what, benchmark.headings, rows, page, name)
+            show_table(benchmark.what, benchmark.headings, rows, tables, name)
 
 
 if __name__ == "__main__":

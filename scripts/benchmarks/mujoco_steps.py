@@ -159,7 +159,7 @@ def rows_of(name: str, repeats: int) -> Rows:
         walks.append(f"{walked(ADAPTIVE, terrain, mjbiped.Mujoco())[1]:.2f}")
     step = interleaved(cases, repeats, name)
     return [
-        [f"**{name}**: step, all of it, µs", *(step[f"True {count}"].each(1e-6) for count in SEGMENTS)],
+        [f"{name}: step, all of it, µs", *(step[f"True {count}"].each(1e-6) for count in SEGMENTS)],
         ["step, window, µs", *(step[f"False {count}"].each(1e-6) for count in SEGMENTS)],
         ["and against 10 segments", *(step["False 10"].ratio(step[f"False {count}"]) for count in SEGMENTS)],
         ["`Simulation`, all of it, ms", *made["True"]],

@@ -27,7 +27,7 @@ from scripts.learning.checkpoint import LAST, Checkpoint
 from scripts.learning.commands import OUT, Command
 from scripts.learning.curve import plot_curves
 from scripts.learning.evaluation import GROUNDS, TIME, Interval, Results, adaptive_on, by_training, interval, try_out
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 Trainings = Mapping[str, Sequence[Checkpoint]]
 """By the policies' kind."""
@@ -68,24 +68,20 @@ greatest training and the difference from the adaptive controller beside them.""
     help="Folder of the policies; by default those stored beside this program.",
 )
 @OUT
-@click.option(
-    "--page",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Markdown page to write the tables into.",
-)
+@TABLES
 @click.option(
     "--images",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="Folder for a small copy of the figure and a small video, as docs/environments.md shows them.",
 )
-def main(policies: Path, out: Path, page: Path | None, images: Path | None) -> None:
+def main(policies: Path, out: Path, tables: Path | None, images: Path | None) -> None:
     """Walk, and show what came of it."""
     trainings = trained(policies)
     out.mkdir(parents=True, exist_ok=True)
-    show_table("trainings", *training_table(trainings), page, "trainings")
+    show_table("trainings", *training_table(trainings), tables, "trainings")
     results, shown = _walked(trainings, out / "evaluation.csv")
     for name in ("returns", "through", "costs", "torques"):
-        show_table(name, *results_table(results, name), page, name)
+        show_table(name, *results_table(results, name), tables, name)
     curves = out / "curves.png"
     plot_curves(trainings, float(results[0].measures["return"].mean()), curves)
     for kind, walk in shown.items():
@@ -199,7 +195,7 @@ def _compared(found: Results, adaptive: Results, measure: str, digits: int) -> I
     yield f"{means.min():.{digits}f} to {means.max():.{digits}f}"
     difference = interval(by_training(found, measure, adaptive))
     told = in_words(difference, digits)
-    yield f"**{told}**" if difference[1] > 0.0 or difference[2] < 0.0 else told
+    yield f"{told} *" if difference[1] > 0.0 or difference[2] < 0.0 else told
 
 
 def in_words(values: Interval, digits: int) -> str:

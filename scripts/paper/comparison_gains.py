@@ -61,8 +61,8 @@ TERRAINS = {
 @click.option(
     "--figure", default="docs/images/comparison_gains.png", show_default=True, type=click.Path(path_type=Path)
 )
-@click.option("--page", default="docs/tables/comparison.md", show_default=True, type=click.Path(path_type=Path))
-def main(figure: Path, page: Path) -> None:
+@click.option("--tables", default="docs/tables/comparison", show_default=True, type=click.Path(path_type=Path))
+def main(figure: Path, tables: Path) -> None:
     """Search, walk, draw and tabulate."""
     trials = {
         name: [
@@ -73,17 +73,17 @@ def main(figure: Path, page: Path) -> None:
     found = {name: choose(each) for name, each in trials.items()}
     rows = [found_row(name, found[name], trials[name]) for name in METHODS]
     headings = ("method", "gains found", "class's defaults", "settles for", "c_mt", "multiplier", "peak torque (N m)")
-    show_table("gains", headings, rows, page, "gains")
+    show_table("gains", headings, rows, tables, "gains")
     blind = [(name, *blind_row(blind_trials(name))) for name in tqdm(BLIND, desc="one slope source", disable=None)]
-    show_table("blind", ("method", "gains found", "c_mt", "multiplier", "peak torque (N m)"), blind, page, "blind")
+    show_table("blind", ("method", "gains found", "c_mt", "multiplier", "peak torque (N m)"), blind, tables, "blind")
     walked = outcomes(found)
-    show_table("terrains", ("method", "slope from", *TERRAINS), walked, page, "terrains")
+    show_table("terrains", ("method", "slope from", *TERRAINS), walked, tables, "terrains")
     ranges = surviving(trials, found)
     show_table(
-        "ranges", ("method", *TERRAINS), [(name, *map(span, each)) for name, each in ranges.items()], page, "ranges"
+        "ranges", ("method", *TERRAINS), [(name, *map(span, each)) for name, each in ranges.items()], tables, "ranges"
     )
     draw(trials, found, ranges, figure)
-    click.echo(f"wrote {figure}\nwrote {page}")
+    click.echo(f"wrote {figure}\nwrote {tables}")
 
 
 def blind_row(trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -144,7 +144,7 @@ def outcomes(found: Mapping[str, Trial]) -> list[tuple[str, ...]]:
     for name, source, controller in tqdm(cases, desc="terrains", disable=None):
         usual = isinstance(controller, KnownSlopeController) and source == METHODS[name].controller.slope_source
         cells = (converged(controller, terrain) for terrain in TERRAINS.values())
-        rows.append((name, f"**{source}**" if usual else source, *cells))
+        rows.append((name, f"{source} *" if usual else source, *cells))
     return rows
 
 

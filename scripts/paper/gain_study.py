@@ -1,6 +1,6 @@
 """How far gamma, K1 and K2 can be raised: convergence, (24), torque and falls (10 minutes). See docs/stability.md.
 
-python -m scripts.paper.gain_study --figure docs/images/gains.png --page docs/tables/stability.md
+python -m scripts.paper.gain_study --figure docs/images/gains.png --tables docs/tables/stability
 """
 
 import math
@@ -21,8 +21,7 @@ from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP
 from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
-from mjbiped.utils.files import markdown_table
-from scripts.pages import write_block
+from scripts.pages import TABLES, Table, show_table
 from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {
@@ -68,9 +67,9 @@ class Outcome:
 
 @click.command(help=__doc__)
 @click.option("--figure", default="docs/images/gains.png", show_default=True, type=click.Path(path_type=Path))
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@TABLES
 @click.option("--steps", default=40, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
-def main(figure: Path, page: Path | None, steps: int) -> None:
+def main(figure: Path, tables: Path | None, steps: int) -> None:
     """Scan, draw and tabulate."""
     robot = mjbiped.Compass()
     gait = mjbiped.find_passive_gait(robot, math.radians(2))
@@ -105,14 +104,9 @@ def main(figure: Path, page: Path | None, steps: int) -> None:
         for scale in tqdm(grid[1].tolist(), desc="limit cycle", disable=None)
     ]
     draw(grid, rows, paper, walked, planes, figure)
-    for name, text in (
-        ("gamma", gamma_table(by_gamma, walked, held)),
-        ("tracking gains", scale_table(by_scale, walked)),
-        ("condition 24", condition_table(paper)),
-    ):
-        click.echo(text)
-        if page is not None:
-            write_block(page, name, text)
+    show_table("gamma", *gamma_table(by_gamma, walked, held), tables, "gamma")
+    show_table("tracking gains", *scale_table(by_scale, walked), tables, "tracking gains")
+    show_table("condition (24)", *condition_table(paper), tables, "condition 24")
 
 
 def scaled(controller: AdaptiveController, scale: float) -> AdaptiveController:
@@ -164,14 +158,14 @@ def windows(controller: AdaptiveController) -> list[tuple[float, float]]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def condition_table(paper: AdaptiveController) -> str:
+def condition_table(paper: AdaptiveController) -> Table:
     """Where (24) holds with the paper's tracking gains, and with twice these."""
     rows = []
     for scale in (1.0, 2.0):
         gains = scaled(paper, scale)
         ranges = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in windows(gains))
         rows.append((f"{gains.position_gain:g}, {gains.velocity_gain:g}", ranges))
-    return markdown_table(("K₁, K₂ (1/s)", f"γ up to {HIGHEST_GAMMA:g} with which (24) holds"), rows)
+    return ("K₁, K₂ (1/s)", f"γ up to {HIGHEST_GAMMA:g} with which (24) holds"), rows
 
 
 def walk(controller: AdaptiveController, ground: str, steps: int) -> Outcome:
@@ -203,16 +197,16 @@ def mujoco_walk(controller: AdaptiveController, control_period: float, steps: in
 Walked = dict[tuple[str, float, str, float | None], Outcome]
 
 
-def gamma_table(family: dict[float, AdaptiveController], walked: Walked, held: dict[tuple[float, float], str]) -> str:
+def gamma_table(family: dict[float, AdaptiveController], walked: Walked, held: dict[tuple[float, float], str]) -> Table:
     """Rows by gamma, at the paper's K1 and K2."""
     rows = []
     for gamma, controller in family.items():
         cells = (*_cells(on_the_cycle(controller)), *_peaks(walked, "gamma", gamma))
         rows.append((f"{gamma:g}", *cells, *(held[gamma, period] for period in CONTROL_PERIODS)))
-    return markdown_table(("γ", *_HEADINGS, *(f"MuJoCo, {1e3 * period:g} ms" for period in CONTROL_PERIODS)), rows)
+    return ("γ", *_HEADINGS, *(f"MuJoCo, {1e3 * period:g} ms" for period in CONTROL_PERIODS)), rows
 
 
-def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> str:
+def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> Table:
     """Rows by tracking gains, at the paper's gamma."""
     rows = [
         (
@@ -222,7 +216,7 @@ def scale_table(family: dict[float, AdaptiveController], walked: Walked) -> str:
         )
         for scale, controller in family.items()
     ]
-    return markdown_table(("K₁, K₂ (1/s)", *_HEADINGS), rows)
+    return ("K₁, K₂ (1/s)", *_HEADINGS), rows
 
 
 _HEADINGS = ("slowest multiplier", "(24)", "its floor", "V_a⁺/V_a⁺", "error left after 1 step", *TERRAINS)

@@ -73,7 +73,7 @@ SHOWN = {
     Law(1.0, "local", 30.0): "",
     Law(1.0, "local", 50.0): "",
     Law(0.0, "two_point", 15.0): "",
-    DEFAULT: "**default**",
+    DEFAULT: "default",
     Law(0.0, "two_point", 30.0): "",
     Law(0.0, "none", 40.0): "nearest to Table II",
 }
@@ -150,8 +150,8 @@ def greatest(results: Results, law: Law, measure: str, names: Iterable[str]) -> 
 @click.option(
     "--figure", default="docs/images/comparison_kinetic_energy.png", show_default=True, type=click.Path(path_type=Path)
 )
-@click.option("--page", default="docs/tables/comparison.md", show_default=True, type=click.Path(path_type=Path))
-def main(figure: Path, page: Path) -> None:
+@click.option("--tables", default="docs/tables/comparison", show_default=True, type=click.Path(path_type=Path))
+def main(figure: Path, tables: Path) -> None:
     """Walk, tabulate and draw."""
     every = [Law(weight, source, gain) for weight in WEIGHTS for source in SLOPE_SOURCES for gain in GAINS]
     hybrid = met(every, "hybrid")
@@ -163,10 +163,10 @@ def main(figure: Path, page: Path) -> None:
             counts = [[survived(results, law, name, start) for start in ("gait", "own")] for name in NAMES]
             cells = (f"{gait}, {own}" for gait, own in counts)
             rows.append((law.words + (f" ({words})" if words else ""), engine, *cells))
-    write_table(page, "bears", ("law", "engine", *NAMES), rows)
-    write_table(page, "candidates", *candidates(every, hybrid))
-    write_table(page, "why", *why())
-    click.echo(f"wrote {figure}\nwrote {page}")
+    write_table(tables, "bears", ("law", "engine", *NAMES), rows)
+    write_table(tables, "candidates", *candidates(every, hybrid))
+    write_table(tables, "why", *why())
+    click.echo(f"wrote {figure}\nwrote {tables}")
 
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]

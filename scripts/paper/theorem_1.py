@@ -1,6 +1,6 @@
 """Theorem 1, numerically: its constants on the limit cycle and along walks. See docs/stability.md.
 
-python -m scripts.paper.theorem_1 --figure docs/images/theorem_1.png --page docs/tables/stability.md
+python -m scripts.paper.theorem_1 --figure docs/images/theorem_1.png --tables docs/tables/stability
 """
 
 import math
@@ -17,8 +17,7 @@ from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import ESTIMATES, impact_gain, lyapunov_weights
 from mjbiped.analysis.stability import Stability, stability
 from mjbiped.plotting.comparison import plot_stability
-from mjbiped.utils.files import markdown_table
-from scripts.pages import write_block
+from scripts.pages import TABLES, Table, show_table
 from scripts.paper.cycle import cycle_stability, lyapunov_gain
 
 TERRAINS = {
@@ -42,9 +41,9 @@ NEVER_RIGHT = math.radians(3)
 
 @click.command(help=__doc__)
 @click.option("--figure", default="docs/images/theorem_1.png", show_default=True, type=click.Path(path_type=Path))
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@TABLES
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=2), help="Steps per walk.")
-def main(figure: Path, page: Path | None, steps: int) -> None:
+def main(figure: Path, tables: Path | None, steps: int) -> None:
     """Walk, evaluate, draw and tabulate."""
     robot = mjbiped.Compass()
     gait = mjbiped.find_passive_gait(robot, math.radians(2))
@@ -57,14 +56,12 @@ def main(figure: Path, page: Path | None, steps: int) -> None:
             mjbiped.walk(controllers[name], TERRAINS[ground], engine="hybrid", steps=steps, sample_period=2e-3)
         )
     plot_stability({name: found[DRAWN, name] for name in VARIANTS}, figure)
-    tables = {"cycle": on_the_cycle(paper), "walks": along_walks(found), "touchdowns": at_touchdowns(found)}
-    for name, text in tables.items():
-        click.echo(text)
-        if page is not None:
-            write_block(page, name, text)
+    show_table("on the limit cycle", *on_the_cycle(paper), tables, "cycle")
+    show_table("along walks", *along_walks(found), tables, "walks")
+    show_table("at touchdowns", *at_touchdowns(found), tables, "touchdowns")
 
 
-def on_the_cycle(controller: AdaptiveController) -> str:
+def on_the_cycle(controller: AdaptiveController) -> Table:
     """Constants of the limit cycle, which depend on no terrain."""
     cycle = cycle_stability(controller)
     phi = cycle.evolution.transitions[-1]
@@ -98,10 +95,10 @@ def on_the_cycle(controller: AdaptiveController) -> str:
         ("the same from (0, 1)", f"({left[0, 1]:.3f}, {left[1, 1]:.3f})"),
         ("slowest multiplier where every step is re-planned", f"{np.abs(cycle.multipliers_replanned[0]):.4f}"),
     ]
-    return markdown_table(("on the limit cycle, any constant slope", "value"), rows)
+    return ("on the limit cycle, any constant slope", "value"), rows
 
 
-def along_walks(found: dict[tuple[str, str], Stability]) -> str:
+def along_walks(found: dict[tuple[str, str], Stability]) -> Table:
     """What became of (16), (24) and (26) on each walk."""
     rows = []
     for (ground, name), each in found.items():
@@ -121,10 +118,10 @@ def along_walks(found: dict[tuple[str, str], Stability]) -> str:
             )
         )
     headings = ("ground", "controller", "‖η⁻ − Φη⁺‖", "V_a balance", "weak eigenvalue", "‖Φ‖", "(24), least")
-    return markdown_table((*headings, "its floor", "(26) holds", "‖θ̃‖ rises by"), rows)
+    return (*headings, "its floor", "(26) holds", "‖θ̃‖ rises by"), rows
 
 
-def at_touchdowns(found: dict[tuple[str, str], Stability]) -> str:
+def at_touchdowns(found: dict[tuple[str, str], Stability]) -> Table:
     """Jumps of V_a, on constant slope and at changes of slope, and what (20) says of them."""
     rows = []
     for (ground, name), each in found.items():
@@ -145,8 +142,15 @@ def at_touchdowns(found: dict[tuple[str, str], Stability]) -> str:
                 f"{int(beyond.sum())} of {int(resolved.sum())}",
             )
         )
-    headings = ("ground", "controller", "V_a rises, same slope", "most", "V_a rises, slope changes", "most")
-    return markdown_table((*headings, "‖η⁺‖/‖η⁻‖, largest", "beyond k_Δ of (20)"), rows)
+    headings = (
+        "ground",
+        "controller",
+        "V_a rises, same slope",
+        "greatest",
+        "V_a rises, slope changes",
+        "greatest there",
+    )
+    return (*headings, "‖η⁺‖/‖η⁻‖, largest", "beyond k_Δ of (20)"), rows
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ Differences are MuJoCo - hybrid engine. Where the walks part, the cause follows 
 differences at touchdowns on rough ground that nothing but the contact's resolution explains: what the limits in
 `mjbiped/analysis/divergence.py` come from. Some four minutes. The result stands in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.agreement_study --page docs/tables/convergence.md
+    python -m scripts.studies.agreement_study --tables docs/tables/convergence
 """
 
 import math
@@ -19,7 +19,7 @@ from controllers import AdaptiveController
 from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import torque_differences
 from mjbiped.records import measures
-from scripts.pages import show_rows, show_table
+from scripts.pages import TABLES, show_rows, show_table
 from scripts.studies.gallery import ADAPTIVE, TERRAINS
 
 ROUNDING = 1e-6
@@ -90,8 +90,8 @@ def _ratio(share: float) -> str:
 @click.option("--random", "count", default=30, show_default=True, type=click.IntRange(min=0), help="Random terrains.")
 @click.option("--rough", default=138, show_default=True, type=click.IntRange(min=1), help="Grounds for the limits.")
 @click.option("--rough-steps", default=12, show_default=True, type=click.IntRange(min=1), help="Steps on each.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
-def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None) -> None:
+@TABLES
+def main(steps: int, count: int, rough: int, rough_steps: int, tables: Path | None) -> None:
     """Walk on all terrains and print the table."""
     terrains = {name: terrain for name, terrain in TERRAINS.items() if name != "rough"}
     for seed in range(count):
@@ -102,11 +102,11 @@ def main(steps: int, count: int, rough: int, rough_steps: int, page: Path | None
         rows.append(row(name, walked))
         if walked.divergence is not None:
             partings.append([name, walked.verdict])
-    show_rows(f"MuJoCo - hybrid engine, {steps} steps; * they part", rows, page, "agreement")
-    show_table("where they part", ("ground", "where and why"), partings, page, "partings")
+    show_rows(f"MuJoCo - hybrid engine, {steps} steps; * they part", rows, tables, "agreement")
+    show_table("where they part", ("ground", "where and why"), partings, tables, "partings")
     rows_of_limits, touchdowns = greatest(ADAPTIVE, rough, rough_steps)
     headings = ("difference", "median", "99 %", f"greatest of {touchdowns} touchdowns", "limit : greatest")
-    show_table(f"{rough} rough terrains, {rough_steps} steps", headings, rows_of_limits, page, "limits")
+    show_table(f"{rough} rough terrains, {rough_steps} steps", headings, rows_of_limits, tables, "limits")
 
 
 if __name__ == "__main__":

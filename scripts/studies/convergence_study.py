@@ -4,7 +4,7 @@ A passive walk down 2 degrees and a closed-loop walk over rough ground, in both 
 timesteps nor a foot, and its own error is below 1e-9. Some two minutes. The result stands in
 `docs/tables/convergence.md`.
 
-    python -m scripts.studies.convergence_study --page docs/tables/convergence.md --plot docs/images/convergence.png
+    python -m scripts.studies.convergence_study --tables docs/tables/convergence --plot docs/images/convergence.png
 """
 
 import math
@@ -29,7 +29,7 @@ from mjbiped.engines.mujoco import ground, options, scene, setup
 from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 TIMESTEPS = (2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
 RADII = (3e-2, 1e-2, 1e-3, 1e-4, ground.FOOT_RADIUS, 1e-5)
@@ -205,8 +205,8 @@ class Study:
 @click.option("--steps", default=40, show_default=True, type=click.IntRange(min=4), help="Steps of the passive walk.")
 @click.option("--rough-steps", default=16, show_default=True, type=click.IntRange(min=2), help="Of the rough walk.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
-def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> None:
+@TABLES
+def main(steps: int, rough_steps: int, plot: Path | None, tables: Path | None) -> None:
     """Walk, tabulate and draw."""
     robot = mjbiped.Compass()
     # every step is re-planned: a threshold for it would make the walk jump where a state touches it
@@ -226,7 +226,7 @@ def main(steps: int, rough_steps: int, plot: Path | None, page: Path | None) -> 
     for study in studies:
         headings, rows = [study.heading, *(f"{name} %" for name in ERRORS)], study.rows()
         title = f"{study.name}: MuJoCo against the hybrid engine, {steps} passive steps, {rough_steps} rough ones"
-        show_table(title, headings, rows, page, study.name)
+        show_table(title, headings, rows, tables, study.name)
     if plot is not None:
         draw(plot, studies)
 

@@ -7,7 +7,7 @@ and slid, how long heel and toe of a landing foot were apart, how long it stood 
 after a touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/footed.md and
 docs/tables/footed.md.
 
-    python -m scripts.studies.footed_study --page docs/tables/footed.md --summary docs/footed.md
+    python -m scripts.studies.footed_study --tables docs/tables/footed
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import mjbiped
 from controllers import SupervisedController
 from mjbiped.records import measures
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.soles_study import STEPS, grounds
 from scripts.studies.supervised_study import CLEARANCE, SOLES
 
@@ -105,9 +105,8 @@ def rows_of(engine: str, law: SupervisedController, bar: Any) -> list[list[str]]
 
 
 @click.command()
-@click.option("--page", type=Path, help="Page of docs/ that gets the tables.")
-@click.option("--summary", type=Path, help="Page that gets the sums over all grounds.")
-def main(page: Path | None, summary: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     cases = [(sole, half, *case) for sole, half in SOLES.items() for case in robots(half)]
     rows: list[list[str]] = []
@@ -115,12 +114,12 @@ def main(page: Path | None, summary: Path | None) -> None:
         for sole, half, name, engine, robot in cases:
             gait = mjbiped.find_reference(mjbiped.Compass(sole=(half, half)), clearance=CLEARANCE, retraction=False)
             rows += [[sole, name, *row] for row in rows_of(engine, SupervisedController(robot, gait), bar)]
-    show_table("feet with mass", HEADINGS, rows, page, "feet with mass")
-    write_sums(rows, summary)
+    show_table("feet with mass", HEADINGS, rows, tables, "feet with mass")
+    write_sums(rows, tables)
 
 
-def write_sums(rows: Sequence[Sequence[str]], page: Path | None) -> None:
-    """Show the sums over all grounds, and write them to a page."""
+def write_sums(rows: Sequence[Sequence[str]], tables: Path | None) -> None:
+    """Show the sums over all grounds, and write them."""
     found = {(sole, foot, ground): counts[:2] for sole, foot, ground, *counts in rows if ground in (ALL, UNTRIED)}
     sums = [
         [sole, foot, *counts, *found[sole, foot, UNTRIED]]
@@ -131,7 +130,7 @@ def write_sums(rows: Sequence[Sequence[str]], page: Path | None) -> None:
         "feet with mass, all grounds",
         ("sole", "foot", "make all steps", "through", "unseen: all steps", "unseen: through"),
         sums,
-        page,
+        tables,
         "survives",
     )
 

@@ -3,7 +3,7 @@
 Forty steps from three phases on eight of the grounds of `soles_study`, with the law that supervises itself, on soles of
 12 cm behind and ahead of the ankle. Five minutes on two cores. The table stands in docs/tables/footed.md.
 
-    python -m scripts.studies.footed_touchdowns_study --page docs/tables/footed.md
+    python -m scripts.studies.footed_touchdowns_study --tables docs/tables/footed
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import mjbiped
 from controllers import SupervisedController
 from mjbiped.records import measures
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_rows
+from scripts.pages import TABLES, show_rows
 from scripts.studies.footed_study import PHASES, impact_errors, robots
 from scripts.studies.soles_study import STEPS, grounds
 from scripts.studies.supervised_study import CLEARANCE
@@ -58,8 +58,8 @@ def told(walks: Sequence[mjbiped.Walk]) -> dict[str, str]:
 
 
 @click.command(help=__doc__)
-@click.option("--page", type=Path, help="Page of docs/ that gets the table.")
-def main(page: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     gait = mjbiped.find_reference(mjbiped.Compass(sole=(HALF, HALF)), clearance=CLEARANCE, retraction=False)
     made = {name: ground for name, ground in grounds() if name in KINDS}
@@ -73,7 +73,7 @@ def main(page: Path | None) -> None:
                 walks = mjbiped.walk_many(law, terrains, engine="mujoco", steps=STEPS)
                 rows.append({"foot": name, "ground": kind, **told(walks)})
                 bar.update()
-    show_rows("feet with mass: touchdowns", rows, page, "touchdowns of feet")
+    show_rows("feet with mass: touchdowns", rows, tables, "touchdowns of feet")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ Sixty steps, robots with knees in both engines. With knees the swing foot's cont
 scuff, under their rule. Stairs and slope changes begin at twelve places over one step length. Ten minutes, and once two
 for the references. The result stands in `docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.kneed_study --page docs/tables/kneed_walks.md
+    python -m scripts.studies.kneed_study --tables docs/tables/kneed_walks
     python -m scripts.studies.kneed_study --images docs/images
 """
 
@@ -21,7 +21,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Terrain
 from mjbiped.plotting.style import make_small
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 PLACES = 12  # of the first change of the ground, over one step length
 CLEARANCE = 0.08  # of the optimised references, m
@@ -100,7 +100,7 @@ def climbers() -> Mapping[str, Controller]:
     }
 
 
-def walk_on_any_stairs(steps: int, page: Path | None) -> None:
+def walk_on_any_stairs(steps: int, tables: Path | None) -> None:
     """How many walks come through on stairs of any tread, in the hybrid engine, with any motors and with weak ones."""
     laws, rows = climbers(), []
     weak = mjbiped.Disturbances(torque_limit=MOTOR)
@@ -112,8 +112,10 @@ def walk_on_any_stairs(steps: int, page: Path | None) -> None:
             for limited in (None, weak)
         ]
         rows.append([f"{signed(height)} cm", *map(share_and_cost, walks)])
-    names = [name for law in laws for name in (law, f"the same, {MOTOR:g} N m")]
-    show_table(f"came through {steps} steps on stairs of any tread; c_mt", ["stairs", *names], rows, page, "any stairs")
+    names = [name for law in laws for name in (law, f"{law}, {MOTOR:g} N m")]
+    show_table(
+        f"came through {steps} steps on stairs of any tread; c_mt", ["stairs", *names], rows, tables, "any stairs"
+    )
 
 
 def honest(walks: Sequence[mjbiped.Walk]) -> list[mjbiped.Walk]:
@@ -181,11 +183,11 @@ def draw(folder: Path) -> None:
 
 @click.command(help=__doc__)
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@TABLES
 @click.option(
     "--images", type=click.Path(exists=True, path_type=Path), help="Folder for a figure and a GIF; no tables."
 )
-def main(steps: int, page: Path | None, images: Path | None) -> None:
+def main(steps: int, tables: Path | None, images: Path | None) -> None:
     """Walk everything and print the tables, or draw one walk."""
     if images is not None:
         draw(images)
@@ -202,15 +204,15 @@ def main(steps: int, page: Path | None, images: Path | None) -> None:
             ("soles", "foot that holds the centre of pressure 99 % of the time, cm, median", soles),
         ):
             rows = [[ground, *(cell(hybrid[name][ground]) for name in laws)] for ground in kinds]
-            show_table(title, ["ground", *laws], rows, page, place)
-        walk_on_any_stairs(steps, page)
+            show_table(title, ["ground", *laws], rows, tables, place)
+        walk_on_any_stairs(steps, tables)
         mujoco = {name: dict(walk_everywhere(laws[name], "mujoco", **settings)) for name in kneed}
     rows = []
     for ground in kinds:
         both = [(mujoco[name][ground], hybrid[name][ground]) for name in kneed]
         rows.append([ground, *(with_torques(beside(walks, others), walks) for walks, others in both)])
     title = f"MuJoCo: came through {steps} steps; c_mt (less that of the hybrid engine); greatest torques, N m"
-    show_table(title, ["ground", *kneed], rows, page, "mujoco")
+    show_table(title, ["ground", *kneed], rows, tables, "mujoco")
 
 
 if __name__ == "__main__":

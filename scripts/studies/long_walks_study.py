@@ -4,7 +4,7 @@ Both engines walk each ground by themselves. Where a foothold differs by more th
 the first thing in the records that explains it is named. The seeds served nothing else. Two minutes. The result stands
 in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.long_walks_study --page docs/tables/convergence.md
+    python -m scripts.studies.long_walks_study --tables docs/tables/convergence
 """
 
 from collections import Counter
@@ -18,7 +18,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from mjbiped.analysis import divergence
 from mjbiped.robots.compass import Array
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.gallery import ADAPTIVE
 
 FIRST_SEED = 40_000
@@ -27,7 +27,10 @@ LENGTH = 60.0
 AFTER = (1, 10, 30, 60)
 FOOTHOLD, COST = 2e-4, 1e-3
 """What two walks of 60 steps shall differ by at most, m and as a share of c_mt."""
-HEADINGS = ("steps", "foothold µm, median", "99 %", "worst", "c_mt %, median", "99 % ", "worst ", "grounds")
+HEADINGS = (
+    "steps",
+    *(f"{of}, {which}" for of in ("foothold µm", "c_mt %") for which in ("median", "99 %", "worst")),
+)
 
 
 @dataclass(frozen=True)
@@ -75,13 +78,13 @@ def distribution(pairs: list[Pair], steps: int) -> list[str]:
     first, second = (
         [form.format(value) for value in each] for form, each in zip(("{:.0f}", "{:.3f}"), figures, strict=True)
     )
-    return [str(steps), *first, *second, str(len(there))]
+    return [str(steps), *first, *second]
 
 
 @click.command(help=__doc__)
 @click.option("--grounds", default=200, show_default=True, type=click.IntRange(min=1), help="Random grounds.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
-def main(grounds: int, page: Path | None) -> None:
+@TABLES
+def main(grounds: int, tables: Path | None) -> None:
     """Walk on all grounds and print the tables."""
     seeds = range(FIRST_SEED, FIRST_SEED + grounds)
     pairs = [walked(seed, AFTER[-1]) for seed in tqdm(seeds, desc="grounds", disable=None)]
@@ -89,9 +92,9 @@ def main(grounds: int, page: Path | None) -> None:
     apart = Counter(pair.cause for pair in pairs if pair.cause is not None)
     causes = [[cause, str(count)] for cause, count in apart.most_common()]
     causes.append(["none: they agree", str(sum(pair.cause is None for pair in pairs))])
-    show_table(f"MuJoCo - hybrid engine, {grounds} grounds", HEADINGS, rows, page, "long")
+    show_table(f"MuJoCo - hybrid engine, {grounds} grounds", HEADINGS, rows, tables, "long")
     title = f"Further apart than {1e3 * FOOTHOLD:g} mm or {COST:.1%}"
-    show_table(title, ("first cause", "grounds"), causes, page, "apart")
+    show_table(title, ("first cause", "grounds"), causes, tables, "apart")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 The climbing gait for the library, too, which so gets its best settings. Ten minutes on one core; the tables stand
 in `docs/tables/feet.md`.
 
-    python -m scripts.studies.margin_study --page docs/tables/feet.md
+    python -m scripts.studies.margin_study --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from controllers import LibraryController, SupervisedController
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.recovery_search import STEPS, training
 from scripts.studies.supervised_study import CLEARANCE, NOISY, SOLES, counted, wrong
 
@@ -57,8 +57,8 @@ def with_margin(margin: float, robot: mjbiped.Compass, gait: mjbiped.Gait) -> li
 
 
 @click.command()
-@click.option("--page", type=Path, help="Page that gets the tables.")
-def main(page: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     robots = {sole: mjbiped.Compass(sole=(size, size)) for sole, size in SOLES.items()}
     gaits = {
@@ -70,7 +70,7 @@ def main(page: Path | None) -> None:
         for sole, margin in tqdm(cases, desc="margins", mininterval=30.0)
     ]
     heads = ["sole", "margin", "%", "cost", "wrong models, %", "noise, %"]
-    show_table("hybrid: margins, training grounds", heads, rows, page, "margins hybrid")
+    show_table("hybrid: margins, training grounds", heads, rows, tables, "margins hybrid")
     rows = []
     for name, kind in {"supervised": SupervisedController, "library": LibraryController}.items():
         alone = [kind(gait.robot, gait, climbing_gait=gait) for gait in gaits.values()]
@@ -89,7 +89,7 @@ def main(page: Path | None) -> None:
                 ]
             )
     heads = ["law", "clearance", "after", "steps", *(f"{sole}: {what}" for sole in SOLES for what in ("%", "cost"))]
-    show_table("hybrid: climbing gaits, training grounds", heads, rows, page, "climbing hybrid")
+    show_table("hybrid: climbing gaits, training grounds", heads, rows, tables, "climbing hybrid")
 
 
 if __name__ == "__main__":

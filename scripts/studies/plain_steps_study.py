@@ -5,7 +5,7 @@ weight of their accelerations change with them. Here steps are of one length ins
 are MuJoCo's own at every step. The same figures of both, against the hybrid engine. Some four minutes. The result
 stands in `docs/tables/convergence.md`.
 
-    python -m scripts.studies.plain_steps_study --page docs/tables/convergence.md
+    python -m scripts.studies.plain_steps_study --tables docs/tables/convergence
 """
 
 import math
@@ -19,7 +19,7 @@ import mjbiped
 from controllers import Controller, KneedController, PassiveController
 from mjbiped.records import measures
 from mjbiped.robots.robot import Robot
-from scripts.pages import show_rows
+from scripts.pages import TABLES, show_rows
 from scripts.studies.gallery import ADAPTIVE, TERRAINS
 
 KNEES = mjbiped.KneedBiped()
@@ -69,8 +69,8 @@ def row(name: str, engine: mjbiped.Mujoco, there: mjbiped.Walk, here: mjbiped.Wa
 
 @click.command(help=__doc__)
 @click.option("--steps", default=20, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
-def main(steps: int, page: Path | None) -> None:
+@TABLES
+def main(steps: int, tables: Path | None) -> None:
     """Walk everything and print the table."""
     rows = []
     for name, (robot, controller, terrain) in tqdm(walks().items(), desc="grounds", disable=None):
@@ -78,7 +78,7 @@ def main(steps: int, page: Path | None) -> None:
         for engine in engines(robot):
             there = mjbiped.walk(controller, terrain, robot=robot, engine=engine, steps=steps, sample_period=None)
             rows.append(row(name, engine, there, here))
-    show_rows(f"MuJoCo - hybrid engine, {steps} steps", rows, page, "plain")
+    show_rows(f"MuJoCo - hybrid engine, {steps} steps", rows, tables, "plain")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ What is minimised is the share of walks that do not come through, less for those
 transport of those that do; on soles of ±12 and ±8 cm, with the grounds of `training`. None of these grounds, and none
 of their seeds, stands in a table of docs/. The result stands in `controllers/bounded/supervisor.py`.
 
-    python -m scripts.studies.recovery_search --summary docs/feet.md
+    python -m scripts.studies.recovery_search --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from mjbiped import Terrain
 from mjbiped.controllers.bounded.recovery import Ankle
 from mjbiped.controllers.bounded.supervisor import Range, Recovery
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 STEPS = 30
 SOLES = (0.12, 0.08)
@@ -121,11 +121,11 @@ def search(generations: int, seed: int) -> None:
 @click.command()
 @click.option("--generations", default=26, show_default=True, type=click.IntRange(0), help="Each of nine tries.")
 @click.option("--seed", default=5, show_default=True, help="Of the search.")
-@click.option("--summary", type=Path, help="Page that gets the table of losses.")
-def main(generations: int, seed: int, summary: Path | None) -> None:
+@TABLES
+def main(generations: int, seed: int, tables: Path | None) -> None:
     """Tell the losses, then search."""
     heads = ["recovery steps", "training grounds", "other grounds"]
-    show_table("loss, with the law as it is", heads, losses(), summary, "searched hybrid")
+    show_table("loss, with the law as it is", heads, losses(), tables, "searched hybrid")
     if generations:
         search(generations, seed)
 

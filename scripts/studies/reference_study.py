@@ -3,7 +3,7 @@
 A controller climbs a rise if it goes on walking at 99 of 100 places of the step's edge between two footholds; in
 brackets is what it climbs on ground that no foot has as well. Some minutes; the checks in MuJoCo take most of it.
 
-    python -m scripts.studies.reference_study --page docs/tables/references.md --plot docs/images/references.png
+    python -m scripts.studies.reference_study --tables docs/tables/references --plot docs/images/references.png
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from mjbiped.plotting import style
 from mjbiped.plotting.panels import legend_below, titled
 from mjbiped.records.measures import FINISHED, VIOLATING
 from mjbiped.utils import palette
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 ROBOT = mjbiped.Compass()
 PHASES = 100
@@ -304,7 +304,7 @@ HEADINGS = {
     "late": ["imitated", *(f"{drop:g} m" for drop in DROPS)],
     "climbing": [
         "imitated", "c_mt, level", "climbs (m)", "additive (m)", "torque (N m)", "sole (cm)", "of 100 down 0.10 m",
-        "torque (N m)", "sole (cm)",
+        "torque down (N m)", "sole down (cm)",
     ],
     "speeds": ["speed (m/s)", "no clearance", "0.06 m"],
     "engines": ["imitated", "rise (m)", "re-planning", "engine", "of 100", "torque (N m)", "c_mt, level, MuJoCo"],
@@ -312,20 +312,20 @@ HEADINGS = {
 
 
 @click.command()
-@click.option("--page", type=click.Path(path_type=Path), help="Write the tables into this page.")
+@TABLES
 @click.option("--plot", type=click.Path(path_type=Path), help="Write the figure.")
-def main(page: Path | None, plot: Path | None) -> None:
+def main(tables: Path | None, plot: Path | None) -> None:
     """Print the tables; write them and the figure."""
     rows, speeds = climbers(), costs_by_speed()
-    tables = {
+    made = {
         "treads": on_treads(),
         "late": downwards(),
         "climbing": climbing([each for some in rows for each in some]),
         "speeds": [[f"{speed:g}", *(f"{cost:.4f}" for cost in costs)] for speed, *costs in speeds],
         "engines": in_both_engines(),
     }
-    for name, cells in tables.items():
-        show_table(name, HEADINGS[name], cells, page, name)
+    for name, cells in made.items():
+        show_table(name, HEADINGS[name], cells, tables, name)
     if plot is not None:
         draw(rows, speeds, plot)
 

@@ -3,7 +3,7 @@
 The basin is that share of the starts which settle; it is counted in one window of rates for all radii, so that the
 shares can be compared. Five minutes on two cores.
 
-    python -m scripts.studies.round_feet_study --page docs/tables/validation.md --image docs/images/round_feet.png
+    python -m scripts.studies.round_feet_study --tables docs/tables/validation --image docs/images/round_feet.png
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tqdm.auto import tqdm
 import mjbiped
 from mjbiped.limit_cycles.basin import Fate
 from mjbiped.plotting.style import BLUE, GUIDE, ORANGE, drawn, make_small
-from scripts.pages import show_rows
+from scripts.pages import TABLES, show_rows
 
 SLOPES_DEG = (1.0, 2.0)
 RADII = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65, 0.75)
@@ -88,14 +88,14 @@ def draw(image: Path, studied: dict[tuple[float, float], Found]) -> None:
 
 
 @click.command()
-@click.option("--page", type=click.Path(path_type=Path), help="Page that gets the table.")
+@TABLES
 @click.option("--image", type=click.Path(path_type=Path), help="Write the figure.")
-def main(page: Path | None, image: Path | None) -> None:
+def main(tables: Path | None, image: Path | None) -> None:
     """Sweep the radius."""
     places = [(slope, radius) for slope in SLOPES_DEG for radius in RADII]
     studied = {(slope, radius): found(radius, slope) for slope, radius in tqdm(places, unit="gait")}
     rows = [row(radius, slope, one) for (slope, radius), one in studied.items()]
-    show_rows("the radius of the feet", rows, page, "radius")
+    show_rows("the radius of the feet", rows, tables, "radius")
     if image is not None:
         draw(image, studied)
 

@@ -4,7 +4,7 @@ Straight legs must scuff, so the rule lets their swing foot pass through the gro
 steps in MuJoCo on the grounds of `kneed_study`, counts the steps in which the swing foot passes through the ground or a
 riser, and measures how deep. Ten minutes. The result stands in `docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.scuffing_study --page docs/tables/kneed_walks.md
+    python -m scripts.studies.scuffing_study --tables docs/tables/kneed_walks
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ import mjbiped
 from mjbiped import ScuffingRule, Terrain
 from mjbiped.records.columns import flat_samples
 from mjbiped.terrain.profile import height_over_ground
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.kneed_study import grounds, share_and_cost, walk_everywhere, walkers, with_torques
 
 RULE = ScuffingRule()
@@ -81,9 +81,9 @@ def passes(walks: Sequence[mjbiped.Walk]) -> str:
 
 @click.command(help=__doc__)
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
-def main(steps: int, page: Path | None) -> None:
-    """Walk everything, print both tables, and write them into the page."""
+@TABLES
+def main(steps: int, tables: Path | None) -> None:
+    """Walk everything, and print and write both tables."""
     outcomes: dict[str, list[str]] = {}
     depths: dict[str, list[str]] = {}
     kinds = [ground for ground, _ in grounds(1.0)]
@@ -100,7 +100,7 @@ def main(steps: int, page: Path | None) -> None:
         ("passes", "of the steps: foot in the ground, deeper than 1 cm; greatest depth, cm", depths),
     ):
         rows = [[ground, *(cells[name][k] for name in LEGS)] for k, ground in enumerate(kinds)]
-        show_table(title, ["ground", *LEGS], rows, page, place)
+        show_table(title, ["ground", *LEGS], rows, tables, place)
     walker, rule = next(iter(LEGS.values()))
     level = mjbiped.walk(makers[walker](), Terrain.level(), steps=steps, scuffing=rule, sample_period=SAMPLE_PERIOD)
     begin, end = passed_through(level).part

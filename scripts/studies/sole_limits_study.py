@@ -2,7 +2,7 @@
 
 Five minutes on two cores. The tables and the sentence stand in `docs/feet.md`.
 
-    python -m scripts.studies.sole_limits_study --summary docs/feet.md
+    python -m scripts.studies.sole_limits_study --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mjbiped import Terrain
 from mjbiped.analysis.replay import replayed
 from mjbiped.control.compiled import MachineCode
 from mjbiped.controllers.room import RECOVERING
-from scripts.pages import show_table, write_block
+from scripts.pages import TABLES, show_table
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, grounds, through, told
 from scripts.studies.supervised_study import CLEARANCE
 
@@ -160,19 +160,16 @@ def told_decisions(walker: SupervisedController) -> str:
 
 
 @click.command()
-@click.option("--summary", type=Path, help="Page that gets the tables.")
-def main(summary: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     laws = {f"±{100 * sole:g} cm": law(sole) for sole in LENGTHS}
     rows = [[sole, *limits(each)] for sole, each in laws.items()]
     heads = ["sole", "riser by energy, cm", "walked, cm", "grade by the ankle, deg", "walked, deg"]
-    show_table("hybrid: limits", heads, rows, summary, "limits hybrid")
+    show_table("hybrid: limits", heads, rows, tables, "limits hybrid")
     rows = [[sole, between_phases(each)] for sole, each in list(laws.items())[-2:]]
-    show_table("hybrid: other phases", ["sole", "not walked whole"], rows, summary, "phases hybrid")
-    sentence = told_decisions(laws["±8 cm"])
-    click.echo(sentence)
-    if summary is not None:
-        write_block(summary, "decisions hybrid", sentence)
+    show_table("hybrid: other phases", ["sole", "not walked whole"], rows, tables, "phases hybrid")
+    click.echo(told_decisions(laws["±8 cm"]))
     robot, made = mjbiped.KneedBiped(sole=(0.12, 0.12)), dict(grounds())
     gait = mjbiped.find_reference(robot, clearance=0.08)
     kneed = {
@@ -185,7 +182,7 @@ def main(summary: Path | None) -> None:
         for engine in ("hybrid", "mujoco")
         for name, each in kneed.items()
     ]
-    show_table("knees, ±12 cm", ["engine", "law", *WITH_KNEES], rows, summary, "knees on soles")
+    show_table("knees, ±12 cm", ["engine", "law", *WITH_KNEES], rows, tables, "knees on soles")
 
 
 if __name__ == "__main__":

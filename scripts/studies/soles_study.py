@@ -4,7 +4,7 @@ Forty steps, from eight phases of the step at which the ground begins to change,
 walk counts where it comes through and the ground neither has to pull nor needs friction over 0.8. Half an hour on two
 cores, most of it in MuJoCo. The results stand in `docs/feet.md`, `docs/tables/feet.md` and `docs/images/feet.png`.
 
-    python -m scripts.studies.soles_study --page docs/tables/feet.md --summary docs/feet.md --plot docs/images/feet.png
+    python -m scripts.studies.soles_study --tables docs/tables/feet --plot docs/images/feet.png
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from controllers import (
 from mjbiped import Terrain
 from mjbiped.plotting.style import drawn
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 STEPS, PHASES = 40, 8
 BEFORE, STEP = 1.2, 0.378  # m: level ground before the first change, and the length of a step on it
@@ -153,10 +153,9 @@ def draw(found: Found, path: Path) -> None:
 
 @click.command()
 @click.option("--engine", "engines", multiple=True, default=("hybrid", "mujoco"), help="Engine; may be repeated.")
-@click.option("--page", type=Path, help="Page of docs/ that gets the tables.")
-@click.option("--summary", type=Path, help="Page that gets laws and soles of the hybrid engine.")
+@TABLES
 @click.option("--plot", type=Path, help="Figure of the hybrid engine's walks.")
-def main(engines: Sequence[str], page: Path | None, summary: Path | None, plot: Path | None) -> None:
+def main(engines: Sequence[str], tables: Path | None, plot: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     names = [name for name, _ in laws(None)]
     kinds = [name for name, _ in grounds()]
@@ -165,11 +164,10 @@ def main(engines: Sequence[str], page: Path | None, summary: Path | None, plot: 
         counts = [[summed(found, name, sole, kinds) for sole in SOLES] for name in names]
         rows = [[name, *row] for name, row in zip(names, counts, strict=True)]
         title = f"{engine}: grounds of {len(kinds)} with {PHASES} of {PHASES} through (share of all walks)"
-        place = summary if engine == "hybrid" else page
-        show_table(title, ["law", *SOLES], rows, place, f"laws {engine}")
+        show_table(title, ["law", *SOLES], rows, tables, f"laws {engine}")
         for sole in DETAILED:
             rows = [[kind, *(told(*found[name, sole, kind]) for name in names)] for kind in kinds]
-            show_table(f"{engine}, sole {sole}", ["ground", *names], rows, page, f"{sole} {engine}")
+            show_table(f"{engine}, sole {sole}", ["ground", *names], rows, tables, f"{sole} {engine}")
         if plot is not None and engine == "hybrid":
             draw(found, plot)
 

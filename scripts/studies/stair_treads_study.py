@@ -5,7 +5,7 @@ random length: as many risers as the walk can meet, with sixteen seeds. A walk c
 ground neither has to pull nor needs friction over 0.8. Five minutes on one core. The tables stand in
 `docs/tables/feet.md`.
 
-    python -m scripts.studies.stair_treads_study --page docs/tables/feet.md
+    python -m scripts.studies.stair_treads_study --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped import Terrain
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.soles_study import BEFORE, PHASES, STEP, STEPS, Ground, through
 from scripts.studies.supervised_study import CLEARANCE, SOLES, laws
 
@@ -86,23 +86,23 @@ def told(rise: int) -> str:
 
 
 @click.command(help=__doc__)
-@click.option("--page", type=Path, help="Page of docs/ that gets the table.")
-def main(page: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     rows: list[list[str]] = []
     for sole, name, law in tqdm([*walkers()], mininterval=30.0 if not sys.stderr.isatty() else 0.1):
         rows += [[sole, name, told(rise), *(cell(law, tread, rise) for tread in TREADS)] for rise in RISES]
     headings = ["sole", "law", "riser", *(f"tread {tread:g} m" for tread in TREADS)]
-    show_table("hybrid: through, by tread", headings, rows, page, "stairs by tread hybrid")
-    random_treads(page)
+    show_table("hybrid: through, by tread", headings, rows, tables, "stairs by tread hybrid")
+    random_treads(tables)
 
 
-def random_treads(page: Path | None) -> None:
+def random_treads(tables: Path | None) -> None:
     """Walk the supervised law on random treads, print, and write the table."""
     supervised = [(sole, law) for sole, name, law in walkers() if name == "supervised"]
     rows = [[sole, told(rise), *on_random_treads(law, rise)] for sole, law in supervised for rise in RANDOM_RISES]
     headings = ["sole", "riser", *(f"treads of {least:g} to {greatest:g} m" for least, greatest in BETWEEN)]
-    show_table("hybrid: through, by range of random treads", headings, rows, page, "stairs by random treads hybrid")
+    show_table("hybrid: through, by range of random treads", headings, rows, tables, "stairs by random treads hybrid")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 Sixty steps with references of 8 cm. Half a minute, and once two minutes for the references. The result stands in
 `docs/tables/kneed_walks.md`.
 
-    python -m scripts.studies.stance_knee_study --page docs/tables/kneed_walks.md
+    python -m scripts.studies.stance_knee_study --tables docs/tables/kneed_walks
 """
 
 from collections.abc import Iterator
@@ -16,18 +16,18 @@ import mjbiped
 from controllers import KneedController
 from mjbiped import Terrain
 from mjbiped.records import loads
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 
 CLEARANCE = 0.08  # of the optimised references, m
 SAMPLED = 1e-3  # s: each physics step, but for the short ones
 HEADINGS = (
     "robot, ground",
     "locked: c_mt",
-    "torque, N m",
+    "locked: torque, N m",
     "motor: c_mt",
-    "without its work",
-    "torque, N m",
-    "sag, mrad",
+    "motor: c_mt without its work",
+    "motor: torque, N m",
+    "motor: sag, mrad",
 )
 
 
@@ -65,15 +65,15 @@ def row(law: KneedController, ground: Terrain, steps: int) -> list[str]:
 
 @click.command(help=__doc__)
 @click.option("--steps", default=60, show_default=True, type=click.IntRange(min=1), help="Steps per walk.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the table into.")
-def main(steps: int, page: Path | None) -> None:
+@TABLES
+def main(steps: int, tables: Path | None) -> None:
     """Walk everything and print the table."""
     robots = {"light shanks": mjbiped.KneedBiped(), "halved rods": mjbiped.KneedBiped.halved_rods()}
     rows = []
     for name, robot in tqdm(robots.items(), desc="robots", disable=None):
         law = KneedController(robot, mjbiped.find_reference(robot, clearance=CLEARANCE))
         rows += [[f"{name}, {kind}", *row(law, ground, steps)] for kind, ground in grounds()]
-    show_table(f"{steps} steps", HEADINGS, rows, page, "stance knee")
+    show_table(f"{steps} steps", HEADINGS, rows, tables, "stance knee")
 
 
 if __name__ == "__main__":

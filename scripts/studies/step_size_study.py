@@ -4,7 +4,7 @@ Each setting walks the same grounds with the adaptive controller, and passively 
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
 turn. Some five minutes. The result stands in `docs/tables/step_size.md`.
 
-    python -m scripts.studies.step_size_study --page docs/tables/step_size.md --plot docs/images/step_size.png
+    python -m scripts.studies.step_size_study --tables docs/tables/step_size --plot docs/images/step_size.png
 """
 
 import math
@@ -36,7 +36,7 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.panels import legend_below
 from mjbiped.records import measures
 from scripts.benchmarks.timing import Case, Timing, interleaved, machine
-from scripts.pages import show_rows, write_table
+from scripts.pages import TABLES, show_rows, show_table
 from scripts.studies.gallery import ADAPTIVE, GAIT, ROBOT, TERRAINS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -264,7 +264,7 @@ def error_cells(found: Mapping[str, Errors]) -> dict[str, str]:
         "c_mt, median %": f"{100 * np.nanmedian(values[:, 1]):.2g}",
         "peak torque N m": f"{torque:.2g}",
         "time per step ms": f"{1e3 * drift:.2g}",
-        "finished": "; ".join(lost) or "all",
+        **({"lost": "; ".join(lost)} if lost else {}),
     }
 
 
@@ -376,22 +376,21 @@ def along(line: Line2D) -> NDArray[np.float64]:
 )
 @click.option("--repeats", default=5, show_default=True, type=click.IntRange(min=1), help="Repetitions of timings.")
 @click.option("--plot", type=click.Path(path_type=Path), help="Figure to write.")
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
-def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | None, page: Path | None) -> None:
+@TABLES
+def main(steps: int, count: int, timed_steps: int, repeats: int, plot: Path | None, tables: Path | None) -> None:
     """Walk, time, tabulate and draw."""
     found = accuracy(grounds(count), steps)
     level = speeds([(s, "level") for s in SETTINGS], timed_steps, repeats, "speed, level ground")
     speed = {setting: level[setting, "level"] for setting in SETTINGS}
     rows = [{"step": s.name, "family": s.family, **error_cells(found[s]), **speed[s].cells} for s in SETTINGS]
-    show_rows("settings", rows, page, "settings")
+    show_rows("settings", rows, tables, "settings")
     pairs = [(s, name) for s in ON_ALL_GROUNDS for name in TERRAINS]
     everywhere = speeds(pairs, timed_steps, repeats, "speed, all grounds")
     rows = [
         {"step": s.name, "ground": name, **cells_of(found[s][name]), **everywhere[s, name].cells} for s, name in pairs
     ]
-    show_rows("grounds", rows, page, "grounds")
-    if page is not None:
-        write_table(page, "machine", ("", ""), machine())
+    show_rows("grounds", rows, tables, "grounds")
+    show_table("machine", ("machine", "value"), machine(), tables, "machine")
     if plot is not None:
         draw(plot, found, speed)
 

@@ -4,7 +4,7 @@ Four tables: the grounds of `soles_study` from eight phases; random treads with 
 whose model of the robot is wrong; and with noisy sensors that are read late. Ten minutes on two cores for the hybrid
 engine, an hour for MuJoCo. The results stand in `docs/feet.md` and `docs/tables/feet.md`.
 
-    python -m scripts.studies.supervised_study --page docs/tables/feet.md --summary docs/feet.md
+    python -m scripts.studies.supervised_study --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, LibraryController, SupervisedController
 from mjbiped import Terrain
 from mjbiped.records.measures import FINISHED
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.studies.soles_study import PHASES, STEPS, grounds, through, told
 
 SOLES: Mapping[str, float] = {"±12 cm": 0.12, "±8 cm": 0.08}
@@ -128,27 +128,25 @@ def shown(
 
 @click.command()
 @click.option("--engine", "engines", multiple=True, default=("hybrid", "mujoco"), help="Engine; may be repeated.")
-@click.option("--page", type=Path, help="Page of docs/ that gets the tables of grounds, and all of MuJoCo's.")
-@click.option("--summary", type=Path, help="Page that gets the others of the hybrid engine.")
-def main(engines: Sequence[str], page: Path | None, summary: Path | None) -> None:
+@TABLES
+def main(engines: Sequence[str], tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     every = [(sole, name, law) for sole, size in SOLES.items() for name, law in laws(size)]
     kinds = [name for name, _ in grounds()]
     for engine in engines:
         cases = [case for case in every if engine == "hybrid" or case[1] != ONE_GAIT]
-        place = summary if engine == "hybrid" else page
         rows = shown(cases, on_grounds, engine)
         columns = [f"{sole}: {name}" for sole, name, *_ in rows]
         turned = [
             [kind, *cells] for kind, cells in zip(kinds, zip(*(row[2:] for row in rows), strict=True), strict=True)
         ]
-        show_table(f"{engine}: bounded ankles", ["ground", *columns], turned, page, f"supervised {engine}")
+        show_table(f"{engine}: bounded ankles", ["ground", *columns], turned, tables, f"supervised {engine}")
         rows = shown(cases, on_treads, engine)
         heads = ["sole", "law", "treads of 1 cm, %", "2 cm", "3 cm"]
-        show_table(f"{engine}: random treads", heads, rows, place, f"random {engine}")
+        show_table(f"{engine}: random treads", heads, rows, tables, f"random {engine}")
         rows = shown(cases, disturbed, engine)
         heads = ["sole", "law", "wrong model, %", "noise and delay, %"]
-        show_table(f"{engine}: wrong models and noise", heads, rows, place, f"wrong {engine}")
+        show_table(f"{engine}: wrong models and noise", heads, rows, tables, f"wrong {engine}")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ of an angle (rad) or a rate (rad/s) from the gait's at the beginning of a step. 
 recovery step, the cheapest of which three in a row are foreseen. The best threshold is chosen on the training grounds
 of `recovery_search`. A quarter of an hour on two cores; the table stands in `docs/feet.md`.
 
-    python -m scripts.studies.threshold_study --summary docs/feet.md
+    python -m scripts.studies.threshold_study --tables docs/tables/feet
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from mjbiped.controllers.bounded.identifier import slope_estimate
 from mjbiped.controllers.bounded.prediction import FAILURE, State, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import CYCLE, SUPERVISION, gait_of
-from scripts.pages import show_rows
+from scripts.pages import TABLES, show_rows
 from scripts.studies.recovery_search import training
 from scripts.studies.soles_study import STEPS, grounds, through
 from scripts.studies.supervised_study import CLEARANCE, SEEDS, SOLES, counted, share
@@ -115,8 +115,8 @@ def row(law: SupervisedController, where: Sequence[Terrain]) -> dict[str, str]:
 
 
 @click.command()
-@click.option("--summary", type=Path, help="Page that gets the table.")
-def main(summary: Path | None) -> None:
+@TABLES
+def main(tables: Path | None) -> None:
     """Walk, print, and write what was asked for."""
     where, rows = training(), []
     for sole, size in SOLES.items():
@@ -129,7 +129,7 @@ def main(summary: Path | None) -> None:
             {"sole": sole, "recovers by": f"{law.threshold:g}" if law.threshold else "every step", **row(law, where)}
             for law in tqdm(rivals, desc=sole, mininterval=30.0)
         ]
-    show_rows("hybrid: thresholds", rows, summary, "thresholds hybrid")
+    show_rows("hybrid: thresholds", rows, tables, "thresholds hybrid")
 
 
 if __name__ == "__main__":

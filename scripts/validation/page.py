@@ -1,8 +1,8 @@
-"""Computes what others have published about passive walkers; writes docs/tables/validation.md and the figure.
+"""Computes what others have published about passive walkers; writes docs/tables/validation/ and the figure.
 
 A minute on one core.
 
-    python -m scripts.validation.page --page docs/tables/validation.md --image docs/images/validation.png
+    python -m scripts.validation.page --tables docs/tables/validation --image docs/images/validation.png
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import click
 import numpy as np
 
 import mjbiped
-from scripts.pages import show_table
+from scripts.pages import TABLES, show_table
 from scripts.validation import (
     compass_gait,
     drake_invariants,
@@ -61,7 +61,7 @@ SOURCES: Mapping[str, tuple[str, Mapping[str, Published], Computations]] = {
     "mcgeer kneed": ("McGeer 1990, with knees", MCGEER_KNEED, MCGEERS_KNEED),
     "round feet": ("Bhounsule 2009", ROUND_FEET, ROUND_FEETS),
 }
-"""By the names of their places on the page."""
+"""By the names of their tables."""
 
 
 def minus(text: str) -> str:
@@ -98,13 +98,13 @@ def cells(published: Published, computed: Computed) -> list[str]:
     ]
 
 
-def _write_sources(page: Path | None) -> None:
+def _write_sources(tables: Path | None) -> None:
     for place, (title, numbers, ours) in SOURCES.items():
         rows = [cells(number, ours[name]()) for name, number in numbers.items()]
-        show_table(title, HEADINGS, rows, page, place)
+        show_table(title, HEADINGS, rows, tables, place)
 
 
-def _write_convergence(page: Path | None) -> None:
+def _write_convergence(tables: Path | None) -> None:
     ratios = np.array([1e-2, 1e-3, 1e-4, 1e-5])
     exact = simplest_walker.long_gait()
     limit = np.array([-exact.start[0], -exact.start[2], exact.period, abs(exact.multipliers[0])])
@@ -119,24 +119,24 @@ def _write_convergence(page: Path | None) -> None:
         for coarse, fine, row in zip(ratios[:-1].tolist(), ratios[1:].tolist(), better, strict=True)
     ]
     headings = ("leg's mass over hip's", "θ", "θ̇", "period", "modulus of the multipliers")
-    show_table("distance from the limit", headings, rows, page, "convergence")
+    show_table("distance from the limit", headings, rows, tables, "convergence")
 
 
-def _write_mujoco(page: Path | None) -> None:
+def _write_mujoco(tables: Path | None) -> None:
     names = ("period", "angle", "stance rate", "swing rate")
     beside = dict(zip(names, compass_gait.in_mujoco().tolist(), strict=True))
-    _write_beside(page, ("the gait on 3 degrees in MuJoCo", "mujoco"), "goswami", beside, compass_gait.MUJOCO_STEPS)
+    _write_beside(tables, ("the gait on 3 degrees in MuJoCo", "mujoco"), "goswami", beside, compass_gait.MUJOCO_STEPS)
     names = ("period", "angle", "rate", "hip rate")
     beside = dict(zip(names, round_feet.in_mujoco().tolist(), strict=True))
-    _write_beside(page, ("round feet in MuJoCo", "rolling in mujoco"), "round feet", beside, round_feet.MUJOCO_STEPS)
+    _write_beside(tables, ("round feet in MuJoCo", "rolling in mujoco"), "round feet", beside, round_feet.MUJOCO_STEPS)
     both = zip(round_knees.NAMES, round_knees.exact(), round_knees.in_mujoco(), strict=True)
     rows = [[name, minus(f"{exact:.6f}"), minus(f"{walked:.6f}")] for name, exact, walked in both]
     headings = ("quantity", "the model", f"MuJoCo, after {round_knees.MUJOCO_STEPS} steps")
-    show_table("knees on round feet in MuJoCo", headings, rows, page, "bending in mujoco")
+    show_table("knees on round feet in MuJoCo", headings, rows, tables, "bending in mujoco")
 
 
 def _write_beside(
-    page: Path | None, titles: tuple[str, str], source: str, found: Mapping[str, float], steps: int
+    tables: Path | None, titles: tuple[str, str], source: str, found: Mapping[str, float], steps: int
 ) -> None:
     _, numbers, ours = SOURCES[source]
     rows = [
@@ -144,20 +144,20 @@ def _write_beside(
         for name, value in found.items()
     ]
     title, place = titles
-    show_table(title, ("quantity", "published", "the model", f"MuJoCo, after {steps} steps"), rows, page, place)
+    show_table(title, ("quantity", "published", "the model", f"MuJoCo, after {steps} steps"), rows, tables, place)
 
 
-def _write_push_off(page: Path | None) -> None:
+def _write_push_off(tables: Path | None) -> None:
     robots = (push_off.LIGHT_LEGS, push_off.TABLE_ONE)
     rows = [
         [f"{half:g}", f"{push_off.closed_form(half):.6f}", *(f"{push_off.ratio(robot, half):.6f}" for robot in robots)]
         for half in push_off.HALVES
     ]
     headings = ("half angle α, rad", "1 / (4 cos⁴ α)", "legs of 1e-9 of the hip's mass", "Table I")
-    show_table("work of a push-off over that of the hip", headings, rows, page, "push-off")
+    show_table("work of a push-off over that of the hip", headings, rows, tables, "push-off")
 
 
-def _write_drake(page: Path | None) -> None:
+def _write_drake(tables: Path | None) -> None:
     rows = [
         [name, minus(f"{DRAKE[key]:.0e}"), minus(f"{left():.1e}")]
         for key, (name, left) in drake_invariants.INVARIANTS.items()
@@ -167,7 +167,7 @@ def _write_drake(page: Path | None) -> None:
         rows.append(
             [f"change of the energy within a step, over the greatest kinetic energy: {name}", "", minus(f"{drift:.1e}")]
         )
-    show_table("invariants", ("invariant", "Drake's tolerance", "ours"), rows, page, "drake")
+    show_table("invariants", ("invariant", "Drake's tolerance", "ours"), rows, tables, "drake")
 
 
 def _wheel_rows() -> Sequence[tuple[str, Callable[[], float]]]:
@@ -196,18 +196,18 @@ def _wheel_rows() -> Sequence[tuple[str, Callable[[], float]]]:
     )
 
 
-def _write_wheel(page: Path | None) -> None:
+def _write_wheel(tables: Path | None) -> None:
     rows = [[name, minus(f"{abs(apart()):.1e}")] for name, apart in _wheel_rows()]
-    show_table("the rimless wheel", ("what", "distance from the closed form"), rows, page, "wheel")
+    show_table("the rimless wheel", ("what", "distance from the closed form"), rows, tables, "wheel")
 
 
 @click.command(help=__doc__)
-@click.option("--page", type=click.Path(exists=True, path_type=Path), help="Markdown page to write the tables into.")
+@TABLES
 @click.option("--image", type=click.Path(dir_okay=False, path_type=Path), help="PNG file for the figure.")
-def main(page: Path | None, image: Path | None) -> None:
+def main(tables: Path | None, image: Path | None) -> None:
     """Compute everything and print the tables."""
     for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel, _write_push_off):
-        write(page)
+        write(tables)
     if image is not None:
         figure.draw(image)
 

@@ -16,7 +16,6 @@ from mjbiped.studies.reproduction.section_5 import GROUNDS
 from scripts.paper import comparison_gains as study
 from scripts.paper import gain_search
 
-TABLES = text("docs/tables/comparison.md")
 PROSE = " ".join(text("docs/comparison.md").split())
 STAIRS, UPHILL, DOWN_IN_TURN = "stair 2, −60 mm", "slope 2, −1° each", "slope 2, 0°/−1°"
 ENERGY_BASED = ("PBC", "ECC", "KETC", "KETC, w = 1")
@@ -25,13 +24,15 @@ ENERGY_BASED = ("PBC", "ECC", "KETC", "KETC, w = 1")
 def cell(method: str, source: str, ground: str) -> str:
     """Of the table of terrains."""
     rows = [
-        row for row in table(TABLES, "terrains") if (row["method"], row["slope from"].strip("*")) == (method, source)
+        row
+        for row in table("comparison", "terrains")
+        if (row["method"], row["slope from"].strip(" *")) == (method, source)
     ]
     return rows[0][ground]
 
 
 def test_stairs_of_60_mm() -> None:
-    assert all(row[STAIRS] == "none" for row in table(TABLES, "ranges") if row["method"] in ENERGY_BASED)
+    assert all(row[STAIRS] == "none" for row in table("comparison", "ranges") if row["method"] in ENERGY_BASED)
     assert "No energy-based method survives stairs of −60 mm** over 60 steps with any gain of the tables" in PROSE
     settings = list(csv.DictReader(io.StringIO(text("docs/reproduction_gains.csv"))))
     through = [row for row in settings if not row["stair 2"].startswith("X")]
@@ -95,7 +96,7 @@ def test_a_step_is_given_where_tolerance_and_engine_agree_on_it(ground: str) -> 
         found = study.converged(gain_search.METHODS["PBC"].controller, study.TERRAINS[ground])
         assert found == cell("PBC", "two_point", ground)
         assert found.startswith("0.03")
-    assert {row["method"] for row in table(TABLES, "terrains")} == {*gain_search.METHODS, "adaptive"}
+    assert {row["method"] for row in table("comparison", "terrains")} == {*gain_search.METHODS, "adaptive"}
 
 
 def test_grounds_of_the_scan_are_the_paper_s() -> None:

@@ -7,8 +7,7 @@ import re
 import pytest
 from documentation import table, text
 
-PAGE = text("docs/feet.md")
-PROSE = " ".join(PAGE.split())
+PROSE = " ".join(text("docs/feet.md").split())
 
 
 def told(sentence: str) -> list[float]:
@@ -20,7 +19,7 @@ def told(sentence: str) -> list[float]:
 
 def whole(law: str, sole: str) -> int:
     """How many grounds are walked from all phases."""
-    (row,) = [row for row in table(PAGE, "laws hybrid") if row["law"] == law]
+    (row,) = [row for row in table("feet", "laws hybrid") if row["law"] == law]
     return int(row[sole].partition(" ")[0])
 
 
@@ -35,8 +34,7 @@ def test_grounds_that_are_lost_on_a_foot() -> None:
 
 
 def test_treads_of_stairs() -> None:
-    tables = text("docs/tables/feet.md")
-    rows = {(row["sole"], row["law"], row["riser"]): row for row in table(tables, "stairs by tread hybrid")}
+    rows = {(row["sole"], row["law"], row["riser"]): row for row in table("feet", "stairs by tread hybrid")}
     climbed = rows["±12 cm", "supervised", "+4 cm"]
     assert {name: cell for name, cell in climbed.items() if "of 8" in cell and cell != "8 of 8"} == {
         f"tread {tread} m": f"{count:.0f} of 8"
@@ -46,7 +44,7 @@ def test_treads_of_stairs() -> None:
     high = rows["±12 cm", "supervised", "+6 cm"]
     assert [high[f"tread {tread} m"] == "0 of 8" for tread in (0.45, 0.6, 0.8, 1, 1.2, 1.5)] == [True] * 4 + [False] * 2
     drawn = {
-        (row["sole"], row["riser"]): [*row.values()][2:] for row in table(tables, "stairs by random treads hybrid")
+        (row["sole"], row["riser"]): [*row.values()][2:] for row in table("feet", "stairs by random treads hybrid")
     }
     counts = told(
         r"(\d+) of 16 walks come through with treads of 0.45 to 0.8 m, (\d+) of 16 .*? m, and (\d+) of 16 with"
@@ -63,14 +61,14 @@ def test_treads_of_stairs() -> None:
 def test_losses_of_the_search() -> None:
     begun, chosen = (
         [float(row[grounds]) for grounds in ("training grounds", "other grounds")]
-        for row in table(PAGE, "searched hybrid")
+        for row in table("feet", "searched hybrid")
     )
     losses = told(r"the cost of the others, is ([\d.]+) and ([\d.]+); on other grounds it is ([\d.]+) and ([\d.]+)\.")
     assert losses == [chosen[0], begun[0], chosen[1], begun[1]]
 
 
 def test_thresholds_and_recovery_alone() -> None:
-    rows = {(row["sole"], row["recovers by"]): row for row in table(PAGE, "thresholds hybrid")}
+    rows = {(row["sole"], row["recovers by"]): row for row in table("feet", "thresholds hybrid")}
     soles = ("±12 cm", "±8 cm")
     best = told(r"The best thresholds on the training grounds, ([\d.]+) and ([\d.]+), lose")
     for sole, threshold in zip(soles, best, strict=True):
@@ -89,6 +87,6 @@ def test_thresholds_and_recovery_alone() -> None:
 
 def test_what_a_wrong_model_costs() -> None:
     assert "A wrong model** costs nothing on ±12 cm, and one walk in fifty on ±8 cm" in PROSE
-    rows = {row["sole"]: row for row in table(PAGE, "wrong hybrid") if row["law"] == "supervised"}
+    rows = {row["sole"]: row for row in table("feet", "wrong hybrid") if row["law"] == "supervised"}
     shares = [float(rows[sole]["wrong model, %"].split()[0]) for sole in ("±12 cm", "±8 cm")]
     assert shares == pytest.approx([100.0, 98.0], abs=0.5)

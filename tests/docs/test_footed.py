@@ -10,7 +10,7 @@ from documentation import table, text
 from mjbiped.engines.mujoco.feet import PLAUSIBLE
 
 PROSE = " ".join(text("docs/footed.md").split())
-ROWS = table(text("docs/tables/footed.md"), "feet with mass")
+ROWS = table("footed", "feet with mass")
 
 
 def rows(sole: str, foot: str) -> dict[str, dict[str, str]]:
@@ -25,7 +25,7 @@ def share(cell: str) -> float:
 
 
 def test_what_survives_is_the_sum_over_the_grounds() -> None:
-    sums = {(row["sole"], row["foot"]): row for row in table(text("docs/footed.md"), "survives")}
+    sums = {(row["sole"], row["foot"]): row for row in table("footed", "survives")}
     assert len(sums) == 6
     for (sole, foot), row in sums.items():
         grounds = rows(sole, foot)
@@ -46,7 +46,7 @@ def test_what_is_said_of_pads_and_boxes() -> None:
     assert rows("±8 cm", "pads")["stairs +4 cm"]["all steps"] == "0 of 3"
     box = rows("±12 cm", "box")
     assert {box[ground]["all steps"] for ground in ("level", "3° up", "5° up", "3° down", "5° down")} == {"3 of 3"}
-    sums = {(row["sole"], row["foot"]): row for row in table(text("docs/footed.md"), "survives")}
+    sums = {(row["sole"], row["foot"]): row for row in table("footed", "survives")}
     lost = sums.pop(("±12 cm", "box, MuJoCo"))
     assert f"on {lost['unseen: all steps']} walks, where it did on {lost['make all steps']}." in PROSE
     for row in sums.values():
@@ -57,7 +57,7 @@ def test_what_is_said_of_pads_and_boxes() -> None:
 
 
 def test_what_is_said_of_touchdowns() -> None:
-    landed = table(text("docs/tables/footed.md"), "touchdowns of feet")
+    landed = table("footed", "touchdowns of feet")
     slaps = [
         row["slap where the slope changes, ms"].split(" to ") for row in landed if row["ground"] in ("3° up", "3° down")
     ]

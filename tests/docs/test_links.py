@@ -6,7 +6,7 @@ import re
 from pydoc import locate
 
 import pytest
-from documentation import PAGES, ROOT, text
+from documentation import PAGES, ROOT, TABLES, text
 
 from mjbiped.records import columns
 
@@ -27,6 +27,13 @@ def test_links_lead_somewhere(page: str) -> None:
         assert target.exists(), name
         if anchor:
             assert anchor in anchors(str(target.relative_to(ROOT))), f"{name}#{anchor}"
+
+
+def test_every_table_is_shown_by_a_page() -> None:
+    """The site shows a table where its link is a paragraph by itself."""
+    paragraphs = ((page, each) for page in PAGES for each in re.split(r"\n\n|-->\n|\n<!--", text(page)))
+    links = ((page, re.fullmatch(r"\s*\[[^]]+\]\(([\w/.]+\.csv)\)\s*", each)) for page, each in paragraphs)
+    assert {(ROOT / page).parent / link[1] for page, link in links if link} == set(TABLES.rglob("*.csv"))
 
 
 def exists(name: str) -> bool:

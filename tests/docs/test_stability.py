@@ -7,7 +7,7 @@ import re
 from documentation import table, text
 
 PROSE = " ".join(text("docs/stability.md").split())
-WALKS = table(text("docs/tables/stability.md"), "walks")
+WALKS = table("stability", "walks")
 STEEP = "stairs −6 cm"
 
 

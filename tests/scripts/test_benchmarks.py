@@ -5,52 +5,36 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from documentation import table
 
 from scripts.benchmarks import __main__ as runner
 from scripts.benchmarks.timing import Timing, interleaved
 
 
-@pytest.mark.parametrize("name", runner.BENCHMARKS)
-def test_each_benchmark_has_its_table_on_the_page(name: str) -> None:
-    page = runner.PAGE.read_text(encoding="utf-8")
-    table = page.partition(f"<!-- {name} -->\n")[2].partition(f"<!-- end {name} -->")[0].splitlines()
-    assert table[0] == f"| {' | '.join(runner.BENCHMARKS[name].headings)} |"
-
-
-def test_every_table_on_the_page_has_a_benchmark() -> None:
-    page = runner.PAGE.read_text(encoding="utf-8").splitlines()
-    marks = [line[len("<!-- end ") : -len(" -->")] for line in page if line.startswith("<!-- end ")]
-    assert marks == list(runner.BENCHMARKS)
+def test_each_benchmark_has_its_table() -> None:
+    for name, benchmark in runner.BENCHMARKS.items():
+        assert [*table("performance", name)[0]] == [heading.replace("`", "") for heading in benchmark.headings]
 
 
 def test_a_benchmark_writes_its_table_and_nothing_else(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("before\n<!-- machine -->\n<!-- end machine -->\nbehind\n")
-    ran = CliRunner().invoke(runner.main, ["machine", "--page", str(page)])
+    ran = CliRunner().invoke(runner.main, ["machine", "--tables", str(tmp_path)])
     assert ran.exit_code == 0, ran.output
-    lines = page.read_text(encoding="utf-8").splitlines()
-    assert lines[:2] == ["before", "<!-- machine -->"]
-    assert lines[-2:] == ["<!-- end machine -->", "behind"]
-    assert [line.split("|")[1].strip() for line in lines[4:8]] == [
-        "processor",
-        "system",
-        "load in the last 1, 5, 15 minutes",
-        "date",
-    ]
+    assert [file.name for file in tmp_path.iterdir()] == ["machine.csv"]
+    firsts = [line.split(",")[0] for line in (tmp_path / "machine.csv").read_text(encoding="utf-8").splitlines()]
+    assert firsts[:3] == ["machine", "processor", "system"]
 
 
 def test_a_missing_package_leaves_the_table_and_the_next_is_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("<!-- gone -->\nold\n<!-- end gone -->\n<!-- machine -->\n<!-- end machine -->\n")
+    (tmp_path / "gone.csv").write_text("old")
     gone = runner.Benchmark("something", ("a",), "no_such_module:rows")
     monkeypatch.setattr(runner, "BENCHMARKS", {"gone": gone, "machine": runner.BENCHMARKS["machine"]})
-    ran = CliRunner().invoke(runner.main, ["--page", str(page)])
+    ran = CliRunner().invoke(runner.main, ["--tables", str(tmp_path)])
     assert ran.exit_code == 0, ran.output
     assert "gone: the table stays as it is" in ran.output
-    assert "old" in page.read_text(encoding="utf-8")
-    assert "processor" in page.read_text(encoding="utf-8")
+    assert (tmp_path / "gone.csv").read_text() == "old"
+    assert "processor" in (tmp_path / "machine.csv").read_text(encoding="utf-8")
 
 
 def test_unknown_names_are_refused_with_the_valid_ones() -> None:

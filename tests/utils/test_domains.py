@@ -29,15 +29,12 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
-from mjbiped.disturbances.disturbances import PUSHES
-from mjbiped.engines.mujoco.engine import LEG
-from mjbiped.engines.plan import Terms
 from mjbiped.errors import InputError
 from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Interval, annotated, check_kind, check_states, known_name
+from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
@@ -117,76 +114,6 @@ def test_the_other_checks() -> None:
         with pytest.raises(InputError, match="valid are level, incline") as refused:
             known_name("terrain", name, ("level", "incline"))
         assert len(str(refused.value)) < 200
-
-
-def of_field(kind: type, name: str) -> Any:
-    """The domain in a field's annotation."""
-    return annotated(kind)[name][0]
-
-
-DOCUMENTED = {
-    "`leg_mass`": domains.LEG_MASS,
-    "`hip_mass`": domains.HIP_MASS,
-    "`lower_length`, `upper_length`": domains.LENGTH,
-    "`lower_length + upper_length`": domains.LEG,
-    "`leg_inertia`": domains.INERTIA,
-    "`foot_radius`": domains.FOOT_RADIUS,
-    "`shank_offset`": of_field(mjbiped.RoundKneed, "shank_offset"),
-    "`stop_angle`": of_field(mjbiped.RoundKneed, "stop_angle"),
-    "`gravity`": domains.GRAVITY,
-    "length of a leg in MuJoCo": LEG,
-    "angle of a leg": domains.ANGLE,
-    "rate of a leg": domains.RATE,
-    "slope of a gait, plane or estimate": domains.SLOPE,
-    "`steps` of a walk": domains.STEPS,
-    "`distance`": domains.DISTANCE,
-    "`timestep`": domains.TIMESTEP,
-    "`contact_timestep`": of_field(mjbiped.Mujoco, "contact_timestep"),
-    "`control_period`": domains.CONTROL_PERIOD,
-    "`sample_period`": of_field(Terms, "sample_period"),
-    "scuffing rule: `reach`": domains.REACH,
-    "scuffing rule: `delay`": of_field(mjbiped.ScuffingRule, "delay"),
-    "`angle_noise`, `angle_resolution`": domains.ANGLE_NOISE,
-    "`angle_bias`": of_field(mjbiped.Disturbances, "angle_bias"),
-    "`rate_noise`": of_field(mjbiped.Disturbances, "rate_noise"),
-    "`rate_bias`": of_field(mjbiped.Disturbances, "rate_bias"),
-    "`delay` of a control loop": of_field(mjbiped.Disturbances, "delay"),
-    "`torque_limit`": domains.TORQUE_LIMIT,
-    "`motor_bandwidth`": of_field(mjbiped.Disturbances, "motor_bandwidth"),
-    "`push_impulse`": domains.IMPULSE,
-    "impulse of a push at a given time": domains.PUSH,
-    "pushes at given times": PUSHES,
-    "`push_interval`": of_field(mjbiped.Disturbances, "push_interval"),
-    "`push_duration`": of_field(mjbiped.Disturbances, "push_duration"),
-    "`friction`": of_field(mjbiped.Disturbances, "friction"),
-    "factor of `--model-error`": domains.MODEL_ERROR,
-    "`position_gain`, `velocity_gain`, `rate_gain`; `gain` of ECC and KETC": domains.GAIN,
-    "`position_gain` of limit cycle tracking": of_field(LimitCycleController, "position_gain"),
-    "`adaptation_gain`": of_field(AdaptiveController, "adaptation_gain"),
-    "`gain` of PBC": of_field(PassivityController, "gain"),
-    "`ratio` of ECC, not 0": of_field(EnergyConstraintController, "ratio"),
-    "`singular_band`, `slowest`": domains.SLOWEST_RATE,
-    "`hip_weight` of KETC": of_field(KineticEnergyController, "hip_weight"),
-    "`replanning_delay`": of_field(AdaptiveController, "replanning_delay"),
-    "`update_threshold`": of_field(AdaptiveController, "update_threshold"),
-    "`replanning_threshold`": of_field(AdaptiveController, "replanning_threshold"),
-    "terrain: places and heights": domains.PLACE,
-    "terrain: length of a segment": domains.STRETCH,
-    "terrain: height of a step": domains.STEP,
-    "terrain: segments": domains.SEGMENTS,
-    "seeds": domains.SEED,
-    "steps of a return map": domains.MAP_STEPS,
-    "starts along a side of a basin": domains.GRID,
-    "walks of a study": domains.WALKS,
-    "threads and processes": domains.WORKERS,
-}
-
-
-def test_the_table_of_the_documentation_is_the_one_that_is_checked() -> None:
-    page = Path(__file__).parents[2] / "docs" / "tables" / "domains.md"
-    rows = [line.strip("|").split(" | ") for line in page.read_text(encoding="utf-8").splitlines() if " to " in line]
-    table = {row[0].strip(): row[1].strip() for row in rows if len(row) == 2}
-    assert table == {name: str(domain).removeprefix("a whole number ") for name, domain in DOCUMENTED.items()}
 
 
 # ---- nonsense is refused everywhere ----------------------------------------------------------------------------------

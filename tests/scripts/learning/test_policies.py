@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from documentation import table
 
 import mjbiped
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.utils.files import markdown_table
 from scripts.learning import evaluate
 from scripts.learning.controller import LearnedController
 from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
 from scripts.learning.rollouts import Rollouts
 
-PAGE = Path(__file__).parents[3] / "docs" / "tables" / "learning.md"
 SMALL = 1_000_000
 """Bytes that all of them may take together."""
 
@@ -30,8 +27,8 @@ def test_there_are_five_of_each_kind_and_they_are_small() -> None:
 
 
 def test_the_page_says_what_the_trainings_took() -> None:
-    table = markdown_table(*evaluate.training_table(evaluate.trained(evaluate.STORED)))
-    assert table in PAGE.read_text(encoding="utf-8")
+    headings, rows = evaluate.training_table(evaluate.trained(evaluate.STORED))
+    assert [dict(zip(headings, row, strict=True)) for row in rows] == table("learning", "trainings")
 
 
 @pytest.mark.parametrize("kind", evaluate.KINDS)
@@ -63,4 +60,5 @@ def test_the_page_says_what_they_return_on_level_ground(kind: str) -> None:
     seeds = tuple(training.seed for training in trainings)
     found, _ = try_out(ground, kind, seeds, weights, kind == "residual")
     told = evaluate.in_words(interval(by_training(found, "return")), 0)
-    assert f"| level | {kind} | {told} |" in PAGE.read_text(encoding="utf-8")
+    (row,) = (row for row in table("learning", "returns") if (row["ground"], row["controller"]) == ("level", kind))
+    assert row["return"] == told

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documentation import table
 from reproduction_rows import read_grounds
 
 import mjbiped
@@ -185,9 +186,7 @@ def test_blind_gains_are_those_that_the_rule_finds() -> None:
 
 def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table() -> None:
     """One source for all of them, and not that with which they agree best."""
-    page = (DOCS / "tables/comparison.md").read_text(encoding="utf-8")
-    block = page.partition("<!-- blind -->")[2].partition("<!-- end blind -->")[0]
-    found = {line.split("|")[1].strip(): line.split("|")[2].strip() for line in block.strip().splitlines()[2:]}
+    found = {row["method"]: row["gains found"] for row in table("comparison", "blind")}
     assert found == {method: gains_told(dict(variant.gains)) for method, variant in BLIND.items()}
     results = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8")))
     assert {variant.slope_source for variant in BLIND.values()} == {BLIND_SOURCE}

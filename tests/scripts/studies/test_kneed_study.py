@@ -80,14 +80,14 @@ def test_the_study_writes_its_tables_of_both_engines(tmp_path: Path, monkeypatch
     monkeypatch.setattr(study, "PLACES", 1)
     monkeypatch.setattr(study, "STAIRS", 1)
     monkeypatch.setattr(study, "climbers", lambda: {"climbs nothing": next(iter(passive.values()))()})
-    page, places = tmp_path / "page.md", ("walks", "torques", "soles", "any stairs", "mujoco")
-    page.write_text("".join(f"<!-- {place} -->\n<!-- end {place} -->\n" for place in places))
-    told = CliRunner().invoke(study.main, ["--steps", "6", "--page", str(page)], catch_exceptions=False)
+    told = CliRunner().invoke(study.main, ["--steps", "6", "--tables", str(tmp_path)], catch_exceptions=False)
     assert told.exit_code == 0
-    walks, _, _, stairs, mujoco = page.read_text().split("<!-- end ")[:5]
-    assert "| +6 cm | no |" in stairs
+    walks, stairs, mujoco = (
+        (tmp_path / f"{name}.csv").read_text(encoding="utf-8") for name in ("walks", "any_stairs", "mujoco")
+    )
+    assert "+6 cm,no" in stairs
     assert "straight legs" in walks
     assert "straight legs" not in mujoco
     # both engines walk the passive gait at c_mt within 0.0001: tests/engines/conformance holds them together
-    level = next(line for line in mujoco.splitlines() if line.startswith("| level |"))
+    level = next(line for line in mujoco.splitlines() if line.startswith("level,"))
     assert "(+0.0000" in level or "(−0.0000" in level

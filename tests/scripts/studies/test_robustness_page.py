@@ -22,10 +22,14 @@ def test_places_are_filled_with_what_the_studies_wrote(tmp_path: Path) -> None:
         (folder / name).write_bytes(name.encode())
     page.write_text(PAGE)
     options = ["--page", str(page), "--images", str(images), "--hybrid", str(folder), "--margins", str(folder)]
-    ended = CliRunner().invoke(main, [*options, "--margins", str(folder)], catch_exceptions=False)
+    ended = CliRunner().invoke(main, options, catch_exceptions=False)
     assert ended.exit_code == 0
+    level = "[Level ground, hybrid engine](tables/page/hybrid_level_ground_hybrid_engine.csv)\n\nof 3\n"
+    margins = "[Margins on waves, hybrid engine](tables/page/{}_margins_on_waves_hybrid_engine.csv)\n\nof 4\n"
     assert page.read_text() == (
-        f"<!-- hybrid -->\n{STUDY}<!-- end hybrid -->\n<!-- mujoco -->\nold\n<!-- end mujoco -->\n"
-        f"<!-- margins -->\n{MARGINS}\n{MARGINS}<!-- end margins -->\n"
+        f"<!-- hybrid -->\n{level}\n{margins.format('hybrid')}<!-- end hybrid -->\n"
+        f"<!-- mujoco -->\nold\n<!-- end mujoco -->\n"
+        f"<!-- margins -->\n{margins.format('margins')}<!-- end margins -->\n"
     )
+    assert (tmp_path / "tables" / "page" / "margins_margins_on_waves_hybrid_engine.csv").read_text() == "b\n2\n"
     assert all((images / name).read_bytes() == name.encode() for name in FIGURES)

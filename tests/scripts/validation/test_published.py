@@ -3,6 +3,7 @@
 Tolerances are those of the published digits and of ours, as `scripts.validation` tells them.
 """
 
+import csv
 import math
 import re
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from documentation import table
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
@@ -19,6 +21,7 @@ import mjbiped
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.periodic import first_gait
 from mjbiped.robots.compass import Array, Compass
+from scripts.pages import file_of
 from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
 from scripts.validation.page import SOURCES, cells, main, minus
 from scripts.validation.published import (
@@ -31,8 +34,6 @@ from scripts.validation.published import (
     HSU_CHEN_ROBOT,
     Published,
 )
-
-PAGE = Path(__file__).parents[3] / "docs" / "tables" / "validation.md"
 
 SLOW = {"doubling", "lost", "first doubling", "second doubling", "third doubling", "no period"}
 """Numbers that take seconds; those of Hsu Chen's second robot do as well."""
@@ -62,9 +63,8 @@ def test_a_published_number_is_reproduced_or_has_a_fault(source: str, name: str)
 def test_every_published_number_is_computed_and_stands_on_the_page(source: str) -> None:
     _, published, computations = SOURCES[source]
     assert published.keys() == computations.keys()
-    page = PAGE.read_text(encoding="utf-8")
-    for number in published.values():
-        assert f"| {minus(number.printed.replace('+', '±'))} |" in page
+    printed = [row["published"] for row in table("validation", source)]
+    assert printed == [minus(number.printed.replace("+", "±")) for number in published.values()]
 
 
 def test_a_number_knows_its_digits() -> None:
@@ -309,17 +309,15 @@ def test_the_page_is_written_again(tmp_path: Path) -> None:
     How many of ours are shown follows from an estimate of their error, which is a difference of nearly equal numbers:
     the estimate may pass a power of ten with the last bits, so one digit more or fewer is no other result.
     """
-    page, image = tmp_path / "validation.md", tmp_path / "validation.png"
-    text = PAGE.read_text(encoding="utf-8")
-    page.write_text(text, encoding="utf-8")
-    result = CliRunner().invoke(main, ["--page", str(page), "--image", str(image)])
+    image = tmp_path / "validation.png"
+    result = CliRunner().invoke(main, ["--tables", str(tmp_path), "--image", str(image)])
     assert result.exit_code == 0, result.output
     assert image.read_bytes().startswith(b"\x89PNG")
-    for old, new in zip(text.splitlines(), page.read_text(encoding="utf-8").splitlines(), strict=True):
-        if old.count(" | ") == 5:  # a published number: what it is, its digits, ours
-            assert old.split(" | ")[:2] == new.split(" | ")[:2]
-            there, here = (numbers_in(line.split(" | ")[2]) for line in (old, new))
-            for digits, others in zip(there, here, strict=True):
+    for name in SOURCES:
+        written = csv.DictReader(file_of(tmp_path, name).read_text(encoding="utf-8").splitlines())
+        for old, new in zip(table("validation", name), written, strict=True):
+            assert [old["quantity"], old["published"]] == [new["quantity"], new["published"]]
+            for digits, others in zip(numbers_in(old["ours"]), numbers_in(new["ours"]), strict=True):
                 decimals = [len(each.partition(".")[2]) for each in (digits, others)]
                 assert max(decimals) - min(decimals) <= 1
                 assert float(digits) == pytest.approx(float(others), rel=0, abs=10.0 ** -min(decimals))
