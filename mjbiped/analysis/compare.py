@@ -1,7 +1,7 @@
 """The same walk in both engines: how far they agree, where they part, and why.
 
 The engines share controller, terrain and rules, but neither equations of motion nor impact: MuJoCo resolves contacts in
-time, the hybrid engine has the paper's impact map. (docs/convergence.md says what is independent, and what is not.)
+time, the hybrid engine has the paper's impact map. (docs/physics.md says what is independent, and what is not.)
 Touchdown by touchdown the differences stay small; where one exceeds what the contact's resolution explains, the walks
 have parted, and `compare` looks for the cause in the two records.
 """

@@ -40,7 +40,7 @@ LAW = 4.0  # CPU time for compiling a controller's laws, s
 
 
 class Costs(NamedTuple):
-    """What the two ways cost on one core, s of CPU; docs/performance.md has the measurement.
+    """What the two ways cost on one core, s of CPU; docs/hybrid.md has the measurement.
 
     Attributes:
         engine: Compiling the engine for a robot, the laws of the controller not included.

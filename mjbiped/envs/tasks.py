@@ -53,7 +53,7 @@ RESIDUAL = 10.0
 CONTROL_PERIOD = 0.02  # s
 TIME_LIMIT = 20.0  # of an episode, s
 TIMESTEP = LONGEST_TIMESTEP
-"""Longest physics step, s: at 4 ms c_mt errs by 0.03 % (docs/step_size.md)."""
+"""Longest physics step, s: at 4 ms c_mt errs by 0.03 % (docs/physics.md)."""
 KNEES_TIMESTEP, KNEES_TICK = 2e-3, 4e-3
 """Longest physics step, and time between two ticks of the controller, of robots with knees, s: their shanks are light,
 and with torques held for 20 ms the adaptive controller falls on the first steps."""

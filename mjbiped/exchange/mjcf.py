@@ -33,7 +33,7 @@ from mjbiped.utils.mujoco import mujoco
 from mjbiped.version import __version__
 
 TIMESTEP = 1e-4
-"""Length of all physics steps, s: plain steps as long as this resolve impacts (docs/convergence.md)."""
+"""Length of all physics steps, s: plain steps as long as this resolve impacts (docs/physics.md)."""
 
 START = "start"
 """Name of the keyframe with the start posture."""

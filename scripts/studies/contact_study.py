@@ -1,8 +1,8 @@
 """How true the contacts are: the timestep against the analytic passive gait, as a table.
 
 The passive robot walks down 2 degrees in MuJoCo, once per timestep. Its mean step length and period over the last half
-of the steps are compared with the limit cycle, and every impact with the impact map (2). The result stands in
-`docs/physics.md`.
+of the steps are compared with the limit cycle, and every impact with the impact map (2). `docs/physics.md` quotes the
+slip.
 
     python -m scripts.studies.contact_study --steps 60
 """

@@ -96,7 +96,7 @@ def test_mujoco_gives_a_pushs_whole_impulse(lands: bool) -> None:
 
 
 def test_engines_agree_about_a_pushed_walk() -> None:
-    """As closely as about one that is not pushed, where a push begins on a step of MuJoCo's (docs/convergence.md)."""
+    """As closely as about one that is not pushed, where a push begins on a step of MuJoCo's (docs/physics.md)."""
     law = AdaptiveController(ROBOT, gait())
     given = Disturbances(pushes=((0.5, 2.0), (3.0, -2.0)))
     mujoco_, hybrid = (pushed(engine, given, law, steps=8) for engine in ENGINES)

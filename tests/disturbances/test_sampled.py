@@ -231,7 +231,7 @@ def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("period", [1e-3, 4e-3, 8e-3])
 def test_engines_agree_about_a_sampled_controller(period: float) -> None:
-    """On level ground; c_mt of the default settings agrees to 0.03 % without sampling (docs/step_size.md)."""
+    """On level ground; c_mt of the default settings agrees to 0.03 % without sampling (docs/physics.md)."""
     costs = [
         walked(engine, Disturbances(control_period=period), steps=15, ground=mjbiped.Terrain.level()).cost_of_transport
         for engine in ENGINES

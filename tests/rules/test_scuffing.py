@@ -43,7 +43,7 @@ def test_gentle_slopes_are_walked_with_a_shorter_reach(slope_deg: float, engine:
         sample_period=None,
     )
     assert walk.outcome == "finished"
-    # the hybrid engine's tolerance; MuJoCo's foot rolls on its radius and slides a little (docs/convergence.md)
+    # the hybrid engine's tolerance; MuJoCo's foot rolls on its radius and slides a little (docs/physics.md)
     rtol = 1e-8 if engine == "hybrid" else 1e-3
     lengths = mjbiped.records.measures.step_lengths(walk)
     np.testing.assert_allclose(lengths, gait.step_length, rtol=rtol)

@@ -298,7 +298,7 @@ class Hybrid(Engine):
         disturbances.delay_ticks(disturbances.period(None, 0.0))
 
     def costs(self, robot: Robot) -> Costs:
-        """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
+        """See `mjbiped.engines.compiling`; measured in docs/hybrid.md."""
         return Costs(engine=25.0, step=0.045 if len(robot.angles) < 3 else 0.11)
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:

@@ -156,7 +156,7 @@ def _fault(simulation: Simulation) -> str:
 
 
 PLAIN = 1e-4
-"""Longest step of plain `mujoco.mj_step`, s: with longer ones impacts err (docs/convergence.md)."""
+"""Longest step of plain `mujoco.mj_step`, s: with longer ones impacts err (docs/physics.md)."""
 _GAIT_STEP = 2.4  # duration of a gait step, sqrt(l / g)
 _LANDING = 60  # short physics steps about a touchdown
 _PHYSICS_STEP, _WITH_KNEES = 3.2e-4, 7.0e-4  # of CPU, interpreted, s
@@ -180,9 +180,9 @@ class Mujoco(Options, Engine):
         lands: Whether steps end at touchdowns. With False all are of the one length `timestep`, and touchdowns come
             when the contact sensors say so: nothing but plain `mj_step`, and nothing is taken from the analytic
             profile to time an impact. That is the stricter test of the contact model; it needs steps of 0.1 ms and
-            less (docs/convergence.md).
+            less (docs/physics.md).
         stance_knee: Of a robot with knees, "locked" or "motor": then a servo at the stance knee holds it, whose torque
-            is recorded and whose work is counted (docs/kneed_walks.md).
+            is recorded and whose work is counted (docs/knees.md).
 
     Raises:
         InputError: A value is outside its domain.
@@ -227,7 +227,7 @@ class Mujoco(Options, Engine):
             disturbances.delay_ticks(period)
 
     def costs(self, robot: Robot) -> Costs:
-        """See `mjbiped.engines.compiling`; measured in docs/performance.md."""
+        """See `mjbiped.engines.compiling`; measured in docs/hybrid.md."""
         foot = robot.bodies.foot
         timestep = (self if foot is None else for_feet(self, foot)).timestep
         steps = _GAIT_STEP * math.sqrt(robot.leg_length / robot.gravity) / timestep

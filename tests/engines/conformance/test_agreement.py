@@ -103,7 +103,7 @@ def test_whole_walks(name: str, controller: AdaptiveController) -> None:
         assert name.startswith("random")
         assert walked.divergence.causes, walked.verdict
         return
-    # what the default steps leave, by the measurement in docs/convergence.md: 0.03 mm a step, 1.5e-4 rad
+    # what the default steps leave, by the measurement in docs/physics.md: 0.03 mm a step, 1.5e-4 rad
     np.testing.assert_allclose(measures.step_lengths(there), measures.step_lengths(here), rtol=0, atol=1e-4)
     found, wanted = (walk.touchdowns["slope_estimate"] for walk in (there, here))
     np.testing.assert_allclose(found, wanted, rtol=0, atol=3e-4)

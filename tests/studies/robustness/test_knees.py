@@ -78,7 +78,7 @@ def test_findings_are_those_of_walks_with_knees(tmp_path: Path) -> None:
     level = mjbiped.walk(wanted.study.cells[0].controller(), mjbiped.Terrain.level(), engine="hybrid", steps=40)
     assert rows[0]["test"] == LEVEL
     assert findings["level"]["cost_of_transport"] == level.cost_of_transport
-    # the knee's torque counts too, and that of the ankle decides: steps down ask for 26 and 47 N m (kneed_walks.md)
+    # the knee's torque counts too, and that of the ankle decides: steps down ask for 26 and 47 N m (docs/knees.md)
     assert findings["greatest_survived"]["step down"]["magnitude"] == 0.02
     assert findings["survival"]["treads:deviation=0.01"]["falls"] == 0
     assert scuffing_words(wanted) == "the swing foot collides from lift-off on"
