@@ -1,6 +1,7 @@
 """How Sphinx makes the site of these pages: `make docs`."""
 # ruff: noqa: E402 (imports below need the folders that are named before them)
 
+import logging
 import os
 import re
 import sys
@@ -14,6 +15,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here, and dm_control looks for a screen otherwise
+logging.getLogger("absl").setLevel(logging.WARNING)  # dm_control tells which OpenGL it has found
 
 from markdown_docstrings import as_restructured_text
 
