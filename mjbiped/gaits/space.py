@@ -10,11 +10,10 @@ from mjbiped.gaits.cycle import differences, eigenvalues
 Array = Any
 
 def start_of(linkage, places):
-    """(s, q1, ds, dq1, dq2) -> state with both feet on the plane."""
-    s, q1, ds, d1, d2 = places
-    length = linkage.foot[0]
-    q2 = math.acos(min(1.0, math.cos(q1) + linkage.width * math.tan(s) / length))
-    return np.array([s, q1, q2, ds, d1, d2])
+    """(q1, s, dq1, dq2, ds) -> state with both feet on the plane."""
+    q1, s, d1, d2, ds = places
+    q2 = math.acos(min(1.0, math.cos(q1) + linkage.width * math.tan(s) / linkage.foot[0]))
+    return np.array([q1, q2, s, d1, d2, ds])
 
 def flow(linkage, pull, state, event, span=3.0, tol=1e-12):
     n = len(state) // 2
@@ -26,29 +25,27 @@ def flow(linkage, pull, state, event, span=3.0, tol=1e-12):
     return (sol.t_events[0][0], sol.y_events[0][0], sol) if sol.t_events[0].size else (math.nan, state * math.nan, sol)
 
 def step(robot, pull, places):
-    from mjbiped.robots.three_d import touchdown
+    from mjbiped.robots.space import joined
     straight = robot.in_space[2]
     y = start_of(straight, places)
     total = 0.0
     if 3 in robot.in_space:
         free = robot.in_space[3]
-        z = np.array([y[0], y[1], y[2], y[2], y[3], y[4], y[5], y[5]])
-        t, e, _ = flow(free, pull, z, lambda v: v[3] - v[2])
+        t, e, _ = flow(free, pull, y[[0, 1, 1, 2, 3, 4, 4, 5]], lambda v: v[2] - v[1])
         total += t
-        E = np.array([[1,0,0],[0,1,0],[0,0,1],[0,0,1.0]])
-        M = free.mass_matrix(e[:4])
-        u = np.linalg.solve(E.T @ M @ E, E.T @ M @ e[4:])
-        y = np.array([*e[:3], *u])
+        E = np.array([[1,0,0],[0,1,0],[0,1,0],[0,0,1.0]])
+        y = np.array([*e[[0,1,3]], *joined(free, E, e[:4], e[4:])])
     else:
-        t, y, _ = flow(straight, pull, y, lambda v: v[2] - v[1])
+        t, y, _ = flow(straight, pull, y, lambda v: v[1] - v[0])
         total += t
     t, e, _ = flow(straight, pull, y, lambda v: straight.swing_foot(v[:3])[2])
     total += t
-    q, dq = touchdown(straight, e[:3], e[3:])
-    return np.array([q[0], q[1], *dq]), total, e
+    q, dq = straight.touchdown(e[:3], e[3:])
+    return np.array([q[0], q[2], *dq]), total, e
 
 def find(robot, slope, guess):
-    pull = np.array([math.sin(slope), 0.0, math.cos(slope)])
+    from mjbiped.robots.three_d import pull_of
+    pull = pull_of(slope)
     sol = scipy.optimize.root(lambda x: step(robot, pull, x)[0] - x, guess, tol=1e-12, options={"eps": 1e-10})
     x = sol.x
     J = differences(lambda d: step(robot, pull, x + d)[0], 5, 1e-5)

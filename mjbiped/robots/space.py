@@ -3,8 +3,8 @@
 The stance foot is the origin; x points along the heading in the plane of the ground, z along the ground's normal, and y
 towards the side of the swing leg. All segments turn about axes that are parallel to the hip. The angles are
 
-    s                 roll of the whole robot about x, rad, positive where it leans towards the stance side,
-    q_1, ..., q_n     pitch of each segment from the normal that rolls with the robot, rad, positive forward.
+    q_1, ..., q_n     pitch of each segment from the normal that rolls with the robot, rad, positive forward,
+    s                 roll of the whole robot about x, rad, positive where it leans towards the stance side.
 
 In the frame that rolls along, a body k of mass m_k stands at (x_k, y_k, z_k) = (sum_i L_ki sin q_i, y_k,
 sum_i L_ki cos q_i), with constant levers L_ki and lateral places y_k. So its velocity is
@@ -14,10 +14,10 @@ where i = j), the moments E_j = sum_k m_k y_k L_kj, and the axial inertias I_i o
     M_ij = A_ij cos(q_i - q_j),    M_sj = -E_j sin q_j,
     M_ss = sum_ij A_ij cos q_i cos q_j + sum_i I_i sin^2 q_i + sum_k m_k y_k^2 + I_pelvis.
 
-Gravity is linear in three numbers, its components (g_x, g_y, g_z) in the ground's frame over the acceleration of
-gravity: downhill along the heading, towards the swing side, and into the ground. Those are what a controller that does
-not know where down is has to estimate (equation (13) of the paper has two). Yaw is held: a foot whose torsional
-friction does not slip turns about no vertical axis.
+Gravity is linear in three numbers, its components in the ground's frame over the acceleration of gravity: downhill
+along the heading, into the ground, and towards the swing side. A controller that does not know where down is has to
+estimate them (equation (13) of the paper has the first two). Yaw is held: a foot whose torsional friction does not slip
+turns about no normal.
 """
 
 from __future__ import annotations
@@ -73,31 +73,36 @@ class SpatialLinkage:
         """E, shape (n,), kg m^2."""
         return (self.masses * self.lateral) @ self.levers
 
+    @cached_property
+    def out(self) -> float:
+        """First moment of the bodies' lateral places, kg m."""
+        return float(self.masses @ self.lateral)
+
     def mass_matrix(self, q: Array) -> Array:
-        """M(q) for angles (s, q_1, ..., q_n), shape (n + 1, n + 1), kg m^2."""
-        sine, cosine = np.sin(q[1:]), np.cos(q[1:])
+        """M(q), shape (n + 1, n + 1), kg m^2."""
+        sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
         M = np.empty((len(q), len(q)))
-        M[1:, 1:] = self.weights * (np.outer(sine, sine) + np.outer(cosine, cosine))
-        M[0, 1:] = M[1:, 0] = -self.across * sine
-        M[0, 0] = cosine @ self.weights @ cosine + self.axial @ sine**2 + self.masses @ self.lateral**2 + self.pelvis
+        M[:-1, :-1] = self.weights * (np.outer(sine, sine) + np.outer(cosine, cosine))
+        M[-1, :-1] = M[:-1, -1] = -self.across * sine
+        M[-1, -1] = cosine @ self.weights @ cosine + self.axial @ sine**2 + self.masses @ self.lateral**2 + self.pelvis
         return M
 
     def coriolis_forces(self, q: Array, dq: Array) -> Array:
         """Coriolis and centrifugal forces C(q, dq) dq, shape (n + 1,), N m."""
-        sine, cosine, rates, roll = np.sin(q[1:]), np.cos(q[1:]), dq[1:], dq[0]
-        slopes = -2.0 * sine * (self.weights @ cosine) + 2.0 * self.axial * sine * cosine  # of M_ss by each angle
+        sine, cosine, rates, roll = np.sin(q[:-1]), np.cos(q[:-1]), dq[:-1], dq[-1]
+        slopes = 2.0 * sine * (self.axial * cosine - self.weights @ cosine)  # derivatives of M_ss
         odd = self.weights * (np.outer(sine, cosine) - np.outer(cosine, sine))
         pitch = odd @ rates**2 - 0.5 * slopes * roll**2
-        return np.append(roll * (slopes @ rates) - (self.across * cosine) @ rates**2, pitch)
+        return np.append(pitch, roll * (slopes @ rates) - (self.across * cosine) @ rates**2)
 
     def gravity_forces(self, q: Array) -> Array:
-        """Forces of gravity for each of its three components, shape (n + 1, 3), N m: G (g_x, g_y, g_z)."""
-        sine, cosine, down, aside = np.sin(q[1:]), np.cos(q[1:]), np.cos(q[0]), np.sin(q[0])
-        height, out = self.moments @ cosine, self.masses @ self.lateral
+        """Forces of gravity for each of its three components, shape (n + 1, 3), N m."""
+        sine, cosine, down, aside = np.sin(q[:-1]), np.cos(q[:-1]), np.cos(q[-1]), np.sin(q[-1])
+        height = self.moments @ cosine
         G = np.zeros((len(q), 3))
-        G[0, 1:] = out * aside + height * down, out * down - height * aside
-        G[1:, 0] = -self.moments * cosine
-        G[1:, 1], G[1:, 2] = -aside * self.moments * sine, -down * self.moments * sine
+        G[:-1, 0] = -self.moments * cosine
+        G[:-1, 1], G[:-1, 2] = -down * self.moments * sine, -aside * self.moments * sine
+        G[-1, 1:] = self.out * down - height * aside, self.out * aside + height * down
         return self.gravity * G
 
     def accelerations(self, forces: Array, q: Array, dq: Array, pull: Array) -> Array:
@@ -107,36 +112,59 @@ class SpatialLinkage:
 
     def energy(self, q: Array, dq: Array, pull: Array) -> float:
         """Kinetic plus potential energy about the stance foot, J; constant while no torque acts."""
-        x, z = self.moments @ np.sin(q[1:]), self.moments @ np.cos(q[1:])
-        out, down, aside = self.masses @ self.lateral, np.cos(q[0]), np.sin(q[0])
-        place = np.array([x, out * down - z * aside, -out * aside - z * down])
+        x, z = self.moments @ np.sin(q[:-1]), self.moments @ np.cos(q[:-1])
+        down, aside = np.cos(q[-1]), np.sin(q[-1])
+        place = np.array([x, -self.out * aside - z * down, self.out * down - z * aside])
         return float(0.5 * dq @ self.mass_matrix(q) @ dq - self.gravity * pull @ place)
 
     def swing_foot(self, q: Array) -> Array:
         """The swing foot from the stance foot, shape (3,), m: along the heading, to the swing side, along the normal."""
-        x, z = self.foot @ np.sin(q[1:]), self.foot @ np.cos(q[1:])
-        down, aside = np.cos(q[0]), np.sin(q[0])
+        x, z = self.foot @ np.sin(q[:-1]), self.foot @ np.cos(q[:-1])
+        down, aside = np.cos(q[-1]), np.sin(q[-1])
         return np.array([x, self.width * down - z * aside, self.width * aside + z * down])
 
-    def momenta_after_touchdown(self, q: Array, dq: Array) -> Array:
-        """Momenta of the angles in their new roles about the foot that strikes the ground, shape (n + 1,), kg m^2/s.
+    def touchdown(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:
+        """Angles and rates after the plastic impact of the swing foot, in the legs' new roles.
 
-        The ground's impulse acts on that foot alone and leaves them as they are. The angles in their new roles are
-        those of `exchanged`.
+        The other foot leaves the ground without an impulse. The ground's impulse acts on the struck foot alone, and
+        leaves the momenta about that foot as they are: of each segment about the hip's axle, and of the robot about its
+        heading.
+
+        Args:
+            q: Angles before the impact, in the old ground's frame; those after it are in the same frame, mirrored.
+            dq: Rates before the impact.
+            turn: Angle by which the upright direction of the new ground's frame is turned forward from that of the old
+                one in the robot, rad; pitch angles are then less by it.
         """
-        sine, cosine = np.sin(q[1:]), np.cos(q[1:])
-        z, rates = self.levers @ cosine, self.levers @ (cosine * dq[1:])
-        sinking = self.levers @ (sine * dq[1:])
-        forward, sideways, upward = rates, -z * dq[0], self.lateral * dq[0] - sinking
+        sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
+        forward, sinking = self.levers @ (cosine * dq[:-1]), self.levers @ (sine * dq[:-1])
+        sideways, upward = -(self.levers @ cosine) * dq[-1], self.lateral * dq[-1] - sinking
         # levers of the same bodies from the foot that stands next: those of the bodies whose roles they take
-        arms, m = self.levers[::-1, ::-1], self.masses
-        turned = (m * forward) @ arms * cosine - (m * upward) @ arms * sine + self.inertia * dq[1:]
-        height, out = arms @ cosine, self.lateral[::-1]
-        rolled = m @ (sideways * height + upward * out)
-        rolled -= (self.inertia @ cosine**2 + self.axial @ sine**2 + self.pelvis) * dq[0]
-        return np.append(rolled, turned[::-1])
+        arms, out, m = self.levers[::-1, ::-1], self.lateral[::-1], self.masses
+        pitch = (m * forward) @ arms * cosine - (m * upward) @ arms * sine + self.inertia * dq[:-1]
+        about_heading = m @ (sideways * (arms @ cosine) + upward * out)
+        about_heading -= (self.inertia @ cosine**2 + self.axial @ sine**2 + self.pelvis) * dq[-1]
+        about_upright = -(m @ (forward * out)) - m @ (sideways * (arms @ sine))
+        about_upright += (self.inertia - self.axial) @ (sine * cosine) * dq[-1]
+        roll = about_heading * np.cos(turn) + about_upright * np.sin(turn)
+        after = exchanged(q)
+        after[:-1] -= turn
+        return after, np.linalg.solve(self.mass_matrix(after), np.append(pitch[::-1], roll))
 
 
 def exchanged(q: Array) -> Array:
     """Angles, or rates, in their new roles: the other side is the stance side, and its leg comes first."""
-    return np.append(-q[0], q[:0:-1])
+    return np.append(q[-2::-1], -q[-1])
+
+
+def joined(linkage: SpatialLinkage, groups: Array, q: Array, dq: Array) -> Array:
+    """Rates after joints have locked at once, of fewer pitch angles and the roll.
+
+    Args:
+        linkage: The linkage before.
+        groups: Says with 1 which angles (rows) move as one afterwards (columns).
+        q: Angles.
+        dq: Rates before.
+    """
+    momentum = groups.T @ linkage.mass_matrix(q)
+    return np.asarray(np.linalg.solve(momentum @ groups, momentum @ dq))

@@ -1,11 +1,12 @@
-"""Bipeds in space: the legs of the planar robots, set apart by a hip of some width, on feet that also roll.
+"""Bipeds in space: the legs of planar robots, set apart by a hip of some width, on feet that roll, too.
 
-`Compass3D` has the straight legs of Table I, `Kneed3D` those of `mjbiped.KneedBiped`. A state is (s, q_1, ..., q_n), the
-roll and the pitch angles of `mjbiped.robots.space`, then their rates.
+`Compass3D` has the straight legs of Table I, `Kneed3D` those of `mjbiped.KneedBiped`. Angles are the pitch angles of
+the planar robot, and the roll behind them; `mjbiped.robots.space` has the equations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
@@ -16,59 +17,135 @@ from numpy.typing import ArrayLike
 from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.compass import StraightLegs
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.space import Array, SpatialLinkage, exchanged
+from mjbiped.robots.robot import Robot
+from mjbiped.robots.space import Array, SpatialLinkage
 from mjbiped.utils import domains
+from mjbiped.utils.domains import Domain
 
-WIDTH = domains.Domain(1e-9, 10.0, "m")
+Width = Annotated[float, Domain(1e-9, 10.0, "m")]
 
 
-def spatial(bodies: Bodies, gravity: float, width: float, axial: float, pelvis: float, groups: tuple[int, ...]) -> SpatialLinkage:
+class InSpace(Robot):
+    """A biped with two equal legs that stand side by side; subclasses are frozen dataclasses.
+
+    Attributes:
+        groupings: With which pitch angle each segment moves, from the stance foot up and down again, by the number of
+            pitch angles.
+        hip_width: Distance between the legs, m.
+        axial_inertia: Inertia of a leg about its own line, kg m^2.
+    """
+
+    groupings: ClassVar[Mapping[int, tuple[int, ...]]]
+    hip_mass: float
+    hip_width: float
+    axial_inertia: float
+
+    @cached_property
+    def in_space(self) -> Mapping[int, SpatialLinkage]:
+        """The equations, by the number of pitch angles."""
+        pelvis = self.hip_mass * self.hip_width**2 / 12  # a rod across
+        return {
+            n: spatial(self.bodies, groups, self.gravity, self.hip_width, self.axial_inertia, pelvis)
+            for n, groups in self.groupings.items()
+        }
+
+    def _linkage(self, q: Array) -> SpatialLinkage:
+        return self.in_space[len(q) - 1]
+
+    def mass_matrix(self, q: ArrayLike) -> Array:
+        """M(q), shape (n, n), kg m^2, for pitch angles and roll, rad."""
+        angles = np.asarray(q, dtype=np.float64)
+        return self._linkage(angles).mass_matrix(angles)
+
+    def gravity_vector(self, q: ArrayLike, slope: float, lateral: float = 0.0) -> Array:
+        """Forces of gravity, shape (n,), N m, on ground that falls forward by `slope` and to the swing side by `lateral`, rad."""
+        angles = np.asarray(q, dtype=np.float64)
+        return np.asarray(self._linkage(angles).gravity_forces(angles) @ pull_of(slope, lateral))
+
+    def energy(self, q: ArrayLike, dq: ArrayLike, slope: float, lateral: float = 0.0) -> float:
+        """Kinetic plus potential energy about the stance foot, J."""
+        angles = np.asarray(q, dtype=np.float64)
+        return self._linkage(angles).energy(angles, np.asarray(dq, dtype=np.float64), pull_of(slope, lateral))
+
+    def impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
+        """State after the plastic impact of the swing foot on the stance foot's plane, in the legs' new roles."""
+        angles = np.asarray(q, dtype=np.float64)
+        return self._linkage(angles).touchdown(angles, np.asarray(dq, dtype=np.float64))
+
+    def swing_foot(self, q: ArrayLike) -> Array:
+        """The swing foot from the stance foot, shape (3,), m: forward, to the swing side, along the ground's normal."""
+        angles = np.asarray(q, dtype=np.float64)
+        return self._linkage(angles).swing_foot(angles)
+
+    @property
+    def input_matrix(self) -> Array:
+        """B, shape (len(angles), len(joints)): the roll has a motor of its own."""
+        B = np.eye(len(self.angles)) - np.eye(len(self.angles), k=1)
+        B[-2, -1] = 0.0
+        return B
+
+    def joint_rates(self, dq: ArrayLike) -> Array:
+        """Convert rates of the angles to rates of the joints, shape (..., len(joints)), rad/s."""
+        rates = np.asarray(dq, dtype=np.float64)
+        return np.concatenate([rates[..., :1], np.diff(rates[..., :-1], axis=-1), rates[..., -1:]], axis=-1)
+
+
+def pull_of(slope: float, lateral: float = 0.0) -> Array:
+    """Gravity's direction in the frame of ground that falls forward by `slope` and to the swing side by `lateral`, rad.
+
+    Returns:
+        Components downhill along the heading, into the ground, and towards the swing side.
+    """
+    normal = np.array([np.tan(slope), 1.0, np.tan(lateral)])
+    normal /= np.linalg.norm(normal)
+    # the heading lies in the ground, and in the vertical plane of the heading
+    forward = np.sin(np.arctan(np.tan(slope)))
+    aside = np.sqrt(max(0.0, 1.0 - forward**2 - normal[1] ** 2))
+    return np.array([forward, normal[1], np.copysign(aside, lateral)])
+
+
+def spatial(
+    bodies: Bodies, groups: tuple[int, ...], gravity: float, width: float, axial: float, pelvis: float
+) -> SpatialLinkage:
     """The linkage in space of a robot's legs.
 
     Args:
         bodies: The legs and the mass at the hip.
+        groups: With which pitch angle each segment moves.
         gravity: m/s^2.
         width: Between the legs, m.
-        axial: Inertia of a whole leg about its line, kg m^2, shared by its segments by their masses.
+        axial: Inertia of a whole leg about its line, kg m^2; its segments share it by their masses.
         pelvis: Inertia of what the hip carries about the heading, kg m^2.
-        groups: With which pitch angle each segment moves, from the stance foot up and down again.
     """
-    leg, n = bodies.leg, 2 * len(bodies.leg)
+    leg = bodies.leg
+    segments = (*reversed(leg), *leg)
+    moves = (np.asarray(groups)[:, None] == np.arange(max(groups) + 1)).astype(float)
     lengths = np.array([segment.length for segment in leg])
-    up = np.append(lengths[::-1], np.zeros(len(leg)))  # levers of the hip
-    levers, masses, lateral = [], [], []
-    for k, segment in enumerate(reversed(leg)):  # from the stance foot up to the hip
-        arm = np.append(up[:k], segment.length - segment.centre)
-        levers.append(np.pad(arm, (0, n - len(arm))))
-        masses.append(segment.mass)
-        lateral.append(0.0)
-    levers, masses, lateral = [*levers, up], [*masses, bodies.hip_mass], [*lateral, width / 2]
-    for k, segment in enumerate(leg):  # and down again
-        arm = np.append(up[: len(leg)], [-each.length for each in leg[:k]] + [-segment.centre])
-        levers.append(np.pad(arm, (0, n - len(arm))))
-        masses.append(segment.mass)
-        lateral.append(width)
-    foot = np.append(up[: len(leg)], -lengths)
-    inertia = np.array([segment.inertia for segment in (*reversed(leg), *leg)])
-    share = np.array([segment.mass for segment in (*reversed(leg), *leg)])
-    along = axial * share / sum(segment.mass for segment in leg)
-    moves = np.asarray(groups)[:, None] == np.arange(max(groups) + 1)
+    hip = np.append(lengths[::-1], 0.0 * lengths)
+    foot = np.append(lengths[::-1], -lengths)
+    centres = [np.where(np.arange(len(foot)) < k, hip, 0.0) for k in range(len(leg))]  # of the joint below a segment
+    for k, segment in enumerate(reversed(leg)):
+        centres[k][k] = segment.length - segment.centre
+    swings = [np.where(np.arange(len(foot)) < len(leg) + k, foot, 0.0) for k in range(len(leg))]
+    for k, segment in enumerate(leg):
+        swings[k][len(leg) + k] = -segment.centre
+    masses = np.array([segment.mass for segment in segments])
     return SpatialLinkage(
-        masses=np.array(masses),
-        levers=np.array(levers) @ moves,
-        lateral=np.array(lateral),
+        masses=np.insert(masses, len(leg), bodies.hip_mass),
+        levers=np.array([*centres, hip, *swings]) @ moves,
+        lateral=np.repeat([0.0, width / 2, width], [len(leg), 1, len(leg)]),
         foot=foot @ moves,
         width=width,
-        inertia=inertia @ moves,
-        axial=along @ moves,
+        inertia=np.array([segment.inertia for segment in segments]) @ moves,
+        axial=2.0 * axial * masses / masses.sum() @ moves,
         pelvis=pelvis,
         gravity=gravity,
     )
 
 
 @dataclass(frozen=True)
-class Compass3D(StraightLegs):
-    """A compass biped in space with two equal straight legs; the defaults are Table I of the paper, 10 cm apart.
+class Compass3D(InSpace, StraightLegs):
+    """A compass biped in space; the defaults are Table I of the paper, with legs 10 cm apart.
 
     Attributes:
         leg_mass: Mass of one leg, kg.
@@ -81,44 +158,40 @@ class Compass3D(StraightLegs):
         axial_inertia: Inertia of a leg about its own line, kg m^2.
     """
 
-    hip_width: Annotated[float, WIDTH] = 0.1
+    hip_width: Width = 0.1
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
 
     kind: ClassVar[str] = "compass3d"
-    angles: ClassVar[tuple[str, ...]] = ("roll", "stance", "swing")
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "roll")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "ankle_roll")
-
-    @property
-    def pelvis_inertia(self) -> float:
-        """Inertia of the hip's mass about the heading, of a uniform rod across, kg m^2."""
-        return self.hip_mass * self.hip_width**2 / 12
-
-    @cached_property
-    def in_space(self) -> dict[int, SpatialLinkage]:
-        """The equations by the number of pitch angles."""
-        return {2: spatial(self.bodies, self.gravity, self.hip_width, self.axial_inertia, self.pelvis_inertia, (0, 1))}
+    places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, "hip_y", "roll", "yaw")
+    groupings: ClassVar[Mapping[int, tuple[int, ...]]] = {2: (0, 1)}
 
 
 @dataclass(frozen=True)
-class Kneed3D(KneedBiped):
-    """A biped in space with knees; the defaults are the legs of `mjbiped.KneedBiped`, 10 cm apart."""
+class Kneed3D(InSpace, KneedBiped):
+    """A biped in space with knees; the defaults are the legs of `mjbiped.KneedBiped`, 10 cm apart.
 
-    hip_width: Annotated[float, WIDTH] = 0.1
+    Attributes:
+        thigh_mass: Mass of one thigh, kg.
+        shank_mass: Mass of one shank, kg.
+        hip_mass: Mass at the hip, kg.
+        thigh_length: From the hip to the knee, m.
+        shank_length: From the knee to the foot, m.
+        thigh_centre: From the hip down to the thigh's centre of mass, m.
+        shank_centre: From the knee down to the shank's centre of mass, m.
+        thigh_inertia: Inertia of a thigh about its centre of mass, kg m^2.
+        shank_inertia: Inertia of a shank about its centre of mass, kg m^2.
+        gravity: Acceleration of gravity, m/s^2.
+        hip_width: Distance between the legs, m.
+        axial_inertia: Inertia of a straight leg about its own line, kg m^2.
+    """
+
+    hip_width: Width = 0.1
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
 
     kind: ClassVar[str] = "kneed3d"
-    angles: ClassVar[tuple[str, ...]] = ("roll", "stance", "swing", "shank")
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank", "roll")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee", "ankle_roll")
-
-    @cached_property
-    def in_space(self) -> dict[int, SpatialLinkage]:
-        """The equations by the number of pitch angles: two of straight legs, three with the swing knee free."""
-        pelvis = self.hip_mass * self.hip_width**2 / 12
-        groups = {2: (0, 0, 1, 1), 3: (0, 0, 1, 2), 4: (0, 1, 2, 3)}
-        return {n: spatial(self.bodies, self.gravity, self.hip_width, self.axial_inertia, pelvis, g) for n, g in groups.items()}
-
-
-def touchdown(linkage: SpatialLinkage, q: Array, dq: Array) -> tuple[Array, Array]:
-    """State after the plastic impact of the swing foot, in the legs' new roles."""
-    new = exchanged(q)
-    return new, np.linalg.solve(linkage.mass_matrix(new), linkage.momenta_after_touchdown(q, dq))
+    places: ClassVar[tuple[str, ...]] = (*KneedBiped.places, "hip_y", "roll", "yaw")
+    groupings: ClassVar[Mapping[int, tuple[int, ...]]] = {2: (0, 0, 1, 1), 3: (0, 0, 1, 2), 4: (0, 1, 2, 3)}

@@ -1,0 +1,1 @@
+"""Walks of robots in space, in both kinds of physics."""
