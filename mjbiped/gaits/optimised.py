@@ -30,7 +30,7 @@ from mjbiped.gaits.reference import (
     in_pieces,
     table_of,
 )
-from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, StepModel, flexion_points
+from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, flexion_points
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -62,7 +62,7 @@ class OptimisedGait(Gait):
         own: Numbers that the robot adds to those of all robots.
     """
 
-    step: ClassVar[type[StepModel]] = CompassStep
+    step: ClassVar[type[CompassStep]] = CompassStep
     goal: Goal
     clearance_phase: float
     control_points: Array
@@ -145,7 +145,7 @@ class OptimisedKneedGait(OptimisedGait):
     robot's own numbers are the control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
     """
 
-    step: ClassVar[type[StepModel]] = KneedStep
+    step: ClassVar[type[CompassStep]] = KneedStep
     knee_strike: float
 
     @classmethod
