@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -197,68 +197,53 @@ OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates
 OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction", "sole"}
 
 
+TOLD = {"progress", "summaries", "estimate_update", "slope_source", "replanning", "name", "parameters", "lands"}
+TOLD |= {"stance_knee"}
+"""Arguments that are neither numbers nor objects of ours."""
+
+
 def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     """Every argument that takes numbers or one of our objects, with a call that gives it a value."""
-
-    def of(
-        call: Callable[..., object], names: Iterable[str], *arguments: object, **others: object
-    ) -> Iterator[tuple[str, Callable[[Any], object]]]:
-        for name in names:
-            yield f"{call.__qualname__}.{name}", lambda value, name=name: call(*arguments, **{**others, name: value})  # type: ignore[misc]
-
-    yield from of(mjbiped.Compass, (field.name for field in dataclasses.fields(mjbiped.Compass)))
-    yield from of(mjbiped.ScuffingRule, ("reach", "delay"))
-    yield from of(mjbiped.Mujoco, ("timestep", "contact_timestep", "control_period", "ground"))
-    yield from of(mjbiped.Hybrid, ("tolerance",))
-    yield from of(mjbiped.Disturbances, (field.name for field in dataclasses.fields(mjbiped.Disturbances)))
-    for kind in (
-        AdaptiveController,
-        EnergyConstraintController,
-        KineticEnergyController,
-        LimitCycleController,
-        PassivityController,
-    ):
-        fields = {field.name for field in dataclasses.fields(kind)} - {"estimate_update", "slope_source"}
-        yield from of(kind, sorted(fields), robot=ROBOT, gait=GAIT)
-    for name in PRESETS:
-        make = getattr(Terrain, name)
-        yield from of(make, inspect.signature(make).parameters)
-    yield from of(Terrain, ("x", "z", "angle", "end"), x=(0.0,), z=(0.0,), angle=(0.0,))
+    passive, ground = PassiveController(), Terrain.incline(2.0)
+    at: dict[str, Any] = {"robot": ROBOT, "slope": 0.03}
+    laws = (EnergyConstraintController, KineticEnergyController, LimitCycleController, PassivityController)
+    q, dq = {"q": (0.1, 0.2)}, {"dq": (0.1, 0.2)}
+    calls: list[tuple[Callable[..., object], dict[str, Any]]] = [
+        *((kind, {}) for kind in (mjbiped.Compass, mjbiped.ScuffingRule, mjbiped.Mujoco, mjbiped.Hybrid)),
+        (mjbiped.Disturbances, {}),
+        *((kind, {"robot": ROBOT, "gait": GAIT}) for kind in (AdaptiveController, *laws)),
+        *((getattr(Terrain, name), {}) for name in PRESETS),
+        (Terrain, {"x": (0.0,), "z": (0.0,), "angle": (0.0,)}),
+        *((walk, {"controller": passive, "terrain": ground}) for walk in (mjbiped.walk, mjbiped.compare)),
+        (mjbiped.walk_many, {"controllers": passive, "terrains": ground}),
+        (mjbiped.find_passive_gait, at),
+        (mjbiped.find_periodic_gait, {**at, "states": GAIT.start[None]}),
+        (mjbiped.ReturnMap, at),
+        (mjbiped.ReturnMap(**at).walk, {"state": GAIT.start, "steps": 1}),
+        (mjbiped.find_cascade, {"robot": ROBOT}),
+        (mjbiped.bifurcation_diagram, {"robot": ROBOT, "slopes": [0.03]}),
+        (mjbiped.basin_of_attraction, at),
+        (mjbiped.basin_of_control, {"controller": AdaptiveController(ROBOT, GAIT)}),
+        (ROBOT.mass_matrix, q),
+        (ROBOT.coriolis_matrix, {**q, **dq}),
+        (ROBOT.gravity_vector, {**q, "slope": 0.0}),
+        (ROBOT.kinetic_energy, {**q, **dq}),
+        (ROBOT.energy, {**q, **dq, "slope": 0.0}),
+        (ROBOT.impact, {**q, **dq}),
+        (ROBOT.swing_foot, q),
+    ]
+    for call, others in calls:
+        for name in [name for name in inspect.signature(call).parameters if name not in TOLD]:
+            yield f"{call.__qualname__}.{name}", partial(_called, call, others, name)
     yield "Terrain.x[0]", lambda value: Terrain((value,), (0.0,), (0.0,))
-    yield "Terrain.z[0]", lambda value: Terrain((0.0,), (value,), (0.0,))
-    yield "Terrain.angle[0]", lambda value: Terrain((0.0,), (0.0,), (value,))
     yield "segments[0]", lambda value: Terrain.from_segments([(value, 0.0, 0.0)])
     yield "segments[1]", lambda value: Terrain.from_segments([(1.0, value, 0.0)])
-    yield "segments[2]", lambda value: Terrain.from_segments([(1.0, 0.0, value)])
-
-    passive, ground, adaptive = PassiveController(), Terrain.incline(2.0), AdaptiveController(ROBOT, GAIT)
-    for walk in (mjbiped.walk, mjbiped.walk_many, mjbiped.compare):
-        controller, terrain, *names = inspect.signature(walk).parameters
-        both = {controller: passive, terrain: ground}
-        yield from of(walk, (*both, *(name for name in names if name not in ("progress", "summaries"))), **both)
-    yield "initial[0]", lambda value: mjbiped.walk(passive, ground, initial=(value, 0.0, 0.0, 0.0))
     yield "initial[3]", lambda value: mjbiped.walk(passive, ground, initial=(0.0, 0.0, 0.0, value))
-
-    yield from of(mjbiped.find_passive_gait, ("robot", "slope"), robot=ROBOT, slope=0.03)
-    at = {"robot": ROBOT, "slope": 0.03}
-    yield from of(mjbiped.find_periodic_gait, ("robot", "slope", "states"), **at, states=GAIT.start[None])
-    yield from of(mjbiped.ReturnMap, ("robot", "slope", "scuffing"), **at)
-    yield from of(mjbiped.ReturnMap(ROBOT, 0.03).walk, ("state", "steps"), state=GAIT.start, steps=1)
-    yield from of(mjbiped.find_cascade, ("robot", "doublings"), robot=ROBOT)
-    names = ["robot", "slopes", "steps", "keep", "scuffing"]
-    yield from of(mjbiped.bifurcation_diagram, names, robot=ROBOT, slopes=[0.03])
-    names = ["slope", "robot", "stance_rates", "swing_rates", "limit", "scuffing", "threads"]
-    yield from of(mjbiped.basin_of_attraction, names, **at)
-    yield from of(mjbiped.basin_of_control, (*names, "controller"), controller=adaptive)
-    yield from of(ROBOT.mass_matrix, ("q",))
-    yield from of(ROBOT.coriolis_matrix, ("q", "dq"), q=(0.1, 0.2), dq=(0.1, 0.2))
-    yield from of(ROBOT.gravity_vector, ("q", "slope"), q=(0.1, 0.2), slope=0.0)
-    yield from of(ROBOT.kinetic_energy, ("q", "dq"), q=(0.1, 0.2), dq=(0.1, 0.2))
-    yield from of(ROBOT.potential_energy, ("q", "slope"), q=(0.1, 0.2), slope=0.0)
-    yield from of(ROBOT.energy, ("q", "dq", "slope"), q=(0.1, 0.2), dq=(0.1, 0.2), slope=0.0)
-    yield from of(ROBOT.impact, ("q", "dq"), q=(0.1, 0.2), dq=(0.1, 0.2))
-    yield from of(ROBOT.swing_foot, ("q",))
     yield "q[0]", lambda value: ROBOT.mass_matrix([value, 0.0])
+
+
+def _called(call: Callable[..., object], others: dict[str, Any], name: str, value: object) -> object:
+    return call(**{**others, name: value})
 
 
 QUANTITIES = dict(quantities())
