@@ -214,10 +214,7 @@ def find_reference(
     if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
-        raise InputError(
-            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m; the swing foot "
-            "would be above the hip"
-        )
+        raise InputError(f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m")
     return _find(robot.flat, Goal(speed, clearance, retraction, torque_limit, friction))
 
 

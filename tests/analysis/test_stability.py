@@ -144,7 +144,7 @@ def test_refusals(controller: AdaptiveController, walk: mjbiped.Walk) -> None:
     passive = replace(walk, settings={**walk.settings, "controller": PassiveController().describe()})
     with pytest.raises(InputError, match="this walk's is PassiveController"):
         stability(passive)
-    with pytest.raises(InputError, match=r"must be an AdaptiveController, or derive .*; got PassiveController"):
+    with pytest.raises(InputError, match=r"controller must be a .*AdaptiveTracking, got PassiveController"):
         stability(passive, PassiveController())  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"step 1 of 0\.764 s has only 3 samples"):
         stability(walked(controller, downhill, steps=1, sample_period=0.2))
