@@ -63,16 +63,6 @@ def test_branches_are_stable_up_to_their_doubling() -> None:
             assert branch.gaits[0].slope > born
 
 
-def test_amplitude_grows_as_the_root_of_the_distance_from_the_onset() -> None:
-    """A supercritical doubling: the two step lengths part as the square root."""
-    onset = cascade().onsets[0]
-    near = [gait for gait in cascade().branches[1].gaits if gait.slope - onset < math.radians(0.06)]
-    distance = np.array([gait.slope - onset for gait in near])
-    spread = np.array([np.ptp(gait.step_lengths) for gait in near])
-    exponents = np.diff(np.log(spread)) / np.diff(np.log(distance))
-    assert exponents[0] == pytest.approx(0.5, abs=0.01)  # the next term's share at a fortieth of the window
-
-
 def test_gentler_slopes_for_a_longer_robot_do_not_matter() -> None:
     """Slopes of onsets have no unit: a robot of other mass, length and gravity has the same."""
     giant = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=1.62)
