@@ -152,7 +152,7 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
         InputError: The walk has no step, too few samples, another controller, or numbers that are none or too great.
     """
     controller = recorded_controller(walk) if controller is None else controller
-    check_kind("controller", controller, AdaptiveTracking)
+    check_kind("controller", controller, AdaptiveTracking)  # type: ignore[type-abstract]
     if walk.steps == 0:
         raise InputError("the walk has no touchdown: there is no whole step to look at")
     with np.errstate(over="ignore", invalid="ignore"):  # what is no number then is told below, or in `_steps`
