@@ -70,14 +70,9 @@ ROOMS = {
     _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py", _WALKS),
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
     "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
-    "mjbiped/gaits/optimisation.py": (
-        "gaits/test_kneed_step.py",
-        "gaits/test_optimised.py",
-        "gaits/test_optimised_kneed.py",
-    ),
+    "mjbiped/gaits/optimisation.py": ("gaits/test_steps.py", "gaits/test_optimised.py"),
     "mjbiped/gaits/reference.py": (
-        "gaits/test_pieces.py",
-        "gaits/test_branches.py",
+        "gaits/test_steps.py",
         "gaits/test_kneed.py",
         "control_laws/test_kneed.py",
     ),
