@@ -33,7 +33,7 @@ def test_a_plot_is_as_wide_as_asked_for(record: Path, tmp_path: Path) -> None:
 def test_a_failed_plot_leaves_record_and_video(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
 ) -> None:
-    def plot_walk(*_: object) -> None:
+    def plot_walk(*_: object, **__: object) -> None:
         raise RuntimeError("out of\nink")
 
     monkeypatch.setattr(plots, "plot_walk", plot_walk)
@@ -50,7 +50,7 @@ def test_a_failed_plot_leaves_record_and_video(
 def test_ctrl_c_in_a_drawing_leaves_the_record(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
 ) -> None:
-    def plot_walk(*_: object) -> None:
+    def plot_walk(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(plots, "plot_walk", plot_walk)

@@ -56,7 +56,7 @@ def test_gait_with_knees_as_json_is_the_gait() -> None:
         (("--robot", "kneed", "--slope-deg", -1), "walks only downhill"),
         (
             ("--robot", "knee"),
-            "'knee'; expected compass, footed, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file.",
+            "unknown robot 'knee'",
         ),
     ],
 )

@@ -76,7 +76,7 @@ def test_robots_by_mjcf(walks: list[tuple[Any, Robot]], tmp_path: Path) -> None:
     [
         (
             ("--robot", "knee"),
-            "expected compass, footed, kneed, wheel, round, round-kneed, halved-rods, or a .toml or .xml file",
+            "unknown robot 'knee'",
         ),
         (("--robot", "none.toml"), "there is no such file"),
         (("--robot", "none.xml"), "--robot 'none.xml': there is no such file"),

@@ -11,12 +11,11 @@ from typing import TypeAlias
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from rich.table import Table
-from rich.text import Text
 
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
 from mjbiped.plotting.survival import draw_curve, lay_axes
-from mjbiped.records.summary import bare_table
+from mjbiped.records.summary import table_of
 from mjbiped.studies.robustness.limits import ALL, DISTURBANCES
 from mjbiped.studies.robustness.plan import LEVEL_STEPS, Plan, rough_from
 from mjbiped.studies.robustness.result import FORGETTING, SOLE, Findings, Robustness
@@ -40,9 +39,8 @@ def robustness_tables(robustness: Robustness) -> list[Table]:
     made = []
     for engine in robustness.plan.engines:
         for title, columns, meanings in _contents(robustness.plan, robustness.of(engine)[0]):
-            table = bare_table("controller", *columns)
-            for each in robustness.of(engine):
-                table.add_row(*map(Text, (each["controller"], *(cell(each) for cell in columns.values()))))
+            rows = ((each["controller"], *(cell(each) for cell in columns.values())) for each in robustness.of(engine))
+            table = table_of(rows, "controller", *columns)
             table.title = f"{title}, {engine} engine"
             table.caption = "; ".join((*meanings, scuffing_words(robustness.plan)))
             table.title_justify = table.caption_justify = "left"
