@@ -201,7 +201,7 @@ def compile_(
       mjbiped compile --clear
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.numerics import cache
-    from mjbiped.rollout.precompilation import precompile
+    from mjbiped.rollout.walk import precompile
 
     if clear:
         if controllers or engine or workers:
