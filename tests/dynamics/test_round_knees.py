@@ -85,26 +85,6 @@ def expected(name: str, q: Array, dq: Array, slope: float) -> Array:
     return np.asarray(derived()[name](parts_at(q, slope), dq, slope), dtype=np.float64).squeeze()
 
 
-@pytest.mark.slow
-@given(FOUR, RATES, SLOPES)
-def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: float) -> None:
-    chain = ROBOT.chains[4]
-    for name, made in (
-        ("M", chain.mass_matrix(q)),
-        ("h", chain.coriolis_matrix(q, dq) @ dq),
-        ("g", chain.gravity_vector(q, slope)),
-    ):
-        np.testing.assert_allclose(made, expected(name, q, dq, slope), rtol=RELATIVE, atol=10 * ABSOLUTE)
-    # the zero of the potential energy stands where the rolling angle does
-    rolled = ROBOT.foot_radius * (parts_at(q, slope)[0] - q[0]) * math.sin(slope) * ROBOT.weight
-    potential = chain.potential_energy(q, slope) - rolled
-    assert potential == pytest.approx(float(expected("V", q, dq, slope)), rel=RELATIVE, abs=100 * ABSOLUTE)
-    np.testing.assert_allclose(chain.end(q), expected("end", q, dq, 0.0), rtol=RELATIVE, atol=ABSOLUTE)
-
-
-APART, AS_ONE = np.repeat(np.eye(3), [2, 1, 1], axis=0), np.repeat(np.eye(2), [2, 2], axis=0)
-
-
 def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> tuple[Constants, State]:
     """The robot on a slope, in a state, as its knee is."""
     run = hybrid_run(
@@ -123,28 +103,6 @@ def moved(c: Constants, w: State, torques: tuple[float, float, float]) -> Array:
     changes = [0.0] * c.size
     rates(c, w, 0.0, w.y, changes)
     return np.array(changes[3:6])
-
-
-@pytest.mark.slow
-@given(FOUR, RATES, FOUR, SLOPES)
-def test_a_locked_knee_makes_the_leg_one(q: Array, dq: Array, torques: Array, slope: float) -> None:
-    """Free, locked, and resting on the stop, which only pushes: by the projection of the four segments' equations."""
-    ankle, hip, knee, _ = torques.tolist()
-    pushed = np.array([ankle, -hip, hip - knee, knee])
-    for locked, J in ((FREE, APART), (LOCKED, AS_ONE), (RESTING, AS_ONE)):
-        angles = q[:3] if locked == FREE else q[[0, 1, 1]]
-        spun = dq[:3] if locked == FREE else dq[[0, 1, 1]]
-        four, turning = angles[[0, 0, 1, 2]], spun[[0, 0, 1, 2]]
-        M = expected("M", four, turning, slope)
-        pull = pushed - expected("h", four, turning, slope) - expected("g", four, turning, slope)
-        wanted = J @ np.linalg.solve(J.T @ M @ J, J.T @ pull)
-        c, w = state_of(locked, slope, np.concatenate([angles, spun]))
-        found = moved(c, w, (ankle, hip, knee))
-        # conditioned like M, some 1e2, as light shanks hang on a heavy robot
-        np.testing.assert_allclose(found, wanted[[0, 2, 3]], rtol=1e-10, atol=1e-9)
-        if locked == RESTING:
-            left = (APART.T @ (M @ wanted - pull))[2]  # what the stop gives to the shank
-            assert w.stop_press == pytest.approx(left, rel=1e-9, abs=1e-8)
 
 
 def spins(q: Array, dq: Array, about: Array) -> Array:
