@@ -1,4 +1,4 @@
-"""Feet that turn about an edge, and that land on one: against SymPy's derivation from the places of feet, legs and hip."""
+"""Feet that turn about an edge, and that land on one: against SymPy's derivation from the places of the bodies."""
 
 from __future__ import annotations
 

@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from lagrange import lagrange
 from simulations import hybrid_run
 
 from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
-from mjbiped.engines.hybrid.impacts import stop_swing_foot, strike_knee
-from mjbiped.engines.hybrid.motion import enter_mode, rates
+from mjbiped.engines.hybrid.impacts import strike_knee
+from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
@@ -97,12 +97,6 @@ def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> t
     return c, w
 
 
-def moved(c: Constants, w: State, torques: tuple[float, float, float]) -> Array:
-    """Accelerations of the state under torques."""
-    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(3), torques)
-    changes = [0.0] * c.size
-    rates(c, w, 0.0, w.y, changes)
-    return np.array(changes[3:6])
 
 
 def spins(q: Array, dq: Array, about: Array) -> Array:
@@ -167,25 +161,3 @@ def test_a_knee_strike_conserves_what_no_impulse_acts_on(q: Array, dq: Array) ->
         assert left == pytest.approx(spins(four, after, about)[parts].sum(), rel=1e-9, abs=1e-9)
 
 
-@given(FOUR, RATES, SLOPES, st.sampled_from([FREE, LOCKED]))
-def test_a_foot_that_slides_stays_on_the_ground(q: Array, dq: Array, slope: float, locked: int) -> None:
-    """An impact stops it along the ground's normal, and then its acceleration along it is zero."""
-    angles = q[:3] if locked == FREE else q[[0, 1, 1]]
-    turning = dq[:3] if locked == FREE else dq[[0, 1, 1]]
-    assume(np.abs(np.sin(angles)).max() > 0.2)  # above its hip, a foot cannot be moved along the normal
-    c, w = state_of(locked, slope, np.concatenate([angles, turning]), sliding=True)
-    stop_swing_foot(c, w)
-    speed, h = np.array(w.y[3:6]), 1e-6
-    assert locked == FREE or speed[1] == pytest.approx(speed[2], abs=1e-11)
-
-    def height(t: float, ddq: Array) -> float:
-        return float(ROBOT.swing_foot(angles + t * speed + 0.5 * t * t * ddq)[1])
-
-    still = np.zeros(3)
-    # central differences: truncation 1e-12, rounding 1e-10
-    assert (height(h, still) - height(-h, still)) / (2 * h) == pytest.approx(0.0, abs=1e-8)
-    ddq = moved(c, w, (1.0, 2.0, 0.0))
-    h = 1e-4
-    curvature = (height(h, ddq) - 2 * height(0.0, ddq) + height(-h, ddq)) / (h * h)
-    # truncated by h^2 times the fourth power of rates, and the square of accelerations; rounding 1e-8
-    assert curvature == pytest.approx(0.0, abs=1e-7 + 10 * h * h * (np.abs(speed).max() ** 4 + np.abs(ddq).max() ** 2))

@@ -79,31 +79,6 @@ class SwingFoot:
         assert found == pytest.approx(struck, abs=2e-7)
 
 
-@pytest.fixture(scope="module")
-def struck(controller: AdaptiveController) -> mjbiped.Walk:
-    """Its third step strikes a riser of 40 mm, 2 mm below the edge, and slides down."""
-    terrain = Terrain.stairs(rise=RISE, first=FACE)
-    return mjbiped.walk(controller, terrain, engine="hybrid", steps=3, sample_period=SAMPLE_PERIOD)
-
-
-@pytest.mark.parametrize("later", [1.5e-5, 5e-5])  # s; this integration step goes on for 50 to 100 us after the release
-def test_foot_leaves_the_face_before_it_lands_in_the_same_integration_step(
-    later: float, struck: mjbiped.Walk, controller: AdaptiveController
-) -> None:
-    """The ground at the face is raised, so that the foot meets it a little after it has ceased to press."""
-    foot = SwingFoot(struck, 2, FACE)
-    falling = (foot.z[foot.last] - foot.z[foot.last - 1]) / SAMPLE_PERIOD
-    ground = foot.z[foot.last] + later * falling
-    terrain = Terrain.from_segments([(FACE - 0.02, 0.0), (0.02, 0.0, ground), (9.0, 0.0, RISE - ground)])
-    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=3, sample_period=SAMPLE_PERIOD)
-    again = SwingFoot(walk, 2, FACE)
-    assert again.last == foot.last
-    assert (again.forces() <= 0.0).all()  # held until it lands, the face would pull
-    assert len(again.x) - again.last == pytest.approx(later / SAMPLE_PERIOD, abs=1)
-    assert (again.speed[again.last + 1 :] < 0.0).all()
-    assert walk.touchdowns["z"][2] == pytest.approx(ground, abs=1e-12)
-
-
 def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveController) -> None:
     """The hip goes backwards at the start: only then a straight leg that is held at a face moves its foot upwards."""
     face, rise = 0.21, 0.009

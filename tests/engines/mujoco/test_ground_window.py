@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulations import assert_same, recorded, started, state_of
+from simulations import assert_same, recorded, started
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import AdaptiveController, Controller
 from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
@@ -84,35 +84,6 @@ def test_same_walk_bitwise(name: str, controller: AdaptiveController, monkeypatc
     assert_same(walked, reference)
 
 
-@pytest.mark.parametrize(("x", "speed", "moved"), [(12.0, -6.0, 2), (2.5, 6.0, 1)], ids=["back", "ahead"])
-@pytest.mark.parametrize("name", ["rough"])
-def test_tumbles_through_windows(
-    name: str, x: float, speed: float, moved: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A robot that is thrown and tumbles on over its feet, long after the walk has ended: as on the whole terrain."""
-
-    def thrown() -> Simulation:
-        simulation = make(PassiveController(), LONG[name], timestep=1e-4, lands=False)
-        simulation.data.qpos[:2] = x, LONG[name].height(x) + 1.0
-        simulation.data.qvel[:] = speed, 0.0, 0.5, -1.0
-        return simulation
-
-    windowed, reference = thrown(), whole(monkeypatch, thrown)
-    moves, touched = 0, 0
-    with reference.callbacks(), windowed.callbacks():
-        for _ in range(250):
-            for simulation in (windowed, reference):
-                mujoco.mj_step(simulation.model, simulation.data, nstep=80)
-            assert state_of(windowed) == state_of(reference)
-            assert windowed.data.ncon == reference.data.ncon
-            touched += moves > 0 and windowed.data.ncon > 0
-            moves += windowed.move_on()
-            assert not reference.move_on()
-    assert moves >= moved
-    assert touched > 20
-    assert windowed.outcome is reference.outcome is Outcome.SLIPPED
-
-
 def test_leaving_the_window_is_no_fall_into_nothing(controller: AdaptiveController) -> None:
     """Who steps without `move_on` is told at the window's end."""
     simulation = make(controller, LONG["trail"])
@@ -157,18 +128,6 @@ def test_cost_does_not_depend_on_the_length(controller: AdaptiveController) -> N
         models.append(np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8))
         mujoco.mj_saveModel(model, None, models[-1])
     assert models[0].tobytes() == models[1].tobytes()
-
-
-def test_a_walk_that_diverges_stays_where_it_is(controller: AdaptiveController) -> None:
-    """MuJoCo's warning is in `data`: it must not be left behind."""
-    simulation = make(controller, LONG["stairs"])
-    with simulation.callbacks():
-        simulation.data.qpos[0] = np.nan
-        assert not simulation.move_on()
-        simulation.data.qpos[0] = 9.0
-        simulation.data.warning[int(mujoco.mjtWarning.mjWARN_BADQACC)].number = 1
-        assert not simulation.move_on()
-    assert simulation.outcome is Outcome.DIVERGED
 
 
 def test_python_callbacks_come_back() -> None:
