@@ -14,7 +14,6 @@ from simulations import assert_same, recorded, started
 
 import mjbiped
 from controllers import AdaptiveController, Controller
-from mjbiped.engines.mujoco import scene
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.options import GROUND_KINDS
@@ -48,7 +47,7 @@ def make(controller: Controller, terrain: Terrain, **parameters: Any) -> Simulat
 def whole(monkeypatch: pytest.MonkeyPatch, make_it: Callable[[], Simulation]) -> Simulation:
     """A simulation on the whole terrain's model, cut into the same pieces."""
     with monkeypatch.context() as patch:
-        patch.setattr(scene, "FEW_SEGMENTS", 10**9)
+        patch.setattr(Ground, "window", lambda ground, *_: ground.pieces)
         return make_it()
 
 
@@ -104,11 +103,10 @@ def test_window_holds_what_the_robot_can_reach(
     """All ground within the margin, few segments beyond what that needs; and no window is left where it was made."""
     rows = [(width, 1.0 + (index % 3), -0.01 * (index % 4 == 3)) for index, width in enumerate(widths)]
     terrain = Terrain.from_segments(rows)
-    robot = mjbiped.Compass(lower_length=length / 2, upper_length=length / 2)
     layout, margin = Ground(terrain, reach=20.0, kind=ground), MARGIN * length
     first, last = layout.starts[0], layout.stops[-1]
     x = data.draw(st.floats(first - 1.0, last + 1.0))
-    pieces = GroundWindows(robot, layout, 1e-4, margin).pieces_about(x)
+    pieces = layout.window(x, margin, length)
     segments = range(pieces[0].segments[0], pieces[-1].segments.stop)
     start, end = layout.starts[segments[0]], layout.stops[segments[-1]]
     assert start <= max(x - margin, first)
