@@ -97,8 +97,6 @@ def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> t
     return c, w
 
 
-
-
 def spins(q: Array, dq: Array, about: Array) -> Array:
     """Angular momentum of each part about a point, kg m^2/s: shank, thigh, hip, thigh, shank from the stance foot."""
     places, speeds = expected("places", q, dq, 0.0).T - about, expected("speeds", q, dq, 0.0).T
@@ -159,5 +157,3 @@ def test_a_knee_strike_conserves_what_no_impulse_acts_on(q: Array, dq: Array) ->
     for about, parts in ((lowest(four), slice(None)), (hip, slice(3, None))):
         left = spins(four, before, about)[parts].sum()
         assert left == pytest.approx(spins(four, after, about)[parts].sum(), rel=1e-9, abs=1e-9)
-
-

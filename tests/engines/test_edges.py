@@ -20,7 +20,7 @@ from mjbiped.terrain.profile import (
 )
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
-OFFSETS = (-1e-3, -1.1e-4, -8e-5, -5e-5, -2e-5, -3e-6, 3e-6, 2e-5, 5e-5, 8e-5, 1.1e-4, 1e-3)
+OFFSETS = (-1.1e-4, -5e-5, -3e-6, 2e-5, 8e-5, 1e-3)
 
 
 class Break(NamedTuple):
@@ -45,21 +45,12 @@ class Break(NamedTuple):
 
 
 BREAKS = {
-    "crest of two heightfields": Break(-1.0, 2.0),
-    "valley of two heightfields": Break(2.0, -1.0),
-    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
-    "valley of two boxes": Break(3.0, 0.5, ground="boxes"),
     "step down, boxes": Break(0.0, 0.0, -0.02),
-    "step up, boxes": Break(0.0, 0.0, 0.012),
-    "step down, heightfields": Break(1.3, 0.5, -0.02),
     "step up, heightfields": Break(0.5, 1.3, 0.012),
-    "step down, tilted boxes": Break(1.3, 0.5, -0.02, "boxes"),
-    "step up, tilted boxes": Break(0.5, 1.3, 0.012, "boxes"),
-    "step down, lower than a plate": Break(0.0, 1.0, -3e-5),
-    "step up, less than a millimetre": Break(1.0, 0.0, 6e-4),
+    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
+    "valley of two heightfields": Break(2.0, -1.0),
 }
 EXACT = {"mujoco": (EDGE, BESIDE, OVER), "hybrid": (CORNER, FACE_WIDTH, FACE_WIDTH)}
-FEW = ("step down, boxes", "step up, heightfields", "crest of two boxes", "valley of two heightfields")
 
 
 class Dropped:
@@ -81,9 +72,9 @@ class Dropped:
             sample_period=1.0,
         )
 
-    def foothold(self, *, upper: bool) -> float:
-        """Where the foot comes down on the upper or on the lower ground (on either side, where there is no step), m."""
-        later = upper == (self.made.rise > 0.0)
+    def foothold(self) -> float:
+        """Where the foot comes down on the upper ground (on either side, where there is no step), m."""
+        later = self.made.rise > 0.0
         place = 0.36
         for _ in range(8):  # the later segment's height hangs a little on where it begins
             terrain = self.made.terrain(place)
@@ -115,18 +106,11 @@ def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dro
         assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge
 
 
-@pytest.mark.parametrize(
-    ("name", "upper"),
-    [
-        pytest.param(name, upper, marks=() if name in FEW and upper else pytest.mark.slow)
-        for name in BREAKS
-        for upper in (True, False)
-    ],
-)
+@pytest.mark.parametrize("name", BREAKS)
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-def test_feet_about_a_break(name: str, upper: bool, engine: str, gait: mjbiped.Gait) -> None:
+def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
     made = BREAKS[name]
     dropped = Dropped(gait, engine, made)
-    foothold = dropped.foothold(upper=upper)
-    for offset in OFFSETS[1::2] if name in FEW else OFFSETS:
+    foothold = dropped.foothold()
+    for offset in OFFSETS:
         check(made, engine, offset, foothold, dropped)

@@ -5,13 +5,18 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from simulations import UNEQUAL, hybrid_simulation
+from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
-from mjbiped import KneedBiped, Terrain
+import mjbiped
+from mjbiped import KneedBiped, RoundKneed, Terrain
 from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
+from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.guards import on_its_segment
+from mjbiped.engines.hybrid.impacts import slide_on
 from mjbiped.engines.hybrid.motion import enter_mode, rates
 from mjbiped.engines.hybrid.resets import lands, note_face
 from mjbiped.engines.hybrid.state import Constants, State
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -156,3 +161,71 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
     # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
     kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
     assert min(seen.count(kind) for kind in kinds) > 30
+
+
+EDGE = -0.45
+BACKWARDS = (-0.2, 0.201, 0.201, -2.0, 1.0, 1.0)
+"""The swing foot, 0.4 m behind the other one and barely above level ground, comes down and goes backwards."""
+SLOPE = math.radians(1.0)
+BEHIND = {
+    "down a step": Terrain((-5.0, EDGE), (-0.02, 0.0), (0.0, 0.0)),
+    "down a slope": Terrain((-5.0, EDGE), (-math.tan(SLOPE) * (5.0 + EDGE), 0.0), (-SLOPE, 0.0)),
+    "up a slope": Terrain((-5.0, EDGE), (math.tan(SLOPE) * (5.0 + EDGE), 0.0), (SLOPE, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", BEHIND)
+def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(name: str) -> None:
+    ground = BEHIND[name]
+    simulation = hybrid_simulation(ground, BACKWARDS, sample_period=1e-3, steps=1)
+    simulation.go()
+    feet = KneedBiped().limbs(simulation.recorder.samples()["qpos"])[:, 1, -1]
+    above = feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+    assert above.min() > -1e-7  # ground that a foot slides on is met again at 1e-8 m below it
+    before = np.flatnonzero((feet[:, 0] > EDGE) & (above < 1e-9))
+    beyond = np.flatnonzero(feet[:, 0] < EDGE)
+    assert len(before) > 5
+    assert beyond[0] == before[-1] + 1  # it slid up to the edge
+    assert above[beyond[0]] == pytest.approx(-ground.height_at(EDGE - 1e-9) if name == "down a step" else 0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("place", "segment"), [(-0.5, 0), (-0.1, 2)])
+def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segment: int) -> None:
+    """Of level ground, of which the one in the middle reaches from -0.4 m to -0.2 m, higher than the others."""
+    ground = Terrain((-5.0, -0.4, -0.2), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0))
+    simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
+    c, w = simulation.constants, simulation.state
+    w.sliding, w.slid_segment = True, 1
+    for inside in (-0.4, -0.3, -0.2):
+        assert on_its_segment(c, w, foot_at(inside, 0.01))
+    w.y[:3] = foot_at(place, 0.005)
+    assert not on_its_segment(c, w, w.y)
+    slide_on(c, w)
+    assert (w.outcome, w.impulse_along, w.impulse_normal) == (0, 0.0, 0.0)
+    assert (w.sliding, w.slid_segment, w.landing) == (False, -1, segment)
+
+
+def foot_at(x: float, z: float) -> list[float]:
+    """Angles of a robot on level ground, its knee bent, whose swing foot is at x, z."""
+    line = -0.3
+    way = np.array([math.sin(line), math.cos(line)]) - [x, z]
+    lean, half = math.atan2(*way), math.acos(np.hypot(*way) / KneedBiped().leg_length)  # of two links of equal length
+    return [line, lean - half, lean + half]
+
+
+@pytest.mark.parametrize("robot", [KneedBiped(gravity=400.0), KneedBiped(gravity=400.0, sole=(0.05, 0.15))])
+def test_knees_stand_where_nothing_moves_them(robot: Robot) -> None:
+    """The ground stopped a foot that no motion of the legs could move along the ground's normal: 0 / 0."""
+    walk = mjbiped.walk(Plain(), Terrain.random(seed=1), robot=robot, engine="hybrid", initial="rest", steps=3)
+    assert (walk.outcome, walk.steps) == ("stalled", 0)
+    assert not walk.samples["q"].any()
+    assert not walk.samples["dq"].any()
+
+
+def test_a_foot_beside_the_other_one_has_not_struck_the_ground_ahead() -> None:
+    """On round feet it was ahead by rounding, and the robot was said to have fallen at once."""
+    run = hybrid_run(Plain(), Terrain.incline(-3.0), robot=RoundKneed(), q=(0.0,) * 3, dq=(0.0,) * 3)
+    run.state.pause = 500
+    advance(run.constants, run.state)
+    assert run.ended is Outcome.WALKING
+    assert -0.1 < run.state.y[0] < -1e-4  # it begins to fall backwards

@@ -1,7 +1,6 @@
 """Steps that land on the touchdown: where they end, how long they are, and what that does to impacts and walks."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,8 +10,7 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.mujoco import step_size
 from mjbiped.engines.mujoco.feet import Felt
-from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.engines.mujoco.state import State, effective_step
+from mjbiped.engines.mujoco.state import State
 
 Terrain = mjbiped.Terrain
 AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
@@ -44,46 +42,6 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
     assert heights == pytest.approx([-step_size.DEPTH] * 4, abs=3e-9)
     assert max(lengths) == timestep
     assert min(lengths) > 0.0
-
-
-def flown(
-    simulation: Simulation,
-    place: tuple[float, float],
-    speed: tuple[float, float],
-    until: Callable[[float, float], bool],
-) -> tuple[list[float], list[tuple[float, float]], State]:
-    """Lengths of the steps of a swing foot that flies on a parabola, the places that they lead to, and the state."""
-    constants, u = simulation.constants, State()
-    u.planned = u.last_step = constants.longest
-    u.enabled, u.next_control = 1.0, math.inf
-    leg, angle = constants.leg_length, -0.2
-    u.q[:4] = *np.add(place, [leg * math.sin(angle), leg * math.cos(angle)]), 0.0, angle
-    u.qvel[:2], u.qacc[:2] = speed, (0.5, -9.81)
-    lengths: list[float] = []
-    places = [place]
-    while not until(*places[-1]):
-        found = step_size.step_lengths(constants, u, AWAY, 1.0)
-        lengths.append(found.length)
-        for index in range(2):
-            u.qvel[index] += effective_step(u, found.length) * u.qacc[index]
-            u.q[index] += found.length * u.qvel[index]
-        places.append((u.q[0] - leg * math.sin(angle), u.q[1] - leg * math.cos(angle)))
-        u.time += found.length
-        u.planned, u.plain, u.last_step = found.following, float(found.reached), found.length
-    return lengths, places, u
-
-
-@pytest.mark.parametrize(("height", "short"), [(0.01, True), (0.0305, True), (0.04, False)])
-def test_near_a_face_all_steps_are_contact_steps(height: float, short: bool, controller: AdaptiveController) -> None:
-    """Of a foot that comes to 1 mm ahead of it in the next two steps, or lies beside it, not far over its top."""
-    face = 1.0
-    simulation = started(controller, Terrain.stairs(tread=100.0, rise=0.03, first=face, count=1), timestep=1e-3)
-    lengths, places, _ = flown(simulation, (0.98, height), (1.0, 0.15), lambda x, _: x > face - 1e-3)
-    # from 1 mm and two steps of 1 ms on, at 1.00 to 1.01 m/s
-    near = [length for length, (x, _) in zip(lengths, places, strict=False) if x > face - 3.00e-3]
-    far = [length for length, (x, _) in zip(lengths, places, strict=False) if x < face - 3.03e-3]
-    assert set(far) == {1e-3}
-    assert set(near) == ({1e-5} if short else {1e-3})
 
 
 def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveController) -> None:
