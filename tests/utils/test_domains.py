@@ -25,6 +25,7 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
+from mjbiped.engines.mujoco.engine import LEG
 from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.terrain.terrain import Terrain

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from golden_walks import Case
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
 STRUCK = Case("compass", "adaptive", "riser", "mujoco")

@@ -1,9 +1,9 @@
-"""A foot that lands on its heel or toe: against SymPy's derivation from the places of both feet, legs and hip."""
+"""Feet that turn about an edge, and that land on one: against SymPy's derivation from the places of the bodies."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -17,9 +17,11 @@ from simulations import hybrid_run
 
 import mjbiped
 from mjbiped.control.controller import Unpowered
+from mjbiped.dynamics.linkage import BASE
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
-from mjbiped.engines.hybrid.impacts import lay_down, set_down
+from mjbiped.engines.hybrid.impacts import lay_down, lay_flat, set_down, stop_swing_foot
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
+from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State, swing_foot
 from mjbiped.robots.chain import Array
 from mjbiped.rules.sole import GREATEST_ERROR
@@ -36,7 +38,15 @@ STANCES = st.sampled_from([FLAT, TOE, HEEL])
 ANGLES = st.tuples(*[st.floats(-0.4, 0.4)] * 3)
 RATES = st.tuples(*[st.floats(-3.0, 3.0)] * 4)
 TORQUES = st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0))
-CHANGES = st.floats(0.005, 0.15)
+CHANGES, SLOPES = st.floats(0.005, 0.15), st.floats(-0.3, 0.3)
+TILTS = st.tuples(*[st.floats(-0.8, 0.8)] * 3)
+TURNS = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
+LEVEL = mjbiped.Terrain.level()
+EDGES = pytest.mark.parametrize("edge", [TOE, HEEL])
+RELATIVE = 1e-12
+"""Rounding of some hundred operations, of the largest term."""
+CONDITION = 30.0
+"""By how much solving for rates multiplies it: the foot's line is short (measured: 5)."""
 
 
 @cache
@@ -57,18 +67,30 @@ def derived(edge: int, down: int) -> dict[str, Callable[..., Any]]:
     ankle = sp.Matrix(x[:2]) + (along(x[4], foot.height, -beside[edge]) if edge != FLAT else sp.zeros(2, 1))
     hip = ankle + along(x[2], leg.length)
     end = hip - along(x[3], leg.length)
-    landing = end - along(x[5], foot.height, -beside[down])
+    landing = end - along(x[5], foot.height, -beside[down]) if down != FLAT else end
     bodies = [
         (foot.mass, foot.inertia, v[4], ankle),
         (leg.mass, leg.inertia, v[2], hip - along(x[2], leg.centre)),
         (ROBOT.hip_mass, 0, 0, hip),
         (leg.mass, leg.inertia, v[3], hip - along(x[3], leg.centre)),
-        (foot.mass, foot.inertia, v[5], end),
+        (foot.mass, foot.inertia if down != FLAT else 0.0, v[5], end),  # in the air parallel to the other one
     ]
     laws, rows = lagrange(x, v, bodies, ROBOT.gravity), landing.jacobian(x)
     rest = laws["h"] + laws["g"]
-    found = {"M": laws["M"], "rest": rest, "rows": rows, "turning": (rows * v).jacobian(x) * v}
+    found = {"M": laws["M"], "rest": rest, "rows": rows, "turning": (rows * v).jacobian(x) * v, "hip": hip.jacobian(x)}
     return {name: sp.lambdify([x, v], expression, cse=True) for name, expression in found.items()}
+
+
+def tipped(edge: int, slope: float, y: Sequence[float], **more: Any) -> tuple[Constants, State]:
+    """The robot on a slope and on an edge, in a state."""
+    run = hybrid_run(Unpowered(), LEVEL, robot=ROBOT, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, compile=False)
+    c, w = run.constants, run.state
+    w.edge, w.slope, w.sine, w.cosine, w.before = edge, slope, math.sin(slope), math.cos(slope), math.inf
+    for name, value in more.items():
+        setattr(w, name, value)
+    w.y[:8] = [*map(float, y[:3]), y[2], *map(float, y[3:]), y[5]]
+    enter_mode(c, w)
+    return c, w
 
 
 def walker(down: int, edge: int, change: float, q: Any, dq: Any) -> tuple[Constants, State]:
@@ -179,3 +201,86 @@ def test_a_foot_that_lies_flat_is_parallel_to_its_ground() -> None:
     lay_down(c, w)
     assert (w.down, w.free) == (FLAT, 2)
     assert w.slap == pytest.approx(0.012)
+
+
+def moved(c: Constants, w: State, torques: tuple[float, float]) -> tuple[Array, Array]:
+    """Accelerations of the state under torques, and the force of the ground, forward and upward."""
+    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(2), torques)
+    changes = [0.0] * c.size
+    rates(c, w, 0.0, w.y, changes)
+    along, normal = stance_force(c, w, w.y[:4], w.y[4:8], changes[4:8])
+    return np.array(changes[4:7]), np.array([along * w.cosine + normal * w.sine, normal * w.cosine - along * w.sine])
+
+
+def free(q: Any, dq: Any, slope: float) -> tuple[Array, Array]:
+    """The coordinates of `derived`, with the edge at rest; a swing foot in the air is parallel to the other one."""
+    return np.array([0.0, 0.0, *(np.array(q) + slope), 0.0]), np.array([0.0, 0.0, *dq, 0.0])
+
+
+def constrained(edge: int, x: Array, v: Array, rows: Array) -> Array:
+    """Rates after a plastic impact that brings rows . v to zero, by Lagrange's multipliers."""
+    M, k = np.array(derived(edge, FLAT)["M"](x, v))[:5, :5], len(rows)
+    whole = np.block([[M, rows[:, :5].T], [rows[:, :5], np.zeros((k, k))]])
+    return np.linalg.solve(whole, np.concatenate([M @ v[:5], np.zeros(k)]))[:5]
+
+
+def agree(found: Any, expected: Any, scale: Any) -> None:
+    """Check for equality but for rounding of numbers as large as the scale."""
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=RELATIVE * float(np.max(np.abs(scale))))
+
+
+@EDGES
+@given(q=TILTS, dq=TURNS, slope=SLOPES, torques=TORQUES, push=st.floats(-9, 9))
+def test_accelerations_and_the_force_of_the_ground_are_lagranges(
+    edge: int, q: Any, dq: Any, slope: float, torques: tuple[float, float], push: float
+) -> None:
+    c, w = tipped(edge, slope, [*q, *dq], push=push)
+    ddq, force = moved(c, w, torques)
+    x, v = free(q, dq, slope)
+    laws = derived(edge, FLAT)
+    M, rest = np.array(laws["M"](x, v)), np.array(laws["rest"](x, v))[:, 0]
+    forces = push * np.array(laws["hip"](x, v))[0] + [0.0, 0.0, torques[0] - torques[1], torques[1], -torques[0], 0.0]
+    residual = M @ [0.0, 0.0, *ddq, 0.0] + rest - forces
+    terms = np.abs(M) @ [0.0, 0.0, *np.abs(ddq), 0.0] + np.abs(rest)
+    agree(residual[2:], 0.0, terms)  # the equations of motion, with the edge held
+    agree(force, residual[:2], terms)  # what holds the edge
+
+
+@EDGES
+@given(q=TILTS, dq=TURNS, slope=SLOPES)
+def test_a_foot_comes_down_flat_as_multipliers_say(edge: int, q: Any, dq: Any, slope: float) -> None:
+    q = np.array([q[0], q[1], 0.0])
+    c, w = tipped(edge, slope, [*q, *dq])
+    lay_flat(c, w)
+    x, v = free(q, dq, slope)
+    after = constrained(edge, x, v, np.eye(6)[[0, 1, 4]])
+    agree(w.y[4:6], after[2:4], CONDITION * (1.0 + np.abs(dq)))
+    assert (w.y[2], w.y[6], w.edge, w.levers[BASE][2], w.levers[BASE + 1][2]) == (0.0, 0.0, FLAT, 0.0, 0.0)
+
+
+@EDGES
+@given(q=TILTS, dq=TURNS, slope=SLOPES, new=SLOPES)
+def test_the_other_foot_lands_while_this_one_has_tipped(edge: int, q: Any, dq: Any, slope: float, new: float) -> None:
+    c, w = tipped(edge, slope, [*q, *dq])
+    exchange_legs(c, w, new)
+    x, v = free(q, dq, slope)
+    after = constrained(edge, x, v, np.array(derived(edge, FLAT)["rows"](x, v)))
+    speeds = CONDITION * (1.0 + np.abs(dq))
+    agree([w.y[5], w.y[4]], after[2:4], speeds)
+    agree(np.array(w.y[:3]) + new, [q[1] + slope, q[0] + slope, new], 1.0)
+    assert w.edge == FLAT
+
+
+@EDGES
+@given(q=TILTS, dq=TURNS, slope=SLOPES)
+def test_a_face_stops_the_swing_foot_along_its_normal(edge: int, q: Any, dq: Any, slope: float) -> None:
+    c, w = tipped(edge, slope, [*q, *dq], pushed_x=-1.0, pushed_z=0.0)
+    stop_swing_foot(c, w)
+    impulse = w.right[w.size]
+    x, v = free(q, dq, slope)
+    end = np.array(derived(edge, FLAT)["rows"](x, v))
+    after = constrained(edge, x, v, np.vstack([np.eye(6)[:2], end[:1]]))
+    speeds = CONDITION * (1.0 + np.abs(dq))
+    agree(w.y[4:7], after[2:], speeds)
+    M = np.array(derived(edge, FLAT)["M"](x, v))[:5, :5]
+    agree((M @ (after - v[:5]))[2:], -impulse * end[0, 2:5], np.abs(M) * speeds.max())
