@@ -1,8 +1,8 @@
 """Numbers that others have published about walkers which this laboratory can simulate, digit by digit as printed.
 
 They stand in `published.toml`, each with its source, and with its fault where it has one. `python -m
-scripts.validation.page` computes them again and writes docs/tables/validation.md; `tests/scripts/validation` holds
-them. The tables of the paper that this project implements stand in `mjbiped.studies.reproduction.section_5`.
+scripts.validation.page` computes them again and writes docs/tables/validation.md; `tests/scripts/test_published.py`
+holds them. The tables of the paper that this project implements stand in `mjbiped.studies.reproduction.section_5`.
 """
 
 from __future__ import annotations

@@ -286,7 +286,7 @@ def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
 
 def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
     """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
-    other = dataclasses.replace(walk, touchdowns=walk.touchdowns | {"slope": np.roll(walk.touchdowns["slope"], 1)})
+    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
     for second, truths in ((walk, 1), (other, 2)):
         curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
         figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")

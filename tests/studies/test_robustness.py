@@ -37,7 +37,7 @@ from mjbiped.studies.robustness_report import (
     texts_of,
     write_tables,
 )
-from mjbiped.studies.robustness_walks import BASIN, BASIN_RATES, DISTURBANCES, LEVEL, MARGINS, SURVIVAL
+from mjbiped.studies.robustness_walks import BASIN, BASIN_RATES, DISTURBANCES, LEVEL, MARGINS, SURVIVAL, Values
 from mjbiped.studies.run import run
 
 SMALL: dict[str, Any] = {
@@ -101,7 +101,7 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         ({"step up": True, "basin": 4}, {"step up"}, 4),
     ):
         found = planned({**once, "limits": {"phases": 1, **limits}}).limits
-        assert (found.magnitudes.keys(), found.basin) == (tried, basin)
+        assert ({*found.magnitudes}, found.basin) == (tried, basin)
     assert kinds_of({"grounds": [], "limits": {"step up": False, "basin": False}}) == [LEVEL]
     assert kinds_of({"seeds": 2, "grounds": ["treads"]}) == [LEVEL, SURVIVAL, SURVIVAL]
     assert len(planned(once).grounds) == 1
@@ -231,8 +231,8 @@ RODS = KneedBiped(hip_mass=4.0)
         ("legs too short", RODS, SHORT | dict.fromkeys(("thigh_inertia", "shank_inertia"), 0.64)),
     ],
 )
-def test_what_a_controller_believes_wrongly(name: str, robot: Compass, factors: dict[str, float]) -> None:
-    kind = {"robot.kind": robot.kind, "robot.hip_mass": robot.hip_mass, "controller.name": "adaptive"}
+def test_what_a_controller_believes_wrongly(name: str, robot: Compass | KneedBiped, factors: dict[str, float]) -> None:
+    kind: Values = {"robot.kind": robot.kind, "robot.hip_mass": robot.hip_mass, "controller.name": "adaptive"}
     cell = Cell(0, None, {**kind, **MARGINS[name].described(20.0, "hybrid", robot)})
     gait = find_kneed_gait(KneedBiped(), math.radians(2.5)) if robot is RODS else None
     assert cell.robot() == robot

@@ -83,7 +83,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
     """Run a study in a process of its own, as a user does."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    program = [sys.executable, "-m", "mjbiped", "sweep", folder / "study.toml", "--quiet", *map(str, words)]
+    program = [sys.executable, "-m", "mjbiped", "sweep", *map(str, (folder / "study.toml", "--quiet", *words))]
     return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
 
 
