@@ -15,7 +15,7 @@ from reproduction_rows import read_grounds
 import mjbiped
 from mjbiped import Terrain
 from mjbiped.studies.cell import Row
-from mjbiped.studies.reproduction import reproduce
+from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction.cell import cell, measures_of
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
@@ -103,7 +103,7 @@ def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeyp
                 assert each.ended[str(entry.values["ground"])] == walk.steps + 1
     text = write_tried(found)
     assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(reproduce, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
+    monkeypatch.setattr(cells, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
     assert write_tried(gain_scan.scan(SHORT, tmp_path, SOME)) == text
 
 

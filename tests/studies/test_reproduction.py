@@ -326,14 +326,15 @@ def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.
     pairs = zip(grounds, laws, strict=True)
     planned = [cells.cell(ground, law, steps=2, engine="hybrid", record=law is LAW) for ground, law in pairs]
     begun: list[Cell] = []
+    real = cells.row
 
     def counting(cell: Cell, folder: Path) -> dict[str, object]:
         begun.append(cell)
         if len(begun) == 3:
             raise KeyboardInterrupt
-        return cells.row(cell, folder)
+        return real(cell, folder)
 
-    monkeypatch.setattr(reproduce, "row", counting)
+    monkeypatch.setattr(cells, "row", counting)
     with pytest.raises(KeyboardInterrupt):
         results(tmp_path, [*planned, planned[0]])
     found = results(tmp_path, planned)
