@@ -23,7 +23,7 @@ from mjbiped.records import measures
 from mjbiped.robots.compass import Array
 from mjbiped.utils.markdown import markdown_table
 from scripts.pages import write_block
-from scripts.paper.cycle import cycle_stability, lyapunov_gain
+from scripts.paper.theorem_1 import cycle_stability, lyapunov_gain
 
 TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),

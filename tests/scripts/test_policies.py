@@ -14,8 +14,7 @@ from mjbiped.records.record import Walk
 from mjbiped.utils.markdown import markdown_table
 from scripts.learning import evaluate
 from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
-from scripts.learning.policy import WEIGHTS, Array, actions
-from scripts.learning.rollouts import Rollouts
+from scripts.learning.rollouts import WEIGHTS, Array, Rollouts, actions
 
 import gymnasium  # isort: skip
 from command_line import run

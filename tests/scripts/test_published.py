@@ -32,7 +32,7 @@ from scripts.validation.published import (
     MCGEER_KNEED_ROBOT,
     MCGEER_KNEED_SLOPE,
 )
-from scripts.validation.push_off import LIGHT_LEGS, TABLE_ONE, closed_form, pushed, ratio
+from scripts.validation.rimless_wheel import LIGHT_LEGS, TABLE_ONE, closed_form, pushed, ratio
 from scripts.validation.round_knees import gait, multipliers
 
 PAGE = Path(__file__).parents[2] / "docs" / "tables" / "validation.md"

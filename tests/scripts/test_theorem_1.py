@@ -16,8 +16,8 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.analysis.error_dynamics import evolve, impact_gain, lyapunov_weights
 from mjbiped.analysis.stability import stability
-from scripts.paper.cycle import cycle_stability, lyapunov_gain
 from scripts.paper.gain_study import on_the_cycle, scaled
+from scripts.paper.theorem_1 import cycle_stability, lyapunov_gain
 
 gains = st.floats(0.05, 60.0)
 
