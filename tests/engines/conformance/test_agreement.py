@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from golden_walks import Case
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
 STRUCK = Case("compass", "adaptive", "riser", "mujoco")
