@@ -11,7 +11,7 @@ import click
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
 from mjbiped.exchange.records import MODULES, check_format
-from mjbiped.rendering.look import SUFFIXES
+from mjbiped.rendering import SUFFIXES
 from mjbiped.robots.kinds import NAMED
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, Ends, Words, parse_number

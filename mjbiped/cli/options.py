@@ -21,7 +21,7 @@ from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.base import ENGINES
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.plan import DEFAULT_STEPS
-from mjbiped.rendering.look import ALL, ELEMENTS, look
+from mjbiped.rendering import ALL, ELEMENTS, look
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot

@@ -19,7 +19,7 @@ from mjbiped.cli.results import Drawn, Plotted
 from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
 from mjbiped.engines.base import DEFAULT_ENGINE
 from mjbiped.errors import shown
-from mjbiped.rendering.look import ALL, look
+from mjbiped.rendering import ALL, look
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:  # the help does not need it

@@ -17,8 +17,18 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
-from mjbiped.rendering.scene import PosedScene, fit_cameras, place
+from mjbiped.rendering.scene import (
+    APART,
+    TRACE,
+    Moment,
+    Moments,
+    Pair,
+    PosedScene,
+    fit_cameras,
+    ground_under,
+    place,
+    tracked_posture,
+)
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
 

@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from mjbiped.errors import RenderError, shortened
-from mjbiped.rendering.look import Look
+from mjbiped.rendering import Look
 from mjbiped.rendering.marks import draw_marks, signs
-from mjbiped.rendering.moments import Moment
+from mjbiped.rendering.scene import Moment
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import IN_WORDS

@@ -169,7 +169,7 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
 
 
 def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> None:
-    from mjbiped.rendering.moments import Moments
+    from mjbiped.rendering.scene import Moments
 
     live = LiveWalk(planned(controller))
     live.go_to(2.0)
