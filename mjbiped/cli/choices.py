@@ -10,7 +10,7 @@ import click
 
 from mjbiped.engines.plan import INITIAL_STATES
 from mjbiped.errors import InputError, shown
-from mjbiped.exchange.records import MODULES, check_format
+from mjbiped.exchange import MODULES, check_format
 from mjbiped.rendering import SUFFIXES
 from mjbiped.robots.kinds import NAMED
 from mjbiped.utils import domains

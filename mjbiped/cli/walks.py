@@ -201,7 +201,7 @@ class _KeysInHelp(Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, then the keys and the mouse."""
-        from mjbiped.viewing.player import KEYS, MOUSE
+        from mjbiped.viewing import KEYS, MOUSE
 
         super().format_options(ctx, formatter)
         with formatter.section("Keys and mouse in the window"):
@@ -229,7 +229,7 @@ def view(
       mjbiped view incline:slope_deg=2 --controller passive --flag contactforce
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.viewing.player import Player
+    from mjbiped.viewing import Player
     from mjbiped.viewing.sources import Replay
     from mjbiped.viewing.window import ground, require_screen, view
 

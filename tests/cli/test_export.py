@@ -11,7 +11,7 @@ from command_line import run
 
 import mjbiped
 from mjbiped.control.controller import Unpowered
-from mjbiped.exchange.urdf import urdf_of
+from mjbiped.exchange.ros import urdf_of
 
 
 @pytest.fixture(scope="module")

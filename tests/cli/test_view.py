@@ -8,7 +8,7 @@ from command_line import run
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.cli.walkers import next_ground
-from mjbiped.viewing.player import KEYS
+from mjbiped.viewing import KEYS
 
 
 @pytest.fixture(autouse=True)

@@ -10,8 +10,8 @@ import mjbiped
 from controllers import AdaptiveController
 from mjbiped.errors import RenderError
 from mjbiped.rendering import ELEMENTS
+from mjbiped.viewing import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing import window as words
-from mjbiped.viewing.player import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing.sources import Replay
 
 

@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.viewing.player import KEYS, Player
+from mjbiped.viewing import KEYS, Player
 from mjbiped.viewing.sources import LiveWalk
 
 
