@@ -32,7 +32,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 import click
 
 from mjbiped.errors import InputError, shown
-from mjbiped.exchange.records import MODULES, check_format
+from mjbiped.exchange import MODULES, check_format
 from mjbiped.utils.domains import Count, Domain, Ends, Words, parse_number
 from mjbiped.utils.files import check_writable
 

@@ -16,7 +16,7 @@ from mjbiped.cli.main import INTERRUPTED, main
 from mjbiped.cli.results import Figures, Results
 from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import InputError, shown
-from mjbiped.exchange.records import MODULES
+from mjbiped.exchange import MODULES
 from mjbiped.records.record import Walk
 from mjbiped.utils.parallel import progress_bar
 
@@ -66,7 +66,7 @@ def export(
             raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
         results.save(walk, file)
     elif file.suffix == _ROBOT:
-        from mjbiped.exchange.urdf import export_urdf  # which loads an engine, as the next does
+        from mjbiped.exchange.ros import export_urdf  # which loads an engine, as the next does
 
         if walk is None and named:
             raise click.UsageError(f"{file} is of a robot alone; leave {shown(named)} out, or give a record.")

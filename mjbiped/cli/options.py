@@ -20,8 +20,8 @@ from mjbiped.engines.base import ENGINES
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
 from mjbiped.errors import InputError
-from mjbiped.exchange.records import MODULES
-from mjbiped.rendering.look import ALL, ELEMENTS, SUFFIXES, look
+from mjbiped.exchange import MODULES
+from mjbiped.rendering import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot

@@ -17,7 +17,7 @@ from mjbiped.cli import options
 from mjbiped.cli.commands import filled
 from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.errors import MjbipedError, explained
-from mjbiped.exchange.records import parts_of
+from mjbiped.exchange import parts_of
 from mjbiped.numerics.cache import announce
 from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width
 from mjbiped.records.summary import table_of

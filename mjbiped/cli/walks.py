@@ -21,7 +21,7 @@ from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
 from mjbiped.engines.base import DEFAULT_ENGINE, ENGINES
 from mjbiped.errors import shown
 from mjbiped.records.summary import MEASURES, in_words, table_of
-from mjbiped.rendering.look import ALL, look
+from mjbiped.rendering import ALL, look
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:  # the help does not need it
@@ -226,7 +226,7 @@ class _KeysInHelp(Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, then the keys and the mouse."""
-        from mjbiped.viewing.player import KEYS, MOUSE
+        from mjbiped.viewing import KEYS, MOUSE
 
         super().format_options(ctx, formatter)
         with formatter.section("Keys and mouse in the window"):
@@ -254,7 +254,7 @@ def view(
       mjbiped view incline:slope_deg=2 --controller passive --flag contactforce
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.viewing.player import Player
+    from mjbiped.viewing import Player
     from mjbiped.viewing.sources import Replay
     from mjbiped.viewing.window import ground, require_screen, view
 

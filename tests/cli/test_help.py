@@ -29,7 +29,7 @@ from mjbiped.studies.plan import SCUFFING
 from mjbiped.studies.robustness import plan as robustness
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.utils import domains
-from mjbiped.viewing.player import KEYS
+from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
     "walk", "compare", "gait", "reference", "return-map", "bifurcation", "basin", "stability", "figures", "render",

@@ -18,7 +18,7 @@ import mjbiped
 from mjbiped.cli import export
 from mjbiped.cli.main import main
 from mjbiped.control.controller import Unpowered
-from mjbiped.exchange.urdf import urdf_of
+from mjbiped.exchange.ros import urdf_of
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.studies import run as running
 from mjbiped.studies.cell import Cell
