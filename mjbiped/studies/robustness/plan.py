@@ -1,4 +1,4 @@
-"""A robustness study's file and the walks that it asks for; docs/robustness.md describes the file."""
+"""A robustness study's file and the walks that it asks for; docs/studies.md describes the file."""
 
 from __future__ import annotations
 
