@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -76,8 +76,8 @@ class PaperSettings(LawController):
     initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
     replanning: str = "paper"
 
-    functions: ClassVar[tuple[Any, ...]]
-    """Functions of the class's `Law`, in their order there."""
+    functions: ClassVar[Law]
+    """The class's law, without parameters."""
     states: ClassVar[tuple[str, ...]] = ("sin_slope_estimate", "cos_slope_estimate")
     memory_size: ClassVar[int] = places.STRAIGHT_LEGS_SIZE
 
@@ -104,7 +104,7 @@ class PaperSettings(LawController):
     @cached_property
     def plain_law(self) -> Law:
         """The functions of the class with the parameters of this object; see `LawController.plain_law`."""
-        return Law(self.parameters, *self.functions)
+        return self.functions._replace(parameters=self.parameters)
 
     @cached_property
     def parameters(self) -> list[float]:
@@ -236,7 +236,7 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
     robot: Compass
 
     with_knees: ClassVar[str | None] = "mjbiped.controllers.adaptive:KneedController"
-    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
+    functions: ClassVar[Law] = Law((), torque, touchdown, slope_estimate, next_discontinuity, knee_strike=knee_strike)
 
     def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:
         """Tracked angles q_r (rad), rates and accelerations at time t of the step, each with the stance leg first."""
@@ -262,7 +262,7 @@ class KneedController(PaperSettings, Tracking):
 
     joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
     memory_size: ClassVar[int] = places.KNEES_SIZE
-    functions: ClassVar[tuple[Any, ...]] = AdaptiveController.functions
+    functions: ClassVar[Law] = AdaptiveController.functions
 
     def check_imitated(self) -> None:
         """Refuse a robot or a gait without knees."""

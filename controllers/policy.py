@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,13 @@ STORED = Path(__file__).with_name("policy.csv")
 
 AFTER, TURNED = 0, 1  # indices in the memory
 
+Value: TypeAlias = Any
+"""A number, or an array with one for each of many robots."""
 
-def action(weights: Any, t: Any, q1: Any, q2: Any, dq1: Any, dq2: Any, after: Any, turned: Any) -> tuple[Any, Any]:
+
+def action(
+    weights: Value, t: Value, q1: Value, q2: Value, dq1: Value, dq2: Value, after: Value, turned: Value
+) -> tuple[Value, Value]:
     """Torques of ankle and hip as shares of the greatest; of many robots at once where the numbers are arrays.
 
     Args:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ class ShowLinkedTables(SphinxTransform):
             with file.open(encoding="utf-8", newline="") as lines:
                 rows = list(csv.reader(lines))
             unfolded = self.env.docname.startswith("tables/") or len(rows) <= SHORT
-            begin = f"<details{' open' * unfolded}><summary>{link.astext()}</summary>"
+            begin = f"<details{' open' * unfolded}><summary>{escape(link.astext())}</summary>"
             link.children[:] = [nodes.Text("CSV")]
             raw = [nodes.raw("", text, format="html") for text in (begin, "</details>")]
             paragraph.replace_self([raw[0], table_of(rows), paragraph.deepcopy(), raw[1]])

@@ -60,11 +60,14 @@ class _Short(reprlib.Repr):
         except ValueError:  # Python writes out no number of more than 4300 digits
             return f"<a whole number of about {math.ceil(x.bit_length() * math.log10(2.0))} digits>"
 
-    def repr_instance(self, x: object, level: int) -> str:
+    def repr1(self, x: object, level: int) -> str:
         try:
-            return " ".join(repr(x).split())
-        except Exception:  # a user's object may fail in its own repr
+            return super().repr1(x, level)
+        except Exception:  # a user's object may fail in its own repr, one of a built-in type in its length, too
             return f"<an object of type {type(x).__name__}>"
+
+    def repr_instance(self, x: object, level: int) -> str:
+        return " ".join(repr(x).split())
 
 
 _SHORT = _Short()
@@ -79,11 +82,7 @@ def shown(value: object) -> str:
     Returns:
         Its `repr` on one line, with `...` in the middle if it has more than `LONGEST_SHOWN` characters.
     """
-    try:
-        text = _SHORT.repr(value)
-    except Exception:  # a subclass of a built-in type with a repr or a length of its own
-        text = f"<an object of type {type(value).__name__}>"
-    return shortened(text, LONGEST_SHOWN)
+    return shortened(_SHORT.repr(value), LONGEST_SHOWN)
 
 
 def explained(error: BaseException) -> str:

@@ -102,26 +102,6 @@ def take_out_tables(page: Path) -> None:
     page.write_text(without_tables(page.read_text(encoding="utf-8"), page), encoding="utf-8")
 
 
-def write_block(page: Path, name: str, text: str) -> None:
-    """Replace the text between `<!-- NAME -->` and `<!-- end NAME -->` in a Markdown page.
-
-    Args:
-        page: The page; its other text stays.
-        name: Name of the place.
-        text: New text, whose tables go to CSV files (`without_tables`).
-
-    Raises:
-        ValueError: The page has no such place.
-    """
-    whole = page.read_text(encoding="utf-8")
-    before, begin, rest = whole.partition(f"<!-- {name} -->\n")
-    _, end, after = rest.partition(f"<!-- end {name} -->")
-    if not begin or not end:
-        raise ValueError(f"{page} has no place between <!-- {name} --> and <!-- end {name} -->")
-    text = without_tables(text, page, f"{name} ")
-    page.write_text(f"{before}{begin}{text.rstrip()}\n{end}{after}", encoding="utf-8")
-
-
 if __name__ == "__main__":
     for argument in sys.argv[1:]:
         take_out_tables(Path(argument))

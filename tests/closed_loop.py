@@ -13,8 +13,7 @@ from scipy.integrate import solve_ivp
 from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.robots.compass import Array
 
-angles = st.floats(-0.6, 0.6)
-rates = st.floats(-4.0, 4.0)
+angles, rates = st.floats(-0.6, 0.6), st.floats(-4.0, 4.0)
 states = st.tuples(angles, angles, rates, rates).map(np.array)
 slopes = st.floats(-0.3, 0.3)
 
@@ -27,17 +26,15 @@ def memory_on(controller: KnownSlopeController, tilt: float = 0.0) -> list[float
     return memory
 
 
-def power(controller: KnownSlopeController, memory: list[float], t: float, state: Array) -> float:
+def power(controller: KnownSlopeController, memory: list[float], state: Array) -> float:
     """Power of ankle and hip, W: the rate of the true energy."""
-    ankle, hip = controller.torque(memory, t, state[:2].tolist(), state[2:].tolist())
+    ankle, hip = controller.torque(memory, 0.0, state[:2].tolist(), state[2:].tolist())
     return float(ankle * state[2] + hip * (state[3] - state[2]))
 
 
-def motion(
-    controller: KnownSlopeController, memory: list[float], slope: float, start: Sequence[float], times: Array
-) -> Array:
-    """States at some times of a step under control on ground of a slope, shape (n, 4); eq. (1) with matrices."""
-    robot = controller.robot
+def motion(controller: KnownSlopeController, tilt: float, start: Sequence[float], times: Array) -> Array:
+    """States at some times of a step under control on ground of the slope given, shape (n, 4); eq. (1) in matrices."""
+    robot, memory, slope = controller.robot, memory_on(controller, tilt), controller.initial_slope_estimate
 
     def rate(t: float, state: Array) -> Array:
         q, dq = state[:2], state[2:]

@@ -64,7 +64,7 @@ class Drawings:
     def __init__(self) -> None:
         self.calls: list[tuple[str, dict[str, Any]]] = []
 
-    def plot_walk(self, walk: Walk, path: Path) -> None:
+    def plot_walk(self, walk: Walk, path: Path, **_: Any) -> None:
         self.calls.append(("plot_walk", {"steps": walk.steps}))
         path.write_text("plot")
 

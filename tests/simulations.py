@@ -14,8 +14,6 @@ from controllers import KneedController
 from mjbiped.control.controller import Controller, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import TOLERANCE, Hybrid, HybridRun
-from mjbiped.engines.mujoco import observation
-from mjbiped.engines.mujoco.collisions import write_contact_bits
 from mjbiped.engines.mujoco.engine import Mujoco, stepped
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
@@ -114,14 +112,6 @@ def state_of(simulation: Simulation) -> bytes:
 def put(simulation: Simulation, state: bytes) -> None:
     """Set a simulation to a state of another one."""
     mujoco.mj_setState(simulation.model, simulation.data, np.frombuffer(state).copy(), WHOLE_STATE)
-
-
-def find_contacts(simulation: Simulation) -> None:
-    """Take in the state as it stands, and let MuJoCo find the contacts of a step from it."""
-    c, u = simulation.constants, simulation.state
-    observation.observe(c, u, simulation.data.time)
-    write_contact_bits(c, u)
-    mujoco.mj_fwdPosition(simulation.model, simulation.data)
 
 
 def recorded(simulation: Simulation) -> dict[str, Any]:

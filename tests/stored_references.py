@@ -13,7 +13,7 @@ import numpy as np
 
 from mjbiped.gaits import store
 from mjbiped.gaits.optimisation import optimise
-from mjbiped.gaits.steps import CompassStep, Goal, KneedStep, StepModel
+from mjbiped.gaits.steps import CompassStep, Goal, KneedStep
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
 
@@ -26,10 +26,10 @@ def stored() -> list[dict[str, Any]]:
     return found
 
 
-def request(asked: dict[str, Any]) -> tuple[StepModel, Goal]:
+def request(asked: dict[str, Any]) -> tuple[CompassStep, Goal]:
     """What the optimiser takes."""
     robot = robot_from(asked["robot"])
-    step: type[StepModel] = KneedStep if isinstance(robot, KneedBiped) else CompassStep
+    step: type[CompassStep] = KneedStep if isinstance(robot, KneedBiped) else CompassStep
     return step(robot), Goal(**asked["goal"])
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from mjbiped.control.controller import Memory, Numbers, Room
+from mjbiped.control.controller import Law, Memory, Numbers, Room
 from mjbiped.control.tracking import Tracking
 from mjbiped.controllers import replanning
 from mjbiped.controllers.adaptive import KneedController, PaperSettings, knee_strike
@@ -98,7 +98,7 @@ class OnSole(PaperSettings, Tracking):
     sole_share: Annotated[float, domains.Domain(0.01, 1.0)] = 0.95
 
     states: ClassVar[tuple[str, ...]] = ("slope_estimate", "predicted_momentum")
-    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity, None, knee_strike
+    functions: ClassVar[Law] = Law((), torque, touchdown, slope_estimate, next_discontinuity, knee_strike=knee_strike)
 
     def scalars(self) -> dict[int, float]:
         """Return the scalars among the parameters, by their indices."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-from mjbiped.control.controller import Memory, Numbers
+from mjbiped.control.controller import Law, Memory, Numbers
 from mjbiped.controllers.bounded import prediction, recovery
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, feel_step, next_discontinuity, torque
 from mjbiped.controllers.bounded.identifier import slope_estimate
@@ -153,7 +153,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
     """
 
     with_knees: ClassVar[str | None] = None
-    functions: ClassVar[tuple[Any, ...]] = torque, touchdown, slope_estimate, next_discontinuity
+    functions: ClassVar[Law] = Law((), torque, touchdown, slope_estimate, next_discontinuity)
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)
     )

@@ -139,23 +139,12 @@ def compare(
         WalkStopped: The controller raised an exception; if MuJoCo's walk was complete, the error carries its record.
         WalkInterrupted: Ctrl-C was pressed; if MuJoCo's walk was complete, the error carries its record.
     """
+    terms = {name: value for name, value in locals().items() if name not in ("mujoco", "hybrid")}
     if sample_period is None:
         raise InputError("sample_period = None: must be a number, for the records' samples are compared")
     contacts = Mujoco() if mujoco is None else check_kind("mujoco", mujoco, Mujoco)
     impacts = Hybrid() if hybrid is None else check_kind("hybrid", hybrid, Hybrid)
-    walked = partial(
-        walk,
-        controller,
-        terrain,
-        steps=steps,
-        distance=distance,
-        initial=initial,
-        robot=robot,
-        sample_period=sample_period,
-        scuffing=scuffing,
-        disturbances=disturbances,
-        progress=progress,
-    )
+    walked = partial(walk, **terms)
     there = walked(engine=contacts)  # first: it refuses all that the hybrid engine would, and more
     try:
         here = walked(engine=impacts)

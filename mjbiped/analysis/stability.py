@@ -18,6 +18,7 @@ from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
 from mjbiped.robots.compass import Array
+from mjbiped.utils.domains import check_kind
 
 RESOLVED = 1e-8
 """Norm of eta below which errors are not evaluated: in the hybrid engine it is the integration's error."""
@@ -151,11 +152,7 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
         InputError: The walk has no step, too few samples, another controller, or numbers that are none or too great.
     """
     controller = recorded_controller(walk) if controller is None else controller
-    if not isinstance(controller, AdaptiveTracking):
-        raise InputError(
-            "controller must be an AdaptiveController, or derive from mjbiped.control.tracking.AdaptiveTracking; "
-            f"got {type(controller).__name__}"
-        )
+    check_kind("controller", controller, AdaptiveTracking)  # type: ignore[type-abstract]
     if walk.steps == 0:
         raise InputError("the walk has no touchdown: there is no whole step to look at")
     with np.errstate(over="ignore", invalid="ignore"):  # what is no number then is told below, or in `_steps`

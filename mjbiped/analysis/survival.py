@@ -49,8 +49,7 @@ class Survival:
         """
         if not self.steps or len(self.steps) != len(self.fell):
             raise InputError(
-                f"survival needs one end for each of at least one walk; got {len(self.steps)} numbers of steps and "
-                f"{len(self.fell)} ends"
+                f"one end for each of at least one walk is needed; got {len(self.fell)} of {len(self.steps)}"
             )
 
     @classmethod
@@ -159,9 +158,7 @@ def ratio(better: Survival, worse: Survival) -> tuple[float, float, float]:
         InputError: The numbers of grounds differ.
     """
     if len(better.steps) != len(worse.steps):
-        raise InputError(
-            f"walks on the same grounds are compared; got {len(better.steps)} and {len(worse.steps)} of them"
-        )
+        raise InputError(f"walks on the same grounds are compared; got {len(better.steps)} and {len(worse.steps)}")
     if not better.falls:
         return math.inf, better.interval[0] / worse.interval[1], math.inf
     data = np.array([better.steps, better.fell, worse.steps, worse.fell], dtype=float)

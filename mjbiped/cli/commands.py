@@ -11,7 +11,7 @@ def walk(terrain: str = "mixed", /, *, steps: Annotated[int, domains.STEPS] = 60
 ```
 
 Positional-only parameters become arguments, the others options: of a `bool`, or of `Annotated[type, valid]`, where
-`valid` is a domain or a type of `mjbiped.cli.choices`. A parameter whose type is a dataclass stands for an option of
+`valid` is a domain or a type of click's. A parameter whose type is a dataclass stands for an option of
 each of its fields, and `Annotated[Given, options]` for a list of options. Docstrings hold the help of the options,
 under headings that are the sections of the help. A function receives the options that were given; for the others the
 signature or the dataclass has defaults, which the help shows.
@@ -25,12 +25,16 @@ import shlex
 from collections.abc import Callable, Container, Iterable
 from dataclasses import is_dataclass
 from functools import cache
+from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import click
 
-from mjbiped.cli.choices import quantity
+from mjbiped.errors import InputError, shown
+from mjbiped.exchange import MODULES, check_format
+from mjbiped.utils.domains import Count, Domain, Ends, Words, parse_number
+from mjbiped.utils.files import check_writable
 
 _ENTRY = re.compile(r"^(\w[\w ]*):$|^ {4}(\w+): (.+(?:\n {8}.+)*)", re.MULTILINE)
 _SECTION = re.compile(r"\n\w[\w ]*:\n(?: {4}\w+: .+\n?(?: {8}.+\n?)*)+")
@@ -130,6 +134,106 @@ def filled(**words: object) -> Callable[[Owner], Owner]:
         return owner
 
     return fill
+
+
+class Choice(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
+    """Type of an option whose value a function reads.
+
+    Attributes:
+        metavar: Placeholder of a value in the help.
+        read: Function that converts the given text; it raises an `InputError` to refuse it.
+        expected: Description of a valid value, for the message; if empty, the message is the error's own.
+    """
+
+    def __init__(self, metavar: str, read: Callable[[Any], object] = str, expected: str = "") -> None:
+        """Set the attributes."""
+        self.name = self.metavar = metavar
+        self.read, self.expected = read, expected
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> object:
+        """Read a value."""
+        try:
+            return self.read(value)
+        except InputError as error:
+            self.fail(f"{shown(value)}; expected {self.expected}." if self.expected else f"{error}.", param, ctx)
+
+
+def number(text: str, domain: Domain | Count) -> Any:
+    """Read a number from a text, and check it against its domain."""
+    return domain.check("", parse_number(text))
+
+
+def quantity(valid: Any, *, optional: bool) -> Any:
+    """Return the type of an option whose values are in a domain, or 'none' where that is allowed.
+
+    Args:
+        valid: A domain; a type of click's is returned as it is.
+        optional: Whether 'none' is allowed.
+    """
+    if isinstance(valid, Words):
+        return click.Choice(valid.valid)
+    if not isinstance(valid, Domain | Count | Ends):
+        return valid
+
+    def read(value: object) -> Any:
+        if optional and str(value).strip().lower() == "none":
+            return None
+        if not isinstance(value, str):
+            return valid.check("", value)
+        numbers = [parse_number(part) for part in value.split(",")]
+        return valid.check("", numbers if len(numbers) > 1 else numbers[0])
+
+    none = ("|none", ", or 'none'") if optional else ("", "")
+    return Choice(_METAVARS[type(valid)] + none[0], read, valid.words + none[1])
+
+
+_METAVARS = {Domain: "X", Count: "N", Ends: "X[,X]"}
+
+
+def span(domain: Domain) -> Choice:
+    """Return the type of two numbers in a domain, the first below the second, such as "0.8..1.6"."""
+
+    def read(value: str) -> tuple[float, float]:
+        low, high = (number(part, domain) for part in pair(value, ".."))
+        if not low < high:
+            raise InputError("wrong order")
+        return low, high
+
+    return Choice("LOW..HIGH", read, f"two numbers LOW..HIGH, {domain}, the first below the second, as 0.8..1.6")
+
+
+def output(*suffixes: str) -> Choice:
+    """Return the type of a file to write, with one of these suffixes, in a folder that can be written to.
+
+    An existing file may be replaced.
+    """
+    return Choice("FILE", lambda value: to_write(Path(value), *suffixes))
+
+
+def to_write(path: Path, *suffixes: str) -> Path:
+    """Return the path of a file to write, as `output` describes it.
+
+    Raises:
+        InputError: The file cannot be written, or needs an extra that is not installed.
+    """
+    named = shown(str(path))
+    if path.suffix not in suffixes:
+        raise InputError(f"{named} must end in {' or '.join(suffixes)}")
+    try:
+        check_writable(path)
+    except OSError as error:
+        missing = isinstance(error, FileNotFoundError | NotADirectoryError) and not path.parent.is_dir()
+        reason = f"there is no folder {shown(str(path.parent))}; make it first" if missing else error.strerror
+        raise InputError(f"{named} cannot be written: {reason}") from error
+    return check_format(path) if path.suffix in MODULES else path
+
+
+def pair(value: str, separator: str = "=") -> tuple[str, str]:
+    """Split a text such as "ratio=-2" at its separator into two texts, neither of them empty."""
+    first, _, second = value.partition(separator)
+    if not first.strip() or not second.strip():
+        raise InputError("one part is missing")
+    return first.strip(), second
 
 
 @cache

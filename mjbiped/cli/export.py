@@ -10,19 +10,19 @@ from typing import Annotated
 
 import click
 
-from mjbiped.cli import choices, options
-from mjbiped.cli.commands import Given, command
+from mjbiped.cli import options
+from mjbiped.cli.commands import Given, command, output, to_write
 from mjbiped.cli.main import INTERRUPTED, main
 from mjbiped.cli.results import Figures, Results
 from mjbiped.cli.walkers import robot_of, terrain_of
 from mjbiped.errors import InputError, shown
-from mjbiped.exchange.records import MODULES
+from mjbiped.exchange import MODULES
 from mjbiped.records.record import Walk
 from mjbiped.utils.parallel import progress_bar
 
 _SCENE, _ROBOT = ".xml", ".urdf"
 
-_FILE = choices.output(_SCENE, _ROBOT, *MODULES)
+_FILE = output(_SCENE, _ROBOT, *MODULES)
 
 
 @command("export")
@@ -66,7 +66,7 @@ def export(
             raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
         results.save(walk, file)
     elif file.suffix == _ROBOT:
-        from mjbiped.exchange.urdf import export_urdf  # which loads an engine, as the next does
+        from mjbiped.exchange.ros import export_urdf  # which loads an engine, as the next does
 
         if walk is None and named:
             raise click.UsageError(f"{file} is of a robot alone; leave {shown(named)} out, or give a record.")
@@ -83,10 +83,10 @@ def export(
 
 @command("report")
 def report(
-    source: Annotated[Path, choices.FILE, "RECORD"],
+    source: Annotated[Path, options.FILE, "RECORD"],
     /,
     *,
-    out: Annotated[Path | None, choices.output(".html")] = None,
+    out: Annotated[Path | None, output(".html")] = None,
     no_video: bool = False,
     results: Results,
 ) -> None:
@@ -120,7 +120,7 @@ def report(
     study = source.is_dir()
     if study and no_video:
         raise click.UsageError("--no-video is for the report of a walk; that of a study has no video.")
-    page = out or choices.to_write(source / "report.html" if study else source.with_suffix(".html"), ".html")
+    page = out or to_write(source / "report.html" if study else source.with_suffix(".html"), ".html")
     if study:
         report_study(source, page)
         results.written["report"] = str(page)
@@ -151,7 +151,7 @@ SET = {
 
 
 @command("figures")
-def figures(folder: Annotated[Path, choices.FOLDER], /, *, results: Figures) -> None:
+def figures(folder: Annotated[Path, options.FOLDER], /, *, results: Figures) -> None:
     """Draw the whole set of figures into FOLDER, as PDF for slides and papers.
 
     Gaits, return maps, bifurcations, basins, walks, both engines compared, and Theorem 1, with straight legs and with

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from mjbiped.cli import choices, options
-from mjbiped.cli.commands import Given, command, options_of
+from mjbiped.cli import options
+from mjbiped.cli.commands import Choice, Given, command, options_of
 from mjbiped.cli.results import Plotted, Summary
 from mjbiped.cli.walkers import robot_of
 from mjbiped.gaits.described import passive_gait_of
@@ -74,10 +74,10 @@ def reference(*, goal: Annotated[Given, _GOAL], chosen: Annotated[Given, options
 
 @command("stability")
 def stability(
-    record: Annotated[Path, choices.FILE],
+    record: Annotated[Path, options.FILE],
     /,
     *,
-    controller: Annotated[str | None, choices.OWN_CONTROLLER] = None,
+    controller: Annotated[str | None, Choice("FILE.py:CLASS")] = None,
     results: Plotted,
 ) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,8 +13,8 @@ import click
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjbiped.cli import choices, options
-from mjbiped.cli.commands import Given, command, filled
+from mjbiped.cli import options
+from mjbiped.cli.commands import Choice, Given, command, filled, span
 from mjbiped.cli.main import INTERRUPTED
 from mjbiped.cli.results import Plotted, Summary
 from mjbiped.cli.walkers import controller_of, robot_of, scuffing_of
@@ -27,11 +28,26 @@ if TYPE_CHECKING:
     from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
     from mjbiped.limit_cycles.map_slices import MapSlices
 
-Data = Annotated[Path | None, choices.DATA]
 Ends = tuple[float, float]
-Rates = Annotated[Ends | None, choices.span(domains.RATE)]
+Rates = Annotated[Ends | None, span(domains.RATE)]
 
 _MULTIPLIERS_EVERY = math.radians(0.02)
+
+
+@dataclass
+class Computed(Plotted):
+    """Results with data.
+
+    Results:
+        out: Write the data, an .npz file.
+    """
+
+    out: Annotated[Path | None, options.DATA] = None
+
+    def keep(self, found: object, *names: str, **arrays: ArrayLike) -> None:
+        """Write attributes of a result and other arrays as data."""
+        arrays = {**{name: getattr(found, name) for name in names}, **arrays}
+        self.write("data", self.out, partial(write_arrays, arrays=arrays))
 
 
 @command("return-map")
@@ -41,8 +57,7 @@ def return_map(
     points: Annotated[int, domains.SLOPES] = 400,
     steps: Annotated[int, domains.MAP_STEPS] = 40,
     chosen: Annotated[Given, options.MAP_ROBOT],
-    out: Data = None,
-    results: Plotted,
+    results: Computed,
 ) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
@@ -53,9 +68,6 @@ def return_map(
         slope_deg: Slope of the plane, positive downhill.
         points: Number of steps in each slice of the map.
         steps: Number of steps of the walk.
-
-    Results:
-        out: Write the data, an .npz file.
 
     \b
     Examples:
@@ -68,7 +80,7 @@ def return_map(
 
     robot, rule = robot_of(chosen), scuffing_of(chosen)
     found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=rule)
-    _save(results, out, found, "components", "fixed_point", "before", "after", "walk")
+    results.keep(found, "components", "fixed_point", "before", "after", "walk")
     results.draw("gaits:plot_return_map", found)
     results.end(_map_summary(found))
 
@@ -76,15 +88,14 @@ def return_map(
 @command("bifurcation")
 def bifurcation(
     *,
-    slope_deg: Annotated[Ends | None, choices.span(domains.SLOPE_DEG)] = None,
+    slope_deg: Annotated[Ends | None, span(domains.SLOPE_DEG)] = None,
     slopes: Annotated[int, domains.SLOPES] = 1000,
     steps: Annotated[int, domains.MAP_STEPS] = 600,
     keep: Annotated[int, domains.MAP_STEPS] = 100,
     doublings: Annotated[int, domains.DOUBLINGS] = 4,
     chosen: Annotated[Given, options.MAP_ROBOT],
-    out: Data = None,
-    plot_multipliers: Annotated[Path | None, choices.PLOT] = None,
-    results: Plotted,
+    plot_multipliers: Annotated[Path | None, options.PLOT] = None,
+    results: Computed,
 ) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
@@ -98,7 +109,6 @@ def bifurcation(
         doublings: Period doublings to look for.
 
     Results:
-        out: Write the data, an .npz file.
         plot_multipliers: Write a figure of the multipliers.
 
     \b
@@ -135,7 +145,7 @@ def bifurcation(
     diagram = bifurcation_diagram(robot, grid, steps=steps, keep=keep, scuffing=rule, progress=not results.quiet)
     ended = time.perf_counter()
     columns = ("slopes", "states", "periods", "step_lengths", "outcomes")
-    _save(results, out, diagram, *columns, onsets=cascade.onsets)
+    results.keep(diagram, *columns, onsets=cascade.onsets)
 
     def draw_multipliers(path: Path) -> None:
         from mjbiped.plotting import gaits as plot_gaits
@@ -155,15 +165,14 @@ def bifurcation(
 def basin(
     *,
     slope_deg: Annotated[float | None, domains.SLOPE_DEG] = None,
-    controller: Annotated[str, choices.CONTROLLER] = "passive",
+    controller: Annotated[str, Choice("NAME")] = "passive",
     stance_rates: Rates = None,
     swing_rates: Rates = None,
     grid: Annotated[int | None, domains.GRID] = None,
     limit: Annotated[int | None, domains.LIMIT] = None,
     threads: Annotated[int | None, domains.WORKERS] = None,
     law: Annotated[Given, [*options.MAP_LAW, *options.MAP_ROBOT]],
-    out: Data = None,
-    results: Plotted,
+    results: Computed,
 ) -> None:
     """Map the initial rates of the legs from which the robot settles into walking, or falls.
 
@@ -179,9 +188,6 @@ def basin(
         limit: Greatest number of steps; 100, or 10 with a controller.
         threads: Number of threads; one for each core unless given.
 
-    Results:
-        out: Write the data, an .npz file.
-
     \b
     Examples:
       mjbiped basin --slope-deg 2 --plot basin.png --out basin.npz
@@ -195,25 +201,30 @@ def basin(
     controlled = controller != "passive"
     driver = controller_of(robot, law, controller)
     slope = math.radians(slope_deg if slope_deg is not None else (0.0 if controlled else 2.0))
-    found_gait = driver.gait if controlled else passive_gait_of(robot, slope)
-    settings: dict[str, Any] = {"limit": limit or (10 if controlled else 100), "threads": threads}
-    settings |= {"scuffing": scuffing_of(law), "progress": not results.quiet}
-    usual, count = _usual_rates(found_gait, controlled=controlled), grid or (100 if controlled else 300)
-    settings["stance_rates"] = np.linspace(*(stance_rates or usual[0]), count)
-    settings["swing_rates"] = np.linspace(*(swing_rates or usual[1]), count)
+    start = driver.gait if controlled else passive_gait_of(robot, slope)
+    rates, count = _usual_rates(start, controlled=controlled), grid or (100 if controlled else 300)
+    walk = (
+        partial(basin_of_control, driver, slope, robot=robot)
+        if controlled
+        else partial(basin_of_attraction, robot, slope)
+    )
     began, status, trouble = time.perf_counter(), 0, ""
     try:
-        if controlled:
-            found = basin_of_control(driver, slope, robot=robot, **settings)
-        else:
-            found = basin_of_attraction(robot, slope, **settings)
+        found = walk(
+            stance_rates=np.linspace(*(stance_rates or rates[0]), count),
+            swing_rates=np.linspace(*(swing_rates or rates[1]), count),
+            limit=limit or (10 if controlled else 100),
+            scuffing=scuffing_of(law),
+            threads=threads,
+            progress=not results.quiet,
+        )
     except BasinInterrupted as stop:
         found, status, trouble = stop.basin, INTERRUPTED, "the map was interrupted"
     except BasinStopped as stop:
         found, status, trouble = stop.basin, 1, str(stop)
     seconds = time.perf_counter() - began
     columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
-    _save(results, out, found, *columns, fate_names=[fate.name.lower() for fate in Fate])
+    results.keep(found, *columns, fate_names=[fate.name.lower() for fate in Fate])
     if trouble:
         results.fail(status, f"{trouble}; what was not computed counts as undecided")
     results.draw("gaits:plot_basins", [found])
@@ -226,12 +237,6 @@ def _usual_rates(gait: Any, *, controlled: bool) -> tuple[Ends, Ends]:
     if controlled:
         return (-2.0 * greatest, 11.0 * greatest), (-25.0 * greatest, 25.0 * greatest)
     return (0.7 * greatest, 1.45 * greatest), (-1.5 * greatest, 2.2 * greatest)
-
-
-def _save(results: Plotted, path: Path | None, found: object, *names: str, **arrays: ArrayLike) -> None:
-    """Write attributes of a result and other arrays into an .npz file."""
-    arrays = {**{name: getattr(found, name) for name in names}, **arrays}
-    results.write("data", path, partial(write_arrays, arrays=arrays))
 
 
 def _map_summary(found: MapSlices) -> Summary:

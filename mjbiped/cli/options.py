@@ -11,21 +11,22 @@ from typing import Annotated
 import click
 
 import mjbiped
-from mjbiped.cli import choices
-from mjbiped.cli.commands import Option, filled, options_of
+from mjbiped.cli.commands import Choice, Option, filled, number, options_of, output, pair
 from mjbiped.control.loading import FORMS, shown_defaults
 from mjbiped.control.registry import DEFAULT_CONTROLLER, SHARED, controller_names, settings_of
 from mjbiped.controllers import AdaptiveController
 from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES
 from mjbiped.engines.base import ENGINES
 from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.plan import DEFAULT_STEPS
-from mjbiped.rendering.look import ALL, ELEMENTS, look
+from mjbiped.engines.plan import DEFAULT_STEPS, INITIAL_STATES
+from mjbiped.errors import InputError
+from mjbiped.exchange import MODULES
+from mjbiped.rendering import ALL, ELEMENTS, SUFFIXES, look
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import NAMED
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Words
+from mjbiped.utils.domains import Words, parse_number
 
 COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")  # in the paper
 BUILT_ON = tuple(name for name in controller_names() if name not in ("adaptive", "passive", *COMPARED))
@@ -42,6 +43,45 @@ _GAINS = ("position_gain", "velocity_gain", "adaptation_gain", "replanning_delay
 
 LAW = (*SHARED, "slope_source", *_GAINS)
 """Settings of controllers that are options."""
+
+
+def _initial_state(value: str) -> str | tuple[float, ...]:
+    if value in INITIAL_STATES:
+        return value
+    return tuple(domains.check_states("", [parse_number(part) for part in value.split(",")], (None,)).tolist())
+
+
+def _push(value: str) -> tuple[float, float]:
+    time, impulse = pair(value, ":")
+    return number(time, domains.TIME), number(impulse, domains.PUSH)
+
+
+def _model_error(value: str) -> tuple[str, float]:
+    name, factor = pair(value)
+    return name, number(factor, domains.MODEL_ERROR)
+
+
+def _video_size(value: str) -> str:
+    if any(number(part, domains.PIXELS) % 2 for part in pair(value.lower(), "x")):  # H.264 accepts even numbers only
+        raise InputError("odd")
+    return value.lower()
+
+
+def _panels(value: str) -> tuple[str, ...]:
+    from mjbiped.records.signals import check_panels  # for this option alone
+
+    return check_panels(value.split(","))
+
+
+FILE = click.Path(path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)  # which need not exist
+FOLDER.metavar = "FOLDER"  # type: ignore[attr-defined]  # as `Choice` has it
+RECORD, DATA, PLOT, VIDEO = output(".npz", *MODULES), output(".npz"), output(".png", ".pdf", ".svg"), output(*SUFFIXES)
+PANELS = Choice("NAMES", _panels)
+_SETTING = Choice("NAME=VALUE", pair, "NAME=VALUE, as gain=10")
+_STATE = f"{', '.join(map(repr, INITIAL_STATES))} or four numbers q1,q2,dq1,dq2 (rad, rad/s)"
+_FACTOR = f"NAME=FACTOR, as leg_mass=1.2, with {domains.MODEL_ERROR.words}"
+_PIXELS = f"WIDTHxHEIGHT, even pixels from {domains.PIXELS.low} to {domains.PIXELS.high} each, as 1280x720"
 
 
 def _all_gains() -> str:
@@ -114,18 +154,18 @@ class _Walk:
     seed: Annotated[int | None, domains.SEED] = None
     steps: Annotated[int | None, domains.STEPS] = None
     distance: Annotated[float | None, domains.DISTANCE] = None
-    initial: Annotated[str, choices.INITIAL_STATE] = "gait"
-    controller: Annotated[str, choices.CONTROLLER] = DEFAULT_CONTROLLER
-    gain: Annotated[tuple[str, ...], choices.SETTING] = ()
+    initial: Annotated[str, Choice("STATE", _initial_state, _STATE)] = "gait"
+    controller: Annotated[str, Choice("NAME")] = DEFAULT_CONTROLLER
+    gain: Annotated[tuple[str, ...], _SETTING] = ()
     scuffing_reach: Annotated[float, domains.REACH] = mjbiped.ScuffingRule.reach
     imitate_slope_deg: Annotated[float, domains.SLOPE_DEG] = SHARED["imitate_slope_deg"]
-    reference: Annotated[str | None, choices.REFERENCE] = SHARED["reference"]
+    reference: Annotated[str | None, Choice("GOAL")] = SHARED["reference"]
     initial_slope_estimate_deg: Annotated[float, domains.SLOPE_DEG] = SHARED["initial_slope_estimate_deg"]
     slope_source: Annotated[str | None, Words(SLOPE_SOURCES)] = None
-    robot: Annotated[str, choices.ROBOT] = Compass.kind
-    disturb: Annotated[tuple[str, ...], choices.SETTING] = ()
-    push: Annotated[tuple[str, ...], choices.PUSH] = ()
-    model_error: Annotated[tuple[str, ...], choices.MODEL_ERROR] = ()
+    robot: Annotated[str, Choice("NAME|FILE")] = Compass.kind
+    disturb: Annotated[tuple[str, ...], _SETTING] = ()
+    push: Annotated[tuple[str, ...], Choice("TIME:IMPULSE", _push, "TIME:IMPULSE in s and N s, as 2:-5")] = ()
+    model_error: Annotated[tuple[str, ...], Choice("NAME=FACTOR", _model_error, _FACTOR)] = ()
 
 
 def parameter_options(robots: Mapping[str, Callable[[], Robot]]) -> Iterator[Option]:
@@ -179,14 +219,14 @@ class Video:
             as no-skin; may be repeated.
     """
 
-    video_size: Annotated[str, choices.VIDEO_SIZE] = "1280x720"
+    video_size: Annotated[str, Choice("WxH", _video_size, _PIXELS)] = "1280x720"
     camera: Annotated[str, Words(CAMERAS)] = CAMERAS[0]
     start: Annotated[float | None, domains.TIME] = None
     stop: Annotated[float | None, domains.TIME] = None
     slow_motion: Annotated[float, domains.SLOW_MOTION] = 1.0
     fps: Annotated[int, domains.FPS] = 30
-    hide: Annotated[tuple[str, ...], choices.Choice("NAMES")] = ()
-    flags: Annotated[tuple[str, ...], choices.Choice("NAME"), "flag"] = ()
+    hide: Annotated[tuple[str, ...], Choice("NAMES")] = ()
+    flags: Annotated[tuple[str, ...], Choice("NAME"), "flag"] = ()
 
     def __post_init__(self) -> None:
         """Refuse a video that ends before it begins, and names that nothing in it has.
@@ -221,7 +261,7 @@ class Study:
     """
 
     workers: Annotated[int | None, domains.WORKERS] = None
-    scheduler: Annotated[str | None, choices.Choice("ADDRESS")] = None
+    scheduler: Annotated[str | None, Choice("ADDRESS")] = None
     fresh: bool = False
 
     def __post_init__(self) -> None:

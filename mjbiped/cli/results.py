@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,17 +13,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from mjbiped.cli import choices
+from mjbiped.cli import options
 from mjbiped.cli.commands import filled
 from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.errors import MjbipedError, explained
-from mjbiped.exchange.records import parts_of
+from mjbiped.exchange import parts_of
 from mjbiped.numerics.cache import announce
 from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width
+from mjbiped.records.summary import table_of
 from mjbiped.utils.domains import Words
 
 if TYPE_CHECKING:  # what prints is loaded when there are results: no help and no refused word waits for it
     from rich.console import RenderableType
+    from rich.table import Table
 
     from mjbiped.records.record import Walk
 
@@ -62,10 +65,11 @@ class Results:
             make(path)
         except KeyboardInterrupt:
             self.fail(INTERRUPTED, f"the {kind} {path} was not written: interrupted")
-        except MjbipedError as error:
-            self.fail(2, f"the {kind} {path} was not written: {error}")
         except Exception as error:  # a drawing that fails must not hide what has been computed
-            self.fail(1, f"the {kind} {path} was not written: {explained(error)}")
+            mistake = isinstance(error, MjbipedError)
+            self.fail(
+                2 if mistake else 1, f"the {kind} {path} was not written: {error if mistake else explained(error)}"
+            )
         else:
             self.written[kind] = str(path)
 
@@ -95,18 +99,10 @@ class Results:
         """
         paths = list(self.written.values()) if files is None else [str(file) for file in files]
         if self.json:
-            from mjbiped.cli.tables import as_json
-
             click.echo(as_json({**summary, "files": self.written if files is None else paths}))
         elif not self.quiet:
-            if shown is None:
-                from mjbiped.cli.tables import summary_table
-
-                shown = [summary_table(summary)]
-            for each in shown:
+            for each in (*([summary_table(summary)] if shown is None else shown), *(f"wrote {path}" for path in paths)):
                 _print(each)
-            for path in paths:
-                _print(f"wrote {path}")
         if self.failures:
             end(self.status, *self.failures)
 
@@ -137,25 +133,20 @@ class Plotted(Figures):
         plot: Write a figure, .png, .pdf or .svg.
     """
 
-    plot: Annotated[Path | None, choices.PLOT] = None
+    plot: Annotated[Path | None, options.PLOT] = None
 
-    def draw(self, function: str, *shown: object) -> None:
+    def draw(self, function: str, *shown: object, **settings: object) -> None:
         """Write the figure.
 
         Args:
             function: Name of the function that draws it, as "module:name" in `mjbiped.plotting`. It is imported only
                 here, since Matplotlib takes long to load.
             *shown: Arguments of that function before the path.
+            **settings: Its arguments by name.
         """
-
-        def draw(file: Path) -> None:
-            resolve_name(f"mjbiped.plotting.{function}")(*shown, file, **self.chosen())
-
-        self.write("plot", self.plot, draw)
-
-    def chosen(self) -> dict[str, object]:
-        """Arguments of that function that the user chose."""
-        return {}
+        self.write(
+            "plot", self.plot, lambda file: resolve_name(f"mjbiped.plotting.{function}")(*shown, file, **settings)
+        )
 
 
 @dataclass
@@ -166,11 +157,11 @@ class Drawn(Plotted):
         panels: Panels of the figure, as torque,phase; all that have values unless given.
     """
 
-    panels: Annotated[tuple[str, ...] | None, choices.PANELS] = None
+    panels: Annotated[tuple[str, ...] | None, options.PANELS] = None
 
-    def chosen(self) -> dict[str, object]:
-        """The panels."""
-        return {} if self.panels is None else {"panels": self.panels}
+    def draw_walk(self, walk: Walk) -> None:
+        """Write the figure of a walk."""
+        self.draw("walk:plot_walk", walk, panels=self.panels)
 
 
 def _print(result: RenderableType) -> None:
@@ -182,3 +173,39 @@ def _print(result: RenderableType) -> None:
 
     fits = sys.stdout.isatty() or "COLUMNS" in os.environ
     Console(highlight=False, width=None if fits else _PIPED).print(result)
+
+
+_UNITS = {"m_per_s": "m/s", "Nm": "N m", "weights": "weights", "deg": "deg", "rad": "rad", "m": "m", "s": "s", "J": "J"}
+"""Units by the ends of names."""
+
+
+def summary_table(summary: Mapping[str, object]) -> Table:
+    """Return a table of results: a row for each name, which ends with the unit, and for each part of a mapping."""
+    rows = []
+    for name, value in summary.items():
+        end = next((end for end in _UNITS if name.endswith(f"_{end}")), "")
+        label, unit = name.removesuffix(f"_{end}").replace("_", " "), _UNITS.get(end, "")
+        if isinstance(value, Mapping):
+            rows += [(f"{label}, {part}", cell(each), unit) for part, each in value.items()]
+        elif isinstance(value, list) and any(isinstance(each, list | Mapping) for each in value):
+            rows += [(label, cell(each), unit) for each in value]
+        else:
+            rows.append((label, cell(value), unit))
+    return table_of(rows)
+
+
+def cell(value: object) -> str:
+    """Write a result; a dash stands for one that does not exist."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {cell(each)}" for name, each in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(cell, value))
+    if value is None or isinstance(value, bool):
+        return {None: "-", True: "yes", False: "no"}[value]
+    return f"{value:.8g}" if isinstance(value, float) else str(value)
+
+
+def as_json(values: Mapping[str, object]) -> str:
+    """Write values as a JSON object; infinity and NaN, which JSON does not have, become null."""
+    plain = json.loads(json.dumps(values), parse_constant=lambda _: None)
+    return json.dumps(plain, indent=2, allow_nan=False)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from mjbiped.cli import choices
 from mjbiped.cli.commands import command
 from mjbiped.cli.main import INTERRUPTED, end
-from mjbiped.cli.options import ENGINE, Study
-from mjbiped.cli.results import Figures, Results
+from mjbiped.cli.options import ENGINE, FILE, FOLDER, Study
+from mjbiped.cli.results import Figures, Results, cell
+from mjbiped.records.summary import quantile_rows, table_of
 from mjbiped.utils import domains
 
-File = Annotated[Path, choices.FILE]
-Folder = Annotated[Path | None, choices.FOLDER]
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.table import Table
+
+File = Annotated[Path, FILE]
+Folder = Annotated[Path | None, FOLDER]
 Workers = Annotated[int | None, domains.WORKERS]
 
 
@@ -54,7 +58,6 @@ def sweep(
       mjbiped sweep study.toml --parquet --trajectories
       mjbiped sweep study.toml --scheduler tcp://10.0.0.1:8786
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.cli import tables
     from mjbiped.studies.figures import draw
     from mjbiped.studies.plan import read_study
     from mjbiped.studies.run import estimate, run
@@ -68,7 +71,7 @@ def sweep(
     planned = read_study(study)
     if dry_run:
         expected = estimate(planned, workers=walks.workers, trajectories=trajectories)
-        results.end(expected, [tables.estimate_sentence(expected)])
+        results.end(expected, [estimate_sentence(expected)])
         return
     folder = out or study.with_suffix("")
     with _resumable(folder):
@@ -81,7 +84,7 @@ def sweep(
         files += draw(planned, swept.rows, folder)
     summary = {**summarised(swept.rows), "by_value": by_value(swept.rows, planned), "best": best(swept.rows, planned)}
     summary |= {"walks_now": swept.walks, "seconds": swept.seconds}
-    results.end(summary, tables.sweep_tables(summary), files)
+    results.end(summary, sweep_tables(summary), files)
 
 
 @command("robustness")
@@ -104,7 +107,6 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
       mjbiped robustness study.toml --dry-run
       mjbiped robustness study.toml --json
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.cli import tables
     from mjbiped.studies.robustness import read_plan
     from mjbiped.studies.robustness_findings import Robustness
     from mjbiped.studies.robustness_report import TABLES, draw, robustness_tables, write_tables
@@ -113,7 +115,7 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
     planned = read_plan(study)
     if dry_run:
         expected = estimate(planned.study, workers=walks.workers)
-        results.end(expected, [tables.estimate_sentence(expected)])
+        results.end(expected, [estimate_sentence(expected)])
         return
     folder = out or study.with_suffix("")
     with _resumable(folder):
@@ -129,7 +131,7 @@ def reproduce(
     quick: bool = False,
     workers: Workers = None,
     fresh: bool = False,
-    out: Annotated[Path, choices.FOLDER] = Path("reproduction"),
+    out: Annotated[Path, FOLDER] = Path("reproduction"),
     report: Folder = None,
     results: Figures,
 ) -> None:
@@ -151,7 +153,6 @@ def reproduce(
       mjbiped reproduce --quick
       mjbiped reproduce --out reproduction --report docs
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.cli import tables
     from mjbiped.studies.reproduction.claims import checks, what_counts
     from mjbiped.studies.reproduction.reproduce import reproduce as walk_all
 
@@ -162,8 +163,11 @@ def reproduce(
     failed = [row for row in done.rows if row.outcome == "failed"]
     errors = [{"ground": row.ground, "method": row.method, "error": row.error} for row in failed]
     lines = (f"failed: {row.method} on {row.ground}, {row.engine}: {row.error}" for row in failed)
+    claims = ([a.claim, a.group, a.engine, a.found, f"{cell(a.holds)}{f', of {a.of}' if a.of else ''}"] for a in asked)
     summary = {"walks": len(done.rows), "failed": errors, "checks": [answer._asdict() for answer in asked]}
-    results.end(summary, [tables.checks_table(asked), what_counts(asked), *lines], files)
+    results.end(
+        summary, [table_of(claims, "claim", "settings", "engine", "found", "holds"), what_counts(asked), *lines], files
+    )
 
 
 @command("compile")
@@ -197,7 +201,7 @@ def compile_(
       mjbiped compile --clear
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.numerics import cache
-    from mjbiped.rollout.precompilation import precompile
+    from mjbiped.rollout.walk import precompile
 
     if clear:
         if controllers or engine or workers:
@@ -209,6 +213,54 @@ def compile_(
     made = precompile(controllers or None, engines=engines, workers=workers, progress=not results.quiet)
     lines = [f"compiled for the {name} engine: {', '.join(names)}" for name, names in made.items()]
     results.end({"compiled": made}, lines)
+
+
+def estimate_sentence(expected: Mapping[str, float]) -> str:
+    """Say how many walks a study has, and how much time and disk they are likely to take."""
+    minutes, seconds = divmod(max(1, round(expected["seconds"])), 60)
+    hours, minutes = divmod(minutes, 60)
+    took = f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
+    return (
+        f"{expected['walks']} walks: about {took} in {expected['workers']} process{'es' * (expected['workers'] > 1)} "
+        f"(beside their start and compilation), {max(0.1, expected['bytes'] / 1e6):.1f} MB of tables and samples; "
+        f"inferred from {expected['tried']} of them"
+    )
+
+
+def sweep_tables(summary: Mapping[str, Any]) -> Iterator[RenderableType]:
+    """Show a study's outcomes, quantiles, measures by value, the best combination, time, and any errors."""
+    walks, quantiles = summary["walks"], quantile_rows(summary["finished"])
+    outcomes = ([outcome, str(count), f"{100.0 * count / walks:.1f}"] for outcome, count in summary["verdicts"].items())
+    yield table_of(outcomes, "outcome", "walks", "%")
+    if quantiles:
+        yield table_of(quantiles, "of the finished walks", *(f"{100 * q:g} %" for q in summary["quantiles"]), "unit")
+    for name, entries in summary["by_value"].items():
+        if len(entries) > 1:
+            yield _value_table(name, entries)
+    if best := summary["best"]:
+        yield (
+            f"best: {best['combination']} ({100 * best['finished']:.0f} % of {best['walks']} finished, "
+            f"median cost of transport {best['cost_of_transport']:.4f}, first cell {best['first_cell']})"
+        )
+    if now := summary["walks_now"]:
+        yield f"{now} walks in {summary['seconds']:.1f} s, {now / summary['seconds']:.3g} walks/s"
+    if summary["errors"]:
+        yield table_of(([*map(str, each.values())] for each in summary["errors"]), "error", "walks", "first cell")
+
+
+def _value_table(name: str, entries: Sequence[Mapping[str, Any]]) -> Table:
+    """Make a table of the share that finished and medians of the study's measures for each value of a quantity."""
+    from mjbiped.studies.bins import measure_label, parameter_label
+    from mjbiped.studies.plan import FINISHED
+
+    measures = [key for key in entries[0] if key not in ("value", "walks")]
+    forms = {key: "{:.0%}" if key == FINISHED else "{:.4g}" for key in measures}
+    rows = (
+        [each["value"], str(each["walks"])]
+        + ["" if each[key] is None else form.format(each[key]) for key, form in forms.items()]
+        for each in entries
+    )
+    return table_of(rows, parameter_label(name), "walks", *map(measure_label, measures))
 
 
 @contextmanager

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 
 import mjbiped
 from mjbiped.cli import options
-from mjbiped.cli.choices import MODEL
 from mjbiped.cli.commands import Given
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import value_of
@@ -70,9 +69,9 @@ def robot_of(given: Given) -> Robot:
 
 def _described(text: str) -> tuple[str, dict[str, Any]]:
     """Return a robot's name, and its parameters where they stand in a file."""
-    if text in NAMED:
-        return text, {}
-    if text.endswith(MODEL):
+    if not text.endswith((".toml", ".xml")):
+        return known_name("robot", text, (*NAMED, "a .toml file", "an .xml file")), {}
+    if text.endswith(".xml"):
         from mjbiped.exchange.foreign import read_robot  # for such files alone
 
         written = read_robot(text).to_dict()

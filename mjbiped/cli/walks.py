@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import click
+import numpy as np
 
 import mjbiped
-from mjbiped.cli import choices, options
-from mjbiped.cli.commands import Command, Given, command, filled
+from mjbiped.cli import options
+from mjbiped.cli.commands import Choice, Command, Given, command, filled, to_write
 from mjbiped.cli.main import INTERRUPTED, end
 from mjbiped.cli.options import Video
 from mjbiped.cli.results import Drawn, Plotted
 from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
-from mjbiped.engines.base import DEFAULT_ENGINE
+from mjbiped.engines.base import DEFAULT_ENGINE, ENGINES
 from mjbiped.errors import shown
-from mjbiped.rendering.look import ALL, look
+from mjbiped.records.summary import MEASURES, in_words, table_of
+from mjbiped.rendering import ALL, look
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:  # the help does not need it
+    from rich.table import Table
+
     from mjbiped.viewing.sources import Source
 
 
@@ -33,9 +37,9 @@ def walk(
     *,
     walker_options: Annotated[Given, options.WALKER],
     engine: Annotated[str, options.ENGINE] = DEFAULT_ENGINE,
-    out: Annotated[Path | None, choices.RECORD] = None,
+    out: Annotated[Path | None, options.RECORD] = None,
     results: Drawn,
-    video: Annotated[Path | None, choices.VIDEO] = None,
+    video: Annotated[Path | None, options.VIDEO] = None,
     pictures: Video,
 ) -> None:
     """Simulate a walk on TERRAIN, and report how it went.
@@ -67,8 +71,8 @@ def walk(
     """  # noqa: D301 (click reads the backspace)
     law, ground = walker(terrain, walker_options)
     physics = engine_of(engine, walker_options)
-    if video is not None and not results.quiet:
-        _warn_without_gl()
+    if video is not None and not results.quiet and _no_gl():
+        click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
     status, trouble = 0, ""
     try:
         done = mjbiped.walk(law, ground, engine=physics, progress=not results.quiet, **walker_options)
@@ -81,7 +85,7 @@ def walk(
     if trouble:
         results.fail(status, trouble + (f"; what was walked is in {out}" if results.written else ""))
     else:
-        results.draw("walk:plot_walk", done)
+        results.draw_walk(done)
         results.write("video", video, partial(pictures.render, done, progress=not results.quiet))
     summary = done.summary()
     results.end({**summary, "settings": dict(done.settings)}, [summary])
@@ -93,7 +97,7 @@ def compare(
     /,
     *,
     walker_options: Annotated[Given, options.WALKER],
-    out: Annotated[Path | None, choices.DATA] = None,
+    out: Annotated[Path | None, options.DATA] = None,
     results: Plotted,
 ) -> None:
     """Simulate a walk on TERRAIN in both engines, and report where they diverge and why.
@@ -111,8 +115,6 @@ def compare(
       mjbiped compare slopes:change_deg=-1 --controller passivity --gain gain=20 --slope-source local
       mjbiped compare trail.csv --initial rest --json --out trail.npz
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.cli.tables import comparison_tables
-
     law, ground = walker(terrain, walker_options)
     mujoco = mujoco_of(walker_options)
 
@@ -132,13 +134,37 @@ def compare(
     write(done.mujoco, done.hybrid)
     results.draw("comparison:plot_comparison", done)
     who = f"{done.mujoco.settings['controller']['name']} on {done.mujoco.terrain.caption}"
-    results.end(done.to_dict(), [who, *comparison_tables(done), done.verdict])
+    results.end(done.to_dict(), [who, *_comparison_tables(done), done.verdict])
+
+
+def _comparison_tables(found: mjbiped.Comparison) -> Iterator[Table]:
+    """Show both engines' measures side by side, and their largest differences at a touchdown with the limits."""
+    from mjbiped.analysis.divergence import COLUMNS, DISPLAYED
+
+    measures = found.measures()
+    sides = [["outcome", *(measures["outcome"][engine] for engine in ENGINES), "", "", ""]]
+    for label, key, factor, form, unit, _ in MEASURES:
+        row = measures[key]
+        difference, percent = (
+            in_words(row["difference"], factor, "+.3g"),
+            in_words(row["difference_percent"], 1, "+.2f"),
+        )
+        sides.append([label, *(in_words(row[engine], factor, form) for engine in ENGINES), difference, percent, unit])
+    yield table_of(sides, "", "MuJoCo", "hybrid", "difference", "%", "unit")
+    steps, table = [], found.touchdowns
+    for name, column in COLUMNS.items():
+        sizes, (factor, unit) = abs(table[name]), DISPLAYED[column.unit]
+        if not np.isnan(sizes).all():  # as it is without a touchdown
+            k = int(np.nanargmax(sizes))
+            numbers = f"{factor * table[name][k]:+.3g}", str(k + 1), f"{factor * table[f'limit_{name}'][k]:.3g}"
+            steps.append([column.meaning, *numbers, unit])
+    yield table_of(steps, "largest difference at a touchdown", "", "at", "limit", "unit")
 
 
 @command("render")
 def render(
-    record: Annotated[Path, choices.FILE],
-    video: Annotated[Path | None, choices.VIDEO] = None,
+    record: Annotated[Path, options.FILE],
+    video: Annotated[Path | None, options.VIDEO] = None,
     /,
     *,
     results: Drawn,
@@ -162,19 +188,18 @@ def render(
     if no_video and (results.plot is None or video is not None):
         raise click.UsageError("--no-video needs a --plot to draw, and takes no VIDEO.")
     done = mjbiped.Walk.load(record)
-    results.draw("walk:plot_walk", done)
+    results.draw_walk(done)
     if not no_video:
-        file = video or choices.to_write(record.with_suffix(".mp4"), ".mp4")
+        file = video or to_write(record.with_suffix(".mp4"), ".mp4")
         results.write("video", file, partial(pictures.render, done, progress=not results.quiet))
     results.end({}, [])
 
 
-def _warn_without_gl() -> None:
-    """Warn before a walk that its video will fail."""
+def _no_gl() -> bool:
+    """Whether a video will fail."""
     from mjbiped.rendering.gl import gl_available
 
-    if gl_available() is None:
-        click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
+    return gl_available() is None
 
 
 @filled(marks=f"torque, force, ghost, estimate, traces, shadows, caption, or {ALL}")
@@ -191,8 +216,8 @@ class Window:
     """
 
     slow_motion: Annotated[float, domains.SLOW_MOTION] = 1.0
-    hide: Annotated[tuple[str, ...], choices.Choice("NAMES")] = ()
-    flags: Annotated[tuple[str, ...], choices.Choice("NAME"), "flag"] = ()
+    hide: Annotated[tuple[str, ...], Choice("NAMES")] = ()
+    flags: Annotated[tuple[str, ...], Choice("NAME"), "flag"] = ()
     seconds: Annotated[float | None, domains.TIME, "for"] = None
 
 
@@ -201,7 +226,7 @@ class _KeysInHelp(Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, then the keys and the mouse."""
-        from mjbiped.viewing.player import KEYS, MOUSE
+        from mjbiped.viewing import KEYS, MOUSE
 
         super().format_options(ctx, formatter)
         with formatter.section("Keys and mouse in the window"):
@@ -229,7 +254,7 @@ def view(
       mjbiped view incline:slope_deg=2 --controller passive --flag contactforce
       mjbiped view walk.npz --hide ghost,traces
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.viewing.player import Player
+    from mjbiped.viewing import Player
     from mjbiped.viewing.sources import Replay
     from mjbiped.viewing.window import ground, require_screen, view
 

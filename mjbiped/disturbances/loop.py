@@ -147,6 +147,10 @@ def _drive(loop: Loop, memory: Room, joint: int, torque: float) -> None:
 def touchdown(loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbers) -> None:
     """Exchange the motors' roles at a support transfer, read the sensors, and tell the controller.
 
+    The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
+    ground, or for the knee that is locked now, moves nothing, and a torque between the legs has the other sign in
+    their new roles.
+
     Args:
         loop: The `Loop`.
         memory: Memory, changed in place.
@@ -154,12 +158,17 @@ def touchdown(loop: Loop, memory: Room, q_before: Numbers, q: Numbers, dq: Numbe
         q: Angles in the new ones, rad.
         dq: Their rates, rad/s.
     """
-    number, n, law, shown = _exchanged(loop, memory), len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
-    memory[loop.size + TICKED] = -1.0
+    at, n, law, shown = loop.size, len(q), law_at(loop.inner, 0), numbers(loop.shown, SHOWN)
+    number, side, before = int(memory[at + TOUCHDOWNS]), -memory[at + SIDE], 2 * MOST
+    memory[at + TOUCHDOWNS], memory[at + SIDE], memory[at + TICKED] = number + 1.0, side, -1.0
+    for first in (at + BEGUN, at + loop.held):
+        _reassign(loop, memory, first)
+    for tick in range(loop.room):
+        _reassign(loop, memory, at + loop.ring + loop.joints * tick)
     if not loop.senses:
         call(law.touchdown, law.parameters, memory, q_before, q, dq)
         return
-    side, before, sensors = memory[loop.size + SIDE], 2 * MOST, sensors_at(loop.sensors, 0)
+    sensors = sensors_at(loop.sensors, 0)
     posture_before(sensors, side, number, q_before, q, shown, before)
     sensed(sensors, side, (number, TOUCHDOWN), q, dq, shown, 0)
     call(law.touchdown, law.parameters, memory, shown[before : before + n], shown[:n], shown[MOST : MOST + n])
@@ -185,31 +194,10 @@ def knee_strike(loop: Loop, memory: Room, t: float, q: Numbers, dq: Numbers) -> 
     call(law.knee_strike, law.parameters, memory, t, shown[:n], shown[MOST : MOST + n])
 
 
-def _exchanged(loop: Loop, memory: Room) -> int:
-    """Give the legs their new roles, and return the number of the touchdown.
-
-    The motors are those of the hip and of each leg's ankle and knee: what still waits for the ankle that leaves the
-    ground, or for the knee that is locked now, moves nothing, and a torque between the legs has the other sign in
-    their new roles.
-    """
-    at = loop.size
-    memory[at + SIDE] = -memory[at + SIDE]
-    for first in (at + BEGUN, at + loop.held):
-        _reassign(loop, memory, first)
-    for tick in range(loop.room):
-        _reassign(loop, memory, at + loop.ring + loop.joints * tick)
-    number = int(memory[at + TOUCHDOWNS])
-    memory[at + TOUCHDOWNS] = number + 1.0
-    return number
-
-
 def _reassign(loop: Loop, memory: Room, first: int) -> None:
     """Exchange the roles of the torques of ankle, hip and swing knee, as many as there are, from an index on."""
-    memory[first] = 0.0
-    if loop.joints > 1:
-        memory[first + 1] = -memory[first + 1]
-    if loop.joints > 2:
-        memory[first + 2] = 0.0
+    for joint in range(loop.joints):
+        memory[first + joint] = -memory[first + joint] if joint == 1 else 0.0
 
 
 def limited(torque: float, limit: float) -> float:

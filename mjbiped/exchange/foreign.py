@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,17 +19,6 @@ from mjbiped.utils.files import require_file
 _SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
 _OF_LINKS = ("mass", "length", "centre", "inertia")
 _ON_LINE = 1e-6  # leg lengths; farthest place of a centre of mass from its link's line
-
-
-class _Piece(NamedTuple):
-    """A link of a leg as it hangs: its part of the model, and its upper and lower end, each of shape (2,), m."""
-
-    part: Part
-    upper: Vector
-    lower: Vector
-
-
-_Leg = list[_Piece]
 
 
 def read_robot(path: str | Path) -> Compass | KneedBiped:
@@ -59,15 +47,22 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
 
 
 def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
-    """Recognise a robot in the parts of a model."""
+    """Recognise a robot in the parts of a model.
+
+    Raises:
+        InputError: Its legs are not equal.
+    """
     hip_mass, legs = _legs_of(parts)
-    unequal = _difference(legs)
-    if unequal:  # a point mass at the hip may be welded to one of them
-        beside, legs = _without_point_mass(legs)
-        if _difference(legs):
+    unequal = _difference(*legs)
+    if unequal:  # a point mass at the hip may be welded to the heavier one
+        light, heavy = sorted(legs, key=lambda leg: leg[0].mass)
+        top, mass = heavy[0], light[0].mass
+        centre = top.mass / mass * top.centre
+        inertia = top.inertia + top.mass * top.centre**2 - mass * centre**2
+        if _difference(light, [top._replace(mass=mass, centre=centre, inertia=inertia), *heavy[1:]]):
             raise InputError(f"its legs are not equal: {unequal}")
-        hip_mass += beside
-    links = [_segment(piece) for piece in legs[0]]
+        hip_mass, legs = hip_mass + top.mass - mass, (light, light)
+    links = legs[0]
     total, length = hip_mass + 2.0 * sum(link.mass for link in links), sum(link.length for link in links)
     if hip_mass <= (1.0 + _SAME) * SMALLEST_HIP_MASS * total:
         hip_mass = 0.0
@@ -81,7 +76,19 @@ def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:
     return KneedBiped(**own, hip_mass=hip_mass, gravity=gravity)
 
 
-def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[_Leg, _Leg]]:
+def _difference(one: Sequence[Segment], other: Sequence[Segment]) -> str:
+    """Say in which number two legs differ; empty if they are equal."""
+    scale = sum(link.length for link in one)
+    for ours, theirs in zip(one, other, strict=True):
+        units = (ours.mass, scale, scale, ours.mass * scale**2)
+        for name, unit in zip(_OF_LINKS, units, strict=True):
+            first, second = getattr(ours, name), getattr(theirs, name)
+            if abs(first - second) > _SAME * unit:
+                return f"{name} {first:.6g} of {ours.name}, and {second:.6g} of {theirs.name}"
+    return ""
+
+
+def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[list[Segment], list[Segment]]]:
     """Find the hip, and return the mass of a body that slides there, kg, and both legs from the hip down.
 
     Raises:
@@ -105,12 +112,10 @@ def _legs_of(parts: Sequence[Part]) -> tuple[float, tuple[_Leg, _Leg]]:
             f"from foot to foot it has {told}; expected one link each, or a thigh and a shank, and between the legs a "
             "hip or nothing: weld other links"
         )
-    legs = _leg(parts, chain[half::-1]), _leg(parts, chain[half + odd - 1 :])
-    if np.linalg.norm(legs[0][0].upper - legs[1][0].upper) > _SAME:
-        raise InputError(
-            f"{legs[0][0].part.name} and {legs[1][0].part.name} have hinges apart; expected one hip for both legs"
-        )
-    return middle.mass * odd, legs
+    (hip, one), (other_hip, other) = _leg(parts, chain[half::-1]), _leg(parts, chain[half + odd - 1 :])
+    if np.linalg.norm(hip - other_hip) > _SAME:
+        raise InputError(f"{one[0].name} and {other[0].name} have hinges apart; expected one hip for both legs")
+    return middle.mass * odd, (one, other)
 
 
 def _chain_of(parts: Sequence[Part]) -> list[int]:
@@ -119,90 +124,47 @@ def _chain_of(parts: Sequence[Part]) -> list[int]:
     Raises:
         InputError: The parts are not a chain.
     """
-    ends = [number for number in range(len(parts)) if len(_neighbours(parts, number)) < 2]
-    chain = [ends[0]]
-    while following := [each for each in _neighbours(parts, chain[-1]) if each not in chain[-2:-1]]:
-        if len(following) > 1:
-            raise InputError(
-                f"{parts[chain[-1]].name} carries more than one leg beside its own; expected two legs in all"
-            )
-        chain += following
     if len(parts) < 2:
         raise InputError(f"only {parts[0].name} moves; expected two legs with a hinge between them")
+    hinged = [{k for k, part in enumerate(parts) if part.parent == number} for number in range(len(parts))]
+    for number, part in enumerate(parts):
+        hinged[number] |= {part.parent} - {-1}
+        if len(hinged[number]) > 2:
+            raise InputError(f"{part.name} carries more than one leg beside its own; expected two legs in all")
+    chain = [next(number for number, beside in enumerate(hinged) if len(beside) == 1)]
+    while following := hinged[chain[-1]] - set(chain):
+        chain += following
     return chain
 
 
-def _neighbours(parts: Sequence[Part], number: int) -> list[int]:
-    """Parts that a part is hinged to."""
-    carried = [each for each, part in enumerate(parts) if part.parent == number]
-    return carried if parts[number].parent < 0 else [parts[number].parent, *carried]
-
-
-def _leg(parts: Sequence[Part], chain: Sequence[int]) -> _Leg:
-    """Return the links of a leg.
+def _leg(parts: Sequence[Part], chain: Sequence[int]) -> tuple[Vector, list[Segment]]:
+    """Return the place of the hip and the links of a leg as the robots here have them.
 
     Args:
         parts: All parts.
         chain: Numbers of what is above the leg, and of its links from the hip down.
 
     Raises:
-        InputError: It has no foot.
+        InputError: The leg has no foot, or the centre of mass of a link does not lie on it.
     """
-    hinges, last = [_hinge(parts, *pair) for pair in pairwise(chain)], parts[chain[-1]]
+    hinges = [parts[max(pair)].anchor for pair in pairwise(chain)]  # parents stand first
+    last, links = parts[chain[-1]], list[Segment]()
     if not last.ends:
         raise InputError(
             f"{last.name} has no foot; expected a sphere or a capsule that can touch something (contype or "
             "conaffinity), with its end where the foot stands"
         )
     foot = max(last.ends, key=lambda end: float(np.linalg.norm(end - hinges[-1])))
-    return [_Piece(parts[number], *ends) for number, ends in zip(chain[1:], pairwise([*hinges, foot]), strict=True)]
-
-
-def _hinge(parts: Sequence[Part], one: int, other: int) -> Vector:
-    """Place of the hinge between two parts."""
-    return parts[other if parts[other].parent == one else one].anchor
-
-
-def _without_point_mass(legs: tuple[_Leg, _Leg]) -> tuple[float, tuple[_Leg, _Leg]]:
-    """Take from the heavier leg a point mass at the hip that makes it as heavy as the other, kg."""
-    masses = [leg[0].part.mass for leg in legs]
-    heavier, mass = int(np.argmax(masses)), min(masses)
-    part, hip, _ = legs[heavier][0]
-    off = part.centre - hip
-    centre = part.mass / mass * off
-    about_hip = part.inertia + part.mass * float(off @ off)
-    lighter = part._replace(mass=mass, centre=hip + centre, inertia=about_hip - mass * float(centre @ centre))
-    changed = [legs[heavier][0]._replace(part=lighter), *legs[heavier][1:]]
-    return max(masses) - mass, ((changed, legs[1]) if heavier == 0 else (legs[0], changed))
-
-
-def _difference(legs: tuple[_Leg, _Leg]) -> str:
-    """Say in which number two legs differ; empty if they are equal."""
-    scale = sum(_segment(piece).length for piece in legs[0])
-    for ours, theirs in zip(*legs, strict=True):
-        units = (ours.part.mass, scale, scale, ours.part.mass * scale**2)
-        for name, unit in zip(_OF_LINKS, units, strict=True):
-            one, other = getattr(_segment(ours), name), getattr(_segment(theirs), name)
-            if abs(one - other) > _SAME * unit:
-                return f"{name} {one:.6g} of {ours.part.name}, and {other:.6g} of {theirs.part.name}"
-    return ""
-
-
-def _segment(piece: _Piece) -> Segment:
-    """A link as the robots here have it.
-
-    Raises:
-        InputError: Its centre of mass does not lie on it.
-    """
-    part, upper, lower = piece
-    length = float(np.linalg.norm(lower - upper))
-    if not length:
-        raise InputError(f"{part.name} has no length; expected a foot or a knee apart from the hinge above it")
-    along, (x, z) = (lower - upper) / length, part.centre - upper
-    centre, beside = float(along @ (x, z)), abs(float(along[0] * z - along[1] * x))
-    if beside > _ON_LINE * length or not 0.0 <= centre <= length:
-        raise InputError(
-            f"the centre of mass of {part.name} lies {beside:.3g} m beside the line from its hinge to its lower end, "
-            f"{centre:.3g} m along it; expected 0 m, and 0 to {length:.3g} m"
-        )
-    return Segment(part.name, part.mass, length, centre, part.inertia)
+    for number, (upper, lower) in zip(chain[1:], pairwise([*hinges, foot]), strict=True):
+        part, length = parts[number], float(np.linalg.norm(lower - upper))
+        if not length:
+            raise InputError(f"{part.name} has no length; expected a foot or a knee apart from the hinge above it")
+        along, (x, z) = (lower - upper) / length, part.centre - upper
+        centre, beside = float(along @ (x, z)), abs(float(along[0] * z - along[1] * x))
+        if beside > _ON_LINE * length or not 0.0 <= centre <= length:
+            raise InputError(
+                f"the centre of mass of {part.name} lies {beside:.3g} m beside the line from its hinge to its lower "
+                f"end, {centre:.3g} m along it; expected 0 m, and 0 to {length:.3g} m"
+            )
+        links.append(Segment(part.name, part.mass, length, centre, part.inertia))
+    return hinges[0], links

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,7 @@ from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.setup import ground_needed
 from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError
-from mjbiped.exchange.urdf import joined
+from mjbiped.exchange.ros import joined
 from mjbiped.gaits.described import passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
@@ -68,27 +69,19 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
             f"the ground has {len(terrain.x)} segments; expected at most {MOST_BUILT}, as MuJoCo takes very long to "
             "open a scene of more: give a shorter ground"
         )
-    plan = _planned(robot, terrain, initial)
-    root = _scene_of(plan)
+    if initial == "gait":
+        initial = _gait_of(robot, terrain.slope_at(0.0)).start.tolist()
+    terms = Terms(Mujoco(), None, None, robot, None, ScuffingRule())
+    root = _scene_of(make_plan(terms, Unpowered(), terrain, initial))  # checked as for a walk without torques
     root.insert(0, ElementTree.Comment(notes_of(robot, terrain, TIMESTEP)))
     with saved(Path(path)) as unfinished:
         ElementTree.ElementTree(root).write(unfinished, encoding="utf-8")
 
 
-def _planned(robot: Robot, terrain: Terrain, initial: str | Sequence[float]) -> Plan:
-    """Check robot and first state as for a walk without torques."""
-    if initial == "gait":
-        initial = _gait_of(robot, terrain.slope_at(0.0)).start.tolist()
-    terms = Terms(Mujoco(), None, None, robot, None, ScuffingRule())
-    return make_plan(terms, Unpowered(), terrain, initial)
-
-
 def _gait_of(robot: Robot, slope: float) -> Gait:
     """Return the passive gait on a slope (rad); where there is none, the gait that controllers imitate."""
-    try:
+    with suppress(GaitError):
         return passive_gait_of(robot, slope)
-    except GaitError:
-        pass
     try:
         return usual_gait(robot, math.radians(SHARED["imitate_slope_deg"]))
     except GaitError as error:
@@ -174,31 +167,25 @@ def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element
         model: The model that it compiles to.
     """
     root = ElementTree.fromstring(spec.to_xml())
-    for section in ("asset", "worldbody", "keyframe"):
-        for parent in root.iter(section):
-            for element in parent.iter():
-                name = element.get("name")
-                if element.tag in _ATTRIBUTES and name is not None:
-                    _write(element, getattr(model, element.tag)(name))
-                for inertial in element.findall("inertial"):
-                    _write(inertial, model.body(name))
+    for element in (each for section in ("asset", "worldbody", "keyframe") for each in root.findall(f"{section}//*")):
+        name = element.get("name")
+        if element.tag in _ATTRIBUTES and name is not None:
+            for part in (element, *element.findall("inertial")):
+                _write(part, getattr(model, element.tag)(name))
     option = root.find("option")
-    if option is not None:
-        option.set("timestep", repr(float(model.opt.timestep)))
-        option.set("gravity", joined(model.opt.gravity))
+    assert option is not None  # its timestep is not MuJoCo's own
+    option.set("timestep", repr(float(model.opt.timestep)))
+    option.set("gravity", joined(model.opt.gravity))
     return root
 
 
 def _write(element: ElementTree.Element, compiled: object) -> None:
     """Write the numbers of an element of the compiled model over their first six digits."""
     for name, field in _ATTRIBUTES[element.tag].items():
-        written = element.get(name)
-        if written is None:
-            continue
-        rounded = [float(number) for number in written.split()]
+        rounded = [float(number) for number in element.get(name, "").split()]
         exact = np.ravel(getattr(compiled, field))[: len(rounded)].tolist()
         # not by NumPy, whose `allclose` takes half of the time of a whole export
-        if len(exact) == len(rounded) and all(map(_close, exact, rounded)):
+        if rounded and len(exact) == len(rounded) and all(map(_close, exact, rounded)):
             element.set(name, joined(exact))
 
 
@@ -213,10 +200,10 @@ def notes_of(robot: Robot, terrain: Terrain, timestep: float) -> str:
         terrain: The ground.
         timestep: Length of the file's steps, s.
     """
-    behind, ahead = robot.sole or (0.0, 0.0)
-    numbers = {"timestep": timestep, "behind": behind, "ahead": ahead, "reach": ScuffingRule().reach * robot.leg_length}
-    words = {name: f"{number:g}" for name, number in numbers.items()}
-    words |= {"kind": robot.kind, "terrain": terrain.caption, "version": __version__}
+    (behind, ahead), reach = robot.sole or (0.0, 0.0), ScuffingRule().reach * robot.leg_length
+    numbers = {"timestep": timestep, "behind": behind, "ahead": ahead, "reach": reach}
+    words = {"kind": robot.kind, "terrain": terrain.caption, "version": __version__}
+    words |= {name: f"{number:g}" for name, number in numbers.items()}
     left_out = {
         "scuffing" if robot.collides_from_lift_off else "lift_off",
         "" if "knee" in robot.joints else "knees",

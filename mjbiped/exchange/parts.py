@@ -25,8 +25,8 @@ from mjbiped.utils.mujoco import mujoco
 _LONGEST = 10  # s of processor time; a robot's model takes 0.4, nearly all of them for the import of MuJoCo
 _PATIENCE = 60.0  # s on the clock, for what waits for a pipe, and for systems without such a limit
 _MEMORY = 2 << 30  # bytes of address space; a robot's model takes 0.2 GiB, nearly all of them MuJoCo and NumPy
-_ENDLESS = "has not come to an end"
 _UNREADABLE = 3  # exit status
+_TOO_LATE = -getattr(signal, "SIGXCPU", 1000)  # status after the limit of time
 
 
 def compiled(path: Path) -> mujoco.MjModel:
@@ -42,32 +42,27 @@ def compiled(path: Path) -> mujoco.MjModel:
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OPENBLAS_NUM_THREADS": "1"}  # threads take memory too
     with tempfile.TemporaryDirectory() as folder:
         saved = str(Path(folder) / "model.mjb")
+        words = [sys.executable, "-c", f"from {__name__} import main; main()", str(path), saved, str(_LONGEST)]
+        told: dict[str, Any] = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "errors": "replace"}
         try:
-            words = [sys.executable, "-c", f"from {__name__} import main; main()", str(path), saved, str(_LONGEST)]
-            told: dict[str, Any] = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
-            process = subprocess.run(words, env=env, timeout=_PATIENCE, errors="replace", check=False, **told)
-        except subprocess.TimeoutExpired as error:
-            raise _failure(_ENDLESS) from error
-        if process.returncode == _UNREADABLE:
-            raise InputError(f"MuJoCo cannot read it: {shortened(' '.join(process.stderr.split()))}")
-        if process.returncode:
-            raise _failure(_reason(process))
-        return mujoco.MjModel.from_binary_path(saved)
-
-
-def _failure(words: str) -> InputError:
-    return InputError(
-        f"MuJoCo's compiler {words}, with {_LONGEST:g} s and {_MEMORY >> 30} GiB of memory; expected the model of "
+            process = subprocess.run(words, env=env, timeout=_PATIENCE, check=False, **told)
+            status, said = process.returncode, process.stderr
+        except subprocess.TimeoutExpired:
+            status, said = _TOO_LATE, ""
+        if status == 0:
+            return mujoco.MjModel.from_binary_path(saved)
+    if status == _UNREADABLE:
+        raise InputError(f"MuJoCo cannot read it: {shortened(' '.join(said.split()))}")
+    if status == _TOO_LATE:
+        ended = "has not come to an end"
+    elif status < 0:
+        ended = f"ends with {signal.Signals(-status).name}"
+    else:
+        ended = f"ends with {shortened((said.splitlines() or [f'status {status}'])[-1])}"
+    raise InputError(
+        f"MuJoCo's compiler {ended}, with {_LONGEST:g} s and {_MEMORY >> 30} GiB of memory; expected the model of "
         "a robot alone: remove other things, such as replicate, composite, flexcomp, attach, files and great sizes"
     )
-
-
-def _reason(process: subprocess.CompletedProcess[str]) -> str:
-    """How a process has ended: by its limit of time, by another signal, or with the last line that it said."""
-    if process.returncode < 0:
-        name = signal.Signals(-process.returncode).name
-        return _ENDLESS if name == "SIGXCPU" else f"ends with {name}"
-    return f"ends with {shortened((process.stderr.splitlines() or [f'status {process.returncode}'])[-1])}"
 
 
 def main() -> None:
@@ -161,9 +156,8 @@ def _plane_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Vector, Vecto
     Raises:
         InputError: There are no hinges or no gravity, or the hinges are not horizontal.
     """
-    hinges = [joint for joint in range(model.njnt) if model.jnt_type[joint] == _HINGE]
-    gravity = float(np.linalg.norm(model.opt.gravity))
-    if not hinges:
+    hinges, gravity = np.flatnonzero(model.jnt_type == _HINGE), float(np.linalg.norm(model.opt.gravity))
+    if not len(hinges):
         raise InputError("it has no hinges; expected a hip")
     if not gravity:
         raise InputError("it has no gravity; expected option gravity downwards")
@@ -181,19 +175,24 @@ def _check_joints(model: mujoco.MjModel, data: mujoco.MjData, first: int, axis: 
     Raises:
         InputError: The part of the body `first` is held by such joints.
     """
-    start = int(model.body_jntadr[first])
-    joints, name = range(start, start + int(model.body_jntnum[first])), _body(model, first)
+    joints, name, hinges = _joints(model, first), _body(model, first), 0
     for joint in joints:
         kind, along = model.jnt_type[joint], abs(float(data.xaxis[joint] @ axis))
         if kind not in (_HINGE, _SLIDE):
             raise InputError(f"{name} has a free or ball joint; expected slides and hinges, which keep it in a plane")
         if (kind == _HINGE and along < 1.0 - _PARALLEL) or (kind == _SLIDE and along > _PARALLEL):
             raise InputError(f"the joint {_joint(model, joint)} leads out of the plane of the others; remove it")
-    hinges = sum(model.jnt_type[joint] == _HINGE for joint in joints)
+        hinges += kind == _HINGE
     root = model.body_weldid[model.body_parentid[first]] == 0
-    if hinges > 1 or (not root and len(joints) != 1) or (not root and not hinges):
+    if hinges > 1 or not (root or len(joints) == hinges == 1):
         expected = "slides, and one hinge at most" if root else "one hinge"
         raise InputError(f"{name} is held by {len(joints)} joints, {hinges} of them hinges; expected {expected}")
+
+
+def _joints(model: mujoco.MjModel, body: int) -> range:
+    """Numbers of a body's joints."""
+    start = int(model.body_jntadr[body])
+    return range(start, start + int(model.body_jntnum[body]))
 
 
 def _part(
@@ -207,8 +206,7 @@ def _part(
     across = data.ximat[bodies].reshape(-1, 3, 3).transpose(0, 2, 1) @ axis  # the axis in each body's inertial frame
     own = (model.body_inertia[bodies] * across**2).sum()
     inertia = own + masses @ ((places - centre) ** 2).sum(axis=1)
-    start = int(model.body_jntadr[first])
-    hinges = [k for k in range(start, start + int(model.body_jntnum[first])) if model.jnt_type[k] == _HINGE]
+    hinges = [joint for joint in _joints(model, first) if model.jnt_type[joint] == _HINGE]
     parent = int(model.body_weldid[model.body_parentid[first]])
     return Part(
         name=_body(model, first),

@@ -12,7 +12,7 @@ Everything is scaled by the robot's weight, leg length and gravity, so that alik
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -21,7 +21,7 @@ import numpy as np
 
 from mjbiped.errors import GaitError
 from mjbiped.gaits.reference import DEGREE, Numbers
-from mjbiped.gaits.steps import Course, Goal, Motion, StepModel
+from mjbiped.gaits.steps import CompassStep, Course, Goal, Motion
 from mjbiped.robots.robot import Array
 from mjbiped.utils.domains import Domain
 
@@ -62,7 +62,7 @@ class Told(NamedTuple):
     broken: Mapping[str, float]
 
 
-def optimise(model: StepModel, goal: Goal) -> Array:
+def optimise(model: CompassStep, goal: Goal) -> Array:
     """Search from several starts, and return the numbers of the cheapest reference; see `motion_of`.
 
     Matrices are as small as is best for one thread, and the result does not depend on the number of cores.
@@ -80,7 +80,7 @@ def optimise(model: StepModel, goal: Goal) -> Array:
     return found
 
 
-def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
+def _best(model: CompassStep, goal: Goal) -> tuple[Array | None, Mapping[str, float]]:
     """The cheapest feasible solution, if any; and the violations of the least infeasible one."""
     found = [x for start in model.starts if (x := _searched(model, goal, *start)) is not None]
     told = [tell(model, goal, x) for x in found]
@@ -89,7 +89,7 @@ def _best(model: StepModel, goal: Goal) -> tuple[Array | None, Mapping[str, floa
     return best, min((each.broken for each in told), key=lambda broken: max(broken.values()), default={})
 
 
-def tell(model: StepModel, goal: Goal, x: Array) -> Told:
+def tell(model: CompassStep, goal: Goal, x: Array) -> Told:
     """The measures of a reference."""
     motion = motion_of(model, goal, x)
     period = float(motion.period)
@@ -107,7 +107,7 @@ def tell(model: StepModel, goal: Goal, x: Array) -> Told:
     )
 
 
-def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array | None:
+def _searched(model: CompassStep, goal: Goal, half: float, phase: float) -> Array | None:
     """One search: first without clearance, then with more and more of it, then with the cost's corners sharpened.
 
     The centre of pressure is kept within the sole last: begun with this, searches for short soles end nowhere.
@@ -129,7 +129,7 @@ def _searched(model: StepModel, goal: Goal, half: float, phase: float) -> Array 
     return x
 
 
-def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[Array, float]:
+def _improved(model: CompassStep, goal: Goal, smoothing: float, x: Array) -> tuple[Array, float]:
     """The numbers that SLSQP finds from x, and the least value of the constraints."""
     from scipy.optimize import minimize
 
@@ -156,7 +156,7 @@ def _improved(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple
     return x, float(at(x.tobytes())[2].min()) if np.isfinite(x).all() else -math.inf
 
 
-def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[float, Array, Array, Array]:
+def evaluate(model: CompassStep, goal: Goal, smoothing: float, x: Array) -> tuple[float, Array, Array, Array]:
     """Cost and constraints with their derivatives by complex steps.
 
     Returns:
@@ -174,15 +174,23 @@ def evaluate(model: StepModel, goal: Goal, smoothing: float, x: Array) -> tuple[
     return float(cost[0].real), derivative[1:], kept[0].real, jacobian[1:].T
 
 
-def _walked(model: StepModel, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
-    """Dynamics of a motion, its phases, the weights of their quadrature, and the index of the clearance's phase."""
-    intervals = [finer * count for count in model.intervals]
-    stretches, weights, second = _grid(x[..., 0], model.breaks, intervals)
-    return model.along(motion, stretches), np.concatenate(stretches, axis=-1), weights, second
+def _walked(model: CompassStep, motion: Motion, x: Numbers, finer: int) -> tuple[Course, Numbers, Numbers, int]:
+    """Dynamics of a motion, its phases, their weights by Simpson's rule, and the index of the clearance's phase."""
+    first = x[..., 0]
+    zero, *others = (np.full_like(first, phase) for phase in (0.0, *model.breaks, 1.0))
+    stretches, weights = [], []
+    for begin, end, intervals in zip([zero, first, *others[:-1]], [first, *others], model.intervals, strict=True):
+        width, count = (end - begin)[..., None], finer * intervals
+        simpson = np.ones(count + 1)
+        simpson[1:-1:2], simpson[2:-1:2] = 4.0, 2.0
+        stretches.append(begin[..., None] + width * np.linspace(0.0, 1.0, count + 1))
+        weights.append(width * np.asarray(simpson / simpson.sum()))
+    phases, second = np.concatenate(stretches, axis=-1), finer * model.intervals[0] + 1
+    return model.along(motion, stretches), phases, np.concatenate(weights, axis=-1), second
 
 
 def _constraints(
-    model: StepModel, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int
+    model: CompassStep, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int
 ) -> dict[str, Numbers]:
     """All constraints: values >= 0, scaled by weight, leg length and gravity, shapes (..., n), by name.
 
@@ -219,7 +227,7 @@ def _constraints(
     return found
 
 
-def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
+def motion_of(model: CompassStep, goal: Goal, x: Numbers) -> Motion:
     """The motion of the numbers that the optimiser chooses; the second control points follow from the impact map.
 
     Args:
@@ -239,33 +247,13 @@ def motion_of(model: StepModel, goal: Goal, x: Numbers) -> Motion:
     return Motion(half, points, x[..., count:], period)
 
 
-def _grid(
-    first_break: Numbers, breaks: Sequence[float], intervals: Sequence[int]
-) -> tuple[list[Numbers], Numbers, int]:
-    """Phases in the stretches between breaks, weights of Simpson's rule, and the index of the second stretch."""
-    zero, *others = (np.full_like(first_break, phase) for phase in (0.0, *breaks, 1.0))
-    ends = [zero, first_break, *others]
-    stretches, weights = [], []
-    for first, last, count in zip(ends[:-1], ends[1:], intervals, strict=True):
-        width = (last - first)[..., None]
-        stretches.append(first[..., None] + width * np.linspace(0.0, 1.0, count + 1))
-        weights.append(width * _simpson(count))
-    return stretches, np.concatenate(weights, axis=-1), intervals[0] + 1
-
-
-def _simpson(intervals: int) -> Array:
-    weights = np.ones(intervals + 1)
-    weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
-    return np.asarray(weights / weights.sum())
-
-
 def _asked(goal: Goal) -> str:
     words = f"a speed of {goal.speed:.4g} m/s"
     words += f", a clearance of {goal.clearance:.4g} m" if goal.clearance else " without clearance"
     return words + (f" and a torque limit of {goal.torque_limit:.4g} N m" if goal.torque_limit is not None else "")
 
 
-def _hindrance(model: StepModel, goal: Goal, broken: Mapping[str, float]) -> str:
+def _hindrance(model: CompassStep, goal: Goal, broken: Mapping[str, float]) -> str:
     """Explain why there is no reference, by asking for less, and what to do."""
     if goal.torque_limit is not None:
         freely = replace(goal, torque_limit=None)

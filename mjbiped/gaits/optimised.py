@@ -30,7 +30,7 @@ from mjbiped.gaits.reference import (
     in_pieces,
     table_of,
 )
-from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, StepModel, flexion_points
+from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion, flexion_points
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.kneed import KneedBiped
@@ -62,7 +62,7 @@ class OptimisedGait(Gait):
         own: Numbers that the robot adds to those of all robots.
     """
 
-    step: ClassVar[type[StepModel]] = CompassStep
+    step: ClassVar[type[CompassStep]] = CompassStep
     goal: Goal
     clearance_phase: float
     control_points: Array
@@ -145,7 +145,7 @@ class OptimisedKneedGait(OptimisedGait):
     robot's own numbers are the control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
     """
 
-    step: ClassVar[type[StepModel]] = KneedStep
+    step: ClassVar[type[CompassStep]] = KneedStep
     knee_strike: float
 
     @classmethod
@@ -214,10 +214,7 @@ def find_reference(
     if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
-        raise InputError(
-            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m; the swing foot "
-            "would be above the hip"
-        )
+        raise InputError(f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m")
     return _find(robot.flat, Goal(speed, clearance, retraction, torque_limit, friction))
 
 

@@ -108,10 +108,7 @@ def checked_slope(slope: float) -> float:
     """
     slope = domains.SLOPE.check("slope", slope)
     if slope < domains.DOWNHILL.low:
-        steepest = math.degrees(domains.DOWNHILL.high)
-        raise no_gait(
-            slope, f"without torques the robot walks only downhill; give one above 0, to {steepest:.4g} degrees"
-        )
+        raise no_gait(slope, "without torques the robot walks only downhill; give one above 0")
     return slope
 
 
@@ -121,11 +118,7 @@ def _search(robot: Robot, slope: float) -> dict[str, Any]:
     try:
         found = attributes(robot, slope, places, step(robot, slope, places))
     except GaitError:
-        raise no_gait(
-            slope,
-            "the one there is so unstable that no start beside it makes a step; check the robot's lengths, "
-            "masses and inertia",
-        ) from None
+        raise no_gait(slope, "the one there is too unstable; check the robot's lengths, masses and inertia") from None
     return {**found, "table": _tabulated(robot, slope, found["start"], found["period"], 2)}
 
 
@@ -237,10 +230,7 @@ def find_rolling(robot: RimlessWheel, slope: float) -> PassiveGait:
     try:
         rolled = part_of(robot, slope, start * [1.0, unit], lambda y: half - y[0], {})
     except GaitError:
-        raise GaitError(
-            f"a wheel of {robot.spokes} spokes does not roll steadily on {math.degrees(slope):.4g} degrees; it does on "
-            "steeper slopes"
-        ) from None
+        raise no_gait(slope, f"a wheel of {robot.spokes} spokes does not roll on; it does on steeper ones") from None
     period = rolled.duration * unit
     return PassiveGait(
         robot=robot,

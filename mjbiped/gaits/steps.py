@@ -10,8 +10,7 @@ or early.
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -20,8 +19,6 @@ import numpy as np
 from mjbiped.errors import InputError, shown
 from mjbiped.gaits.reference import DEGREE, Numbers, curve
 from mjbiped.robots.chain import SWING_LOCKED
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Array
 from mjbiped.utils import domains
 
@@ -105,10 +102,10 @@ class Motion(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StepModel(ABC):
-    """A robot's step on level ground, which begins and ends on two straight legs.
+class CompassStep:
+    """The step of a robot with straight legs on level ground, and what those of all robots have in common.
 
-    Its functions take complex arrays, and are analytic in them.
+    It begins and ends on two straight legs. Its functions take complex arrays, and are analytic in them.
 
     Attributes:
         robot: The robot that walks.
@@ -125,8 +122,8 @@ class StepModel(ABC):
     joints: ClassVar[int] = 2
     own: ClassVar[Sequence[tuple[float, float]]] = ()
     breaks: ClassVar[Sequence[float]] = ()
-    intervals: ClassVar[Sequence[int]]
-    starts: ClassVar[Sequence[tuple[float, float]]]
+    intervals: ClassVar[Sequence[int]] = (48, 32)
+    starts: ClassVar[Sequence[tuple[float, float]]] = ((0.15, 0.86), (0.22, 0.80))
     lifted: ClassVar[float] = 0.0
 
     def postures(self, half: Numbers) -> tuple[Numbers, Numbers]:
@@ -169,13 +166,14 @@ class StepModel(ABC):
         ahead_rate, height_rate = (np.cos(q) * dq) @ chain.reach, -(np.sin(q) * dq) @ chain.reach
         return Course(torques, powers, forward, upward, ahead, height, ahead_rate, height_rate)
 
-    @abstractmethod
     def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
         """Dynamics of a motion at phases in each stretch between the breaks, each of shape (..., m)."""
+        return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
 
-    @abstractmethod
-    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> Mapping[str, Numbers]:
+    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
         """Constraints on the way that this robot swings its leg: scaled values >= 0, shapes (..., n), by name.
+
+        Straight legs keep the foot above the ground wherever it might touch it.
 
         Args:
             goal: What is asked.
@@ -184,22 +182,6 @@ class StepModel(ABC):
             phases: Phases of the course, shape (..., m).
             second: Index of the moment at which the swing foot has its clearance.
         """
-
-
-@dataclass(frozen=True)
-class CompassStep(StepModel):
-    """The step of the compass biped."""
-
-    robot: Compass
-    intervals: ClassVar[Sequence[int]] = (48, 32)
-    starts: ClassVar[Sequence[tuple[float, float]]] = ((0.15, 0.86), (0.22, 0.80))
-
-    def along(self, motion: Motion, stretches: Sequence[Numbers]) -> Course:
-        """Dynamics of a motion at phases in all stretches."""
-        return self.course(*curve(motion.points, np.concatenate(stretches, axis=-1), motion.period))
-
-    def keeps(self, goal: Goal, motion: Motion, course: Course, phases: Numbers, second: int) -> dict[str, Numbers]:
-        """Keep the foot above the ground wherever it might touch it."""
         # the greater of height and what is missing to the reach, rounded
         height = course.height[..., :-1] / self.robot.leg_length
         missing = REACH - course.ahead[..., :-1] / self.robot.leg_length
@@ -208,13 +190,12 @@ class CompassStep(StepModel):
 
 
 @dataclass(frozen=True)
-class KneedStep(StepModel):
+class KneedStep(CompassStep):
     """The step of the biped with knees.
 
     Its own numbers are the five control points of the flexion that are not zero.
     """
 
-    robot: KneedBiped
     own: ClassVar[Sequence[tuple[float, float]]] = ((0.0, GREATEST_FLEXION),) * 5
     breaks: ClassVar[Sequence[float]] = (KNEE_STRIKE,)
     intervals: ClassVar[Sequence[int]] = (40, 16, 16)

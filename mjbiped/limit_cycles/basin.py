@@ -208,10 +208,7 @@ def basin_of_control(
     check_controller(controller)
     gait = controller.gait
     if gait is None:
-        raise InputError(
-            f"{type(controller).__name__} imitates no gait: there is nothing to settle on; a dataclass gets one in a "
-            "field gait: mjbiped.Gait, and the robot's model in a field robot: mjbiped.Compass"
-        )
+        raise InputError(f"{type(controller).__name__} imitates no gait to settle on; give it a field gait: Gait")
     slope = domains.SLOPE.check("slope", slope)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)

@@ -51,9 +51,7 @@ def check_biped(robot: object) -> None:
     """
     check_robot("robot", robot)
     if isinstance(robot, Robot) and "swing" not in robot.angles:
-        raise InputError(
-            f"this is about the states of a stance and a swing leg; a {type(robot).__name__} has no swing leg"
-        )
+        raise InputError(f"this is about two legs, and a {type(robot).__name__} has no swing leg")
 
 
 def check_scuffing(gait: Gait, slope: float, rule: ScuffingRule) -> None:

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Kind = TypeVar("Kind")
+Layout: TypeAlias = np.dtype[Any]
+Memory: TypeAlias = NDArray[Any]
 Numbers: TypeAlias = Sequence[float] | NDArray[np.float64]
 """Floats that are only read."""
 
@@ -32,7 +34,7 @@ class Block:
         layout: Layout in C's memory of this kind.
     """
 
-    layout: ClassVar[np.dtype[Any]]
+    layout: ClassVar[Layout]
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
@@ -55,13 +57,13 @@ class Block:
 
 
 @cache
-def dtype_of(kind: Any) -> np.dtype[Any]:
+def dtype_of(kind: Any) -> Layout:
     """Layout in C's memory of a block, or of a structure of ctypes: integers of 64 bits for all but floats.
 
     That of a `Block` is known once the first of its kind has been made.
     """
     if issubclass(kind, ctypes.Structure) or hasattr(kind, "layout"):
-        layout: np.dtype[Any] = np.dtype(getattr(kind, "layout", kind))
+        layout: Layout = np.dtype(getattr(kind, "layout", kind))
         return layout
     hints = get_type_hints(kind)
     return np.dtype([(name, np.float64 if hints[name] is float else np.int64) for name in _names(kind)])
@@ -72,14 +74,15 @@ def _names(kind: type) -> Sequence[str]:
     return getattr(kind, "_fields", None) or [field.name for field in dataclasses.fields(kind)]
 
 
-def packed(block: Any) -> tuple[NDArray[Any], list[Any]]:
+def packed(block: Any) -> tuple[Memory, list[object]]:
     """A copy of a block for machine code, and what has to live as long as the copy.
 
     Args:
         block: Its fields are floats, integers, truth values, arrays, sequences of floats, and sequences of blocks. An
             array is not copied: machine code reads and writes the array itself.
     """
-    made, kept = np.zeros(1, dtype_of(block.__class__)), []
+    made = np.zeros(1, dtype_of(block.__class__))
+    kept: list[object] = []
     for name in made.dtype.names or ():
         value = getattr(block, name)
         if not isinstance(value, bool | int | float | np.number):
@@ -98,14 +101,14 @@ def share_arrays(block: Any) -> None:
             setattr(block, field.name, np.array(value, dtype=np.float64))
 
 
-def take_numbers(block: object, made: NDArray[Any]) -> None:
+def take_numbers(block: object, made: Memory) -> None:
     """Let a block have the numbers that stand in its copy for machine code."""
     for name, value in zip(made.dtype.names or (), made[0].item(), strict=True):
         if isinstance(getattr(block, name), bool | int | float):
             setattr(block, name, value)
 
 
-def _in_a_row(value: Any) -> tuple[NDArray[Any], list[object]]:
+def _in_a_row(value: Any) -> tuple[Memory, list[object]]:
     """The entries of a list one behind the other in C's memory, and what has to live as long as they do."""
     if isinstance(value, np.ndarray):
         return value, []
@@ -115,9 +118,9 @@ def _in_a_row(value: Any) -> tuple[NDArray[Any], list[object]]:
     return np.array(value, dtype=np.float64), []
 
 
-def numbers(values: Any, count: int) -> MutableSequence[float]:  # noqa: ARG001 (machine code needs the count)
+def numbers(values: object, count: int) -> MutableSequence[float]:  # noqa: ARG001 (machine code needs the count)
     """The floats of a list, or of what stands at an address."""
-    return values  # type: ignore[no-any-return]
+    return values  # type: ignore[return-value]
 
 
 def whole_numbers(values: object, count: int) -> Any:  # noqa: ARG001

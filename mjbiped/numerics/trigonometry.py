@@ -7,7 +7,7 @@ import math
 EIGHTH_TURN = 0.25 * math.pi
 
 # Chebyshev interpolants of (sin x - x) / x^3 and (cos x - 1 + x^2 / 2) / x^4 in x^2 on the eighth turn, lowest power
-# first: truncation errors 2e-17 and 1e-18, below rounding (tests/numerics/test_trigonometry.py fits them again)
+# first: truncation errors 2e-17 and 1e-18, below rounding
 _S0, _S1, _S2 = -0.16666666666666666, 0.008333333333330948, -0.00019841269836758574
 _S3, _S4, _S5 = 2.755731610255244e-06, -2.5051131845003624e-08, 1.5918129294866608e-10
 _C0, _C1, _C2 = 0.041666666666666664, -0.0013888888888887398, 2.480158729876569e-05

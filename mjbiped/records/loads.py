@@ -100,7 +100,8 @@ def flexion(walk: Walk) -> Array:
 def is_sound(walk: Walk) -> NDArray[np.bool_]:
     """Whether each sample is a state that the equations of motion accept; the last one of a diverged walk is not."""
     angles, dq = np.column_stack([walk.samples["q"], walk.samples["slope"]]), walk.samples["dq"]
-    return (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
+    sound = (np.abs(angles) <= domains.ANGLE.high).all(axis=1) & (np.abs(dq) <= domains.RATE.high).all(axis=1)
+    return np.asarray(sound)
 
 
 def centre_of_pressure(walk: Walk) -> Array:

@@ -252,7 +252,7 @@ class Walk:
         if path.suffix != ".npz":
             raise RecordError(
                 f"a walk's record is an .npz file; cannot save as {shown(path.name)}. For other programs: "
-                "mjbiped.exchange.records.export_walk"
+                "mjbiped.exchange.export_walk"
             )
         write_arrays(path, self._arrays())
 

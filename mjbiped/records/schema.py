@@ -63,7 +63,8 @@ def checked_fields(arrays: Table) -> dict[str, Any]:
             file's name.
     """
     header = _header(arrays)
-    end, settings = header.get("end"), header.get("settings")
+    end: Any = header.get("end")
+    settings = header.get("settings")
     _check(_is_numbers(end, 2), f"its end is {shown(end)}", "a time and a place")
     robot = _checked_settings(settings)
     columns = tables_of(type(robot))

@@ -6,7 +6,7 @@ Tables on a terminal all have one style, which begins here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -113,23 +113,21 @@ def quantile_rows(finished: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def bare_table(*headings: str) -> Table:
-    """Make an empty table with words to the left and numbers to the right; without headings, three columns of words."""
+def table_of(rows: Iterable[Sequence[str]], *headings: str) -> Table:
+    """Make a table without interpreting markup, of words to the left and numbers to the right.
+
+    Args:
+        rows: Its cells, row by row.
+        *headings: Names of its columns; without them it has three columns of words: label, value and unit.
+    """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=box.SIMPLE, pad_edge=False, show_header=bool(headings))
     for heading in headings or ("", "", ""):
         words = not headings or heading in (headings[0], "unit")
         table.add_column(heading, justify="left" if words else "right", overflow="fold")
-    return table
-
-
-def table_of(rows: Iterable[Row]) -> Table:
-    """Make a table of rows of label, value and unit, without interpreting markup."""
-    from rich.text import Text
-
-    table = bare_table()
     for cells in rows:
         table.add_row(*map(Text, cells))
     return table

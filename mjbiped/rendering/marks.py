@@ -6,9 +6,10 @@ same marks.
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Collection, Iterator, Sequence
-from functools import lru_cache, partial
+from collections.abc import Collection, Iterable, Iterator
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ import numpy as np
 from mjbiped.engines.mujoco.scenery import CUT
 from mjbiped.records.loads import pressure_place
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.moments import Moment, Pair, Points
+from mjbiped.rendering.scene import Moment, Points
 from mjbiped.robots.robot import Robot
 from mjbiped.utils import palette
 from mjbiped.utils.mujoco import mujoco
@@ -54,7 +55,7 @@ _SPOT = (0.085, 0.05, 0.001)  # a shadow's half length, half width and half heig
 _SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
 _SPOT_OPACITY = 0.45
 _TRACE_PIXELS = 2.5
-_BAR = mujoco.mjtGeom.mjGEOM_BOX
+_BAR, _CAPSULE, _LINE = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_LINE
 _NOWHERE, _UPRIGHT = np.zeros(3), np.eye(3).ravel()  # of a geom that is put in its place later
 _DECOR, _UNKNOWN = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtObj.mjOBJ_UNKNOWN)
 _rgb = lru_cache(palette.rgb)  # a frame has a hundred bars in a few colours
@@ -117,43 +118,50 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
         moment: The instant.
         robot: The robot, which sets the size of the marks.
         scales: Scales of torques and forces.
-        elements: Names in `mjbiped.rendering.look.ELEMENTS`; those that are not in a scene are ignored.
+        elements: Names in `mjbiped.rendering.ELEMENTS`; those that are not in a scene are ignored.
     """
-    length = robot.leg_length
-    pen = _Pen(scene, length)
-    hip = (moment.qpos[0], moment.qpos[1])
-    angle = robot.lean(moment.qpos, moment.stance)
-    across = [limb.across for limb in robot.bodies.limbs]
-    colours = _LEGS if len(across) == len(_LEGS) else _LEGS[:1] * len(across)  # spokes of a wheel are of one colour
-    legs: list[list[Pair]] = robot.limbs(moment.qpos).tolist()
-    foot = legs[moment.stance][-1]
-    if "shadows" in elements:
-        for side, (height, slope) in enumerate(moment.ground):
-            _draw_shadow(pen, legs[side][-1], height, slope, across[side], length)
-    if robot.sole is not None and robot.bodies.foot is None:
-        for side, (_, slope) in enumerate(moment.ground):
-            _draw_sole(pen, legs[side][-1], slope, robot.sole, across[side], colours[side])
-    if "traces" in elements:
-        for side, way in enumerate(moment.traces):
-            _draw_trace(pen, way, across[side], colours[side])
+    length, limbs, pen = robot.leg_length, robot.bodies.limbs, Pen(scene, robot.leg_length)
+    legs = _in_plane(robot.limbs(moment.qpos))
+    foot, sole = legs[moment.stance][-1], None if robot.bodies.foot is not None else robot.sole
+    for side, (_, limb, (height, slope), way) in enumerate(zip(legs, limbs, moment.ground, moment.traces, strict=True)):
+        end, y = legs[side][-1], limb.across
+        colour = _LEGS[side if len(limbs) == len(_LEGS) else 0]  # spokes of a wheel are of one colour
+        clear = 1.0 - abs(end.imag - height) / (_SPOT_FADES * length)
+        if "shadows" in elements and clear > 0.0:
+            place, size = complex(end.real, height), np.multiply(_SPOT, length)
+            pen.blob(place, y, size, slope, palette.BLACK, _SPOT_OPACITY * clear)
+        if sole is not None:  # parallel to the ground; being massless, it may be held so
+            heel, toe = (end + cmath.rect(ahead, -slope) for ahead in (-sole[0], sole[1]))
+            pen.connect(_CAPSULE, heel, toe, y, _SOLE_WIDTH * length, colour)
+        if "traces" in elements:  # fainter where they are older
+            for number, (start, stop) in enumerate(pairwise(_in_plane(way)), start=1):
+                pen.connect(_LINE, start, stop, y, _TRACE_PIXELS, colour, 0.15 + 0.75 * number / len(way))
     if "ghost" in elements and moment.reference is not None:
-        _draw_ghost(pen, moment.reference, robot)
+        for upper, lower in (pair for leg in _in_plane(robot.limbs(moment.reference)) for pair in pairwise(leg)):
+            pen.connect(_CAPSULE, upper, lower, _BEHIND, _GHOST_WIDTH * length, GHOST_COLOUR, _GHOST_OPACITY)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
-        along = (math.cos(moment.slope_estimate), -math.sin(moment.slope_estimate))
-        reach = _ESTIMATE_REACH * length
-        back, ahead = ((foot[0] + way * along[0], foot[1] + way * along[1]) for way in (-reach, reach))
-        pen.bar(back, ahead, -CUT - 0.01, _ESTIMATE_WIDTH * length, SIGNALS["slope_estimate"].colour)
+        reach, colour = cmath.rect(_ESTIMATE_REACH * length, -moment.slope_estimate), SIGNALS["slope_estimate"].colour
+        pen.connect(_BAR, foot - reach, foot + reach, -CUT - 0.01, _ESTIMATE_WIDTH * length, colour)
     if "force" in elements:
-        at = foot if robot.sole is None else pressed(robot, moment, foot)
-        _draw_force(pen, at, moment.force, scales.force, length)
+        at = foot
+        if robot.sole is not None:  # the centre of pressure, which stays within the sole
+            place = pressure_place(robot, moment.torque[0], moment.force, moment.slope)
+            place = min(max(place, -robot.sole[0]), robot.sole[1]) if math.isfinite(place) else 0.0
+            at += cmath.rect(place, -moment.slope)
+        _draw_force(pen, at, complex(*moment.force), scales.force)
         if robot.sole is not None:
             pen.blob(at, _FRONT, [_PRESSED * length] * 3, 0.0, _WHITE)  # it moves on dark soles
     if "torque" in elements:
-        places = ((foot, angle), (hip, 0.0), (legs[(moment.stance + 1) % len(legs)][1], 0.0))
-        signals = torques_of(type(robot))
-        for joint, signal, torque, (place, middle) in zip(robot.joints, signals, moment.torque, places, strict=False):
+        lean, knee = robot.lean(moment.qpos, moment.stance), legs[(moment.stance + 1) % len(legs)][1]
+        places, signals = ((foot, lean), (legs[0][0], 0.0), (knee, 0.0)), torques_of(type(robot))
+        for joint, signal, torque, place in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0
-            _draw_torque(pen, place, middle, share, joint, signal.colour, length)
+            _draw_torque(pen, place, share, joint, signal.colour)
+
+
+def _in_plane(points: Points) -> Any:
+    """Points x, z (m) as complex numbers, in nested lists."""
+    return (points[..., 0] + 1j * points[..., 1]).tolist()
 
 
 def arc_sweep(share: float) -> float:
@@ -164,145 +172,89 @@ def arc_sweep(share: float) -> float:
     return math.copysign(_ARC_SWEEP * math.sqrt(min(1.0, abs(share))), share)
 
 
-def _draw_torque(pen: _Pen, centre: Pair, middle: float, share: float, joint: str, colour: str, length: float) -> None:
+def _draw_torque(pen: Pen, place: tuple[complex, float], share: float, joint: str, colour: str) -> None:
     """Draw an arc with an arrowhead about a joint, its middle at an angle from the vertical (rad)."""
     if not abs(share) >= _LEAST_SHARE:  # NaN is not
         return
-    sweep, strength = arc_sweep(share), math.sqrt(min(1.0, abs(share)))
-    radius, width = _ARC_RADIUS[joint] * length, _ARC_WIDTH * length * max(_THINNEST, strength)
+    (centre, middle), length, sweep = place, pen.length, arc_sweep(share)
+    size = max(_THINNEST, math.sqrt(min(1.0, abs(share)))) * length
+    radius, width, head = _ARC_RADIUS[joint] * length, _ARC_WIDTH * size, _HEAD * size
 
-    def place(angle: float, out: float = radius) -> Pair:
-        return centre[0] + out * math.sin(angle), centre[1] + out * math.cos(angle)
+    def at(angle: float, out: float = radius) -> complex:
+        return centre + cmath.rect(out, 0.5 * math.pi - angle)
 
     pieces = max(2, math.ceil(_ARC_PIECES * abs(sweep) / _ARC_SWEEP))
     angles = [middle + sweep * (piece / pieces - 0.5) for piece in range(pieces + 1)]
     overlap = math.copysign(0.3 * width / radius, sweep)  # of neighbouring pieces, which have square ends
-    bars = [(place(start - overlap), place(stop + overlap)) for start, stop in pairwise(angles)]
+    bars = [(at(start - overlap), at(stop + overlap)) for start, stop in pairwise(angles)]
     # two barbs, a little bent inward as the arc is
-    head = _HEAD * length * max(_THINNEST, strength)
     back = angles[-1] - math.copysign(head / radius, sweep)
-    bars += [(place(angles[-1]), place(back, out)) for out in (radius + 0.6 * head, radius - 0.6 * head)]
-    for bar in bars:
-        pen.bar(*bar, _FRONT + _HALO, width + _HALO * length, _WHITE)
-    for bar in bars:
-        pen.bar(*bar, _FRONT - width, width, colour)
+    bars += [(at(angles[-1]), at(back, out)) for out in (radius + 0.6 * head, radius - 0.6 * head)]
+    for y, wide, shade in ((_FRONT + _HALO, width + _HALO * length, _WHITE), (_FRONT - width, width, colour)):
+        for start, stop in bars:
+            pen.connect(_BAR, start, stop, y, wide, shade)
 
 
-def pressed(robot: Robot, moment: Moment, foot: Pair) -> Pair:
-    """The centre of pressure in the sole, x and z in m, by the point below the ankle; it stays within the sole."""
-    behind, ahead = robot.sole or (0.0, 0.0)
-    place = pressure_place(robot, moment.torque[0], moment.force, moment.slope)
-    place = min(max(place, -behind), ahead) if math.isfinite(place) else 0.0
-    return foot[0] + place * math.cos(moment.slope), foot[1] - place * math.sin(moment.slope)
-
-
-def _draw_force(pen: _Pen, foot: Pair, force: Pair, scale: float, length: float) -> None:
+def _draw_force(pen: Pen, foot: complex, force: complex, scale: float) -> None:
     """Draw an arrow that pushes the foot from below."""
-    weights = math.hypot(*force) / scale
-    if not 0.0 < weights < math.inf:
-        return
-    factor = min(weights, _MOST_WEIGHTS) / weights * _FORCE_LENGTH * length / scale
-    tail = (foot[0] - factor * force[0], foot[1] - factor * force[1])
-    pen.bar(tail, foot, _FRONT, _FORCE_WIDTH * length, FORCE_COLOUR)
-    head = _FORCE_HEAD * length / math.hypot(*force)
-    for turned in (-0.55, 0.55):
-        barb = (foot[0] - head * (force[0] + turned * force[1]), foot[1] - head * (force[1] - turned * force[0]))
-        pen.bar(foot, barb, _FRONT, _FORCE_WIDTH * length, FORCE_COLOUR)
+    weights = abs(force) / scale
+    if 0.0 < weights < math.inf:
+        along = force / abs(force) * pen.length
+        tail = foot - min(weights, _MOST_WEIGHTS) * _FORCE_LENGTH * along
+        for end in (tail, foot - _FORCE_HEAD * along * (1.0 - 0.55j), foot - _FORCE_HEAD * along * (1.0 + 0.55j)):
+            pen.connect(_BAR, end, foot, _FRONT, _FORCE_WIDTH * pen.length, FORCE_COLOUR)
 
 
-def _draw_ghost(pen: _Pen, posture: Sequence[float], robot: Robot) -> None:
-    """Draw a translucent posture, both legs from hip to foot."""
-    capsule, width = mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_WIDTH * robot.leg_length
-    for points in robot.limbs(posture).tolist():
-        for upper, lower in pairwise(points):
-            pen.connect(capsule, upper, lower, _BEHIND, width, GHOST_COLOUR, _GHOST_OPACITY)
+class Pen:
+    """Adds geoms without shadows to a scene, in planes of y in leg lengths.
 
-
-def _draw_shadow(pen: _Pen, foot: Pair, height: float, slope: float, y: float, length: float) -> None:
-    """Draw a dark spot on the ground under a foot."""
-    clear = 1.0 - abs(foot[1] - height) / (_SPOT_FADES * length)
-    if not clear > 0.0:
-        return
-    pen.blob((foot[0], height), y, np.multiply(_SPOT, length), slope, palette.BLACK, _SPOT_OPACITY * clear)
-
-
-def _draw_sole(pen: _Pen, foot: Pair, slope: float, sole: Pair, y: float, colour: str) -> None:
-    """Draw the sole of a foot, parallel to the ground under it; being massless, it may be held so."""
-    cosine, sine, (behind, ahead) = math.cos(slope), math.sin(slope), sole
-    heel = foot[0] - behind * cosine, foot[1] + behind * sine
-    toe = foot[0] + ahead * cosine, foot[1] - ahead * sine
-    pen.connect(mujoco.mjtGeom.mjGEOM_CAPSULE, heel, toe, y, _SOLE_WIDTH * pen.length, colour)
-
-
-def _draw_trace(pen: _Pen, way: Points, y: float, colour: str) -> None:
-    """Draw the path of a foot, fainter where it is older."""
-    points = way.tolist()
-    for number, (start, stop) in enumerate(pairwise(points)):
-        opacity = 0.15 + 0.75 * (number + 1) / len(points)
-        pen.connect(mujoco.mjtGeom.mjGEOM_LINE, start, stop, y, _TRACE_PIXELS, colour, opacity)
-
-
-class _Pen:
-    """Adds geoms to a scene, in planes of y in leg lengths."""
+    Attributes:
+        length: Length of a leg, m.
+    """
 
     def __init__(self, scene: mujoco.MjvScene, length: float) -> None:
-        self._add, self.length = partial(add_geom, scene, scene.geoms), length
+        """Prepare to draw in a scene."""
+        self._scene, self._geoms, self.length = scene, scene.geoms, length  # `geoms` makes objects each time
 
     def connect(
-        self, kind: int, start: Pair, stop: Pair, y: float, width: float, colour: str, opacity: float = 1.0
+        self, kind: int, start: complex, stop: complex, y: float, width: float, colour: str, opacity: float = 1.0
     ) -> None:
-        """Connect two points x, z (m) of the plane at y by a capsule or bar of half width `width` (m), or by a line.
+        """Connect two points x + iz (m) by a capsule or a square bar of half width `width` (m), or by a line.
 
         A line is `width` pixels wide. Nothing connects a point with itself, or with none.
         """
-        if not 0.0 < math.dist(start, stop) < math.inf:
-            return
-        geom = self._add(kind, _NOWHERE, _NOWHERE, _UPRIGHT, (*_rgb(colour), opacity))
-        if geom is not None:
-            ends = (np.array((x, y * self.length, z)) for x, z in (start, stop))
-            mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE if kind == _BAR else kind, width, *ends)
-            geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
+        if 0.0 < abs(stop - start) < math.inf:
+            geom = self.add(kind, _NOWHERE, _NOWHERE, _UPRIGHT, (*_rgb(colour), opacity))
+            if geom is not None:
+                ends = (np.array((end.real, y * self.length, end.imag)) for end in (start, stop))
+                mujoco.mjv_connector(geom, _CAPSULE if kind == _BAR else kind, width, *ends)
+                geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
 
-    def bar(self, start: Pair, stop: Pair, y: float, width: float, colour: str) -> None:
-        """Connect two points by a square bar."""
-        self.connect(_BAR, start, stop, y, width, colour)
-
-    def blob(self, place: Pair, y: float, size: object, slope: float, colour: str, opacity: float = 1.0) -> None:
-        """Add an ellipsoid of three half axes (m) at a point x, z (m) of the plane at y, tilted by a slope (rad)."""
-        cosine, sine, centre = math.cos(slope), math.sin(slope), (place[0], y * self.length, place[1])
+    def blob(self, place: complex, y: float, size: object, slope: float, colour: str, opacity: float = 1.0) -> None:
+        """Add an ellipsoid of three half axes (m) at a point x + iz (m), tilted by a slope (rad)."""
+        cosine, sine, centre = math.cos(slope), math.sin(slope), (place.real, y * self.length, place.imag)
         frame, rgba = np.array((cosine, 0.0, sine, 0.0, 1.0, 0.0, -sine, 0.0, cosine)), (*_rgb(colour), opacity)
-        self._add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array(size), np.array(centre), frame, rgba)
+        self.add(mujoco.mjtGeom.mjGEOM_ELLIPSOID, np.array(size), np.array(centre), frame, rgba)
 
+    def add(self, kind: int, size: Points, place: Points, frame: Points, rgba: Iterable[float]) -> Any:
+        """Add a geom; return None if the scene is full.
 
-def add_geom(
-    scene: mujoco.MjvScene,
-    geoms: Sequence[object],
-    kind: object,
-    size: Any,
-    place: object,
-    frame: Any,
-    rgba: tuple[float, ...],
-) -> Any:
-    """Add a geom without shadows to a scene; return None if the scene is full.
+        Args:
+            kind: Kind of geom, of `mujoco.mjtGeom`.
+            size: Size, three numbers, m.
+            place: Centre, m.
+            frame: Axes, nine numbers.
+            rgba: Colour and opacity, each from 0 to 1.
 
-    Args:
-        scene: A `mujoco.MjvScene`.
-        geoms: `scene.geoms`, which makes new objects each time it is read.
-        kind: Kind of geom, of `mujoco.mjtGeom`.
-        size: Size, three numbers, m.
-        place: Centre, m.
-        frame: Axes, nine numbers.
-        rgba: Colour and opacity, each from 0 to 1.
-
-    Returns:
-        The geom; emission, specular and shininess are zero.
-    """
-    if scene.ngeom >= scene.maxgeom:
-        return None
-    geom = geoms[scene.ngeom]
-    mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array(rgba, dtype=np.float32))
-    # mjv_initGeom leaves these as they are in memory, and pixels depend on them
-    geom.category, geom.objtype, geom.objid, geom.segid = _DECOR, _UNKNOWN, -1, -1
-    geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
-    scene.ngeom += 1
-    return geom
+        Returns:
+            The geom; emission, specular and shininess are zero.
+        """
+        if self._scene.ngeom >= self._scene.maxgeom:
+            return None
+        geom = self._geoms[self._scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, size, place, frame, np.array([*rgba], dtype=np.float32))
+        # mjv_initGeom leaves these as they are in memory, and pixels depend on them
+        geom.category, geom.objtype, geom.objid, geom.segid = _DECOR, _UNKNOWN, -1, -1
+        geom.emission, geom.specular, geom.shininess = 0.0, 0.0, 0.0
+        self._scene.ngeom += 1
+        return geom

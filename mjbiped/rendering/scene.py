@@ -1,28 +1,169 @@
-"""Scene of a recorded walk, in which the robot is set to recorded postures; its cameras, and their view in pixels."""
+"""Instants of a walk as they are drawn, the scene in which the robot is set to them, its cameras and their view."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from mjbiped.analysis.replay import TrackedReference, recorded_controller
+from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows
+from mjbiped.errors import MjbipedError
+from mjbiped.records.loads import is_sound
 from mjbiped.records.record import Walk
-from mjbiped.rendering.moments import Moment
+from mjbiped.robots.robot import Robot
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
+
+TRACE = 2.0
+"""Time for which the path of a foot is seen, s."""
+
+APART = 0.04  # distance between the points of a foot's path, in leg lengths
+_SAME = 1e-9  # times that differ by less are the same, s
 
 _SIGHT = 6.0  # length of ground beyond what the record or a frame needs, in leg lengths
 _TOUCHING = 2e-4  # distance of foot and ground within which MuJoCo finds contacts to show, in leg lengths
-_SAME = 1e-9  # times that differ by less are the same, s
-
 _CALM = 0.35  # standard deviation of the Gaussian that smooths the path, s: half a step
 _REACH = 30  # samples of the path on either side that the Gaussian reaches
 _MOST_PLACES = 1_000_000  # greatest number of samples of the path; in ten hours of walking the Gaussian widens
+
+Pair = tuple[float, float]
+Points = NDArray[np.float64]
+
+
+class Moment(NamedTuple):
+    """An instant of a walk.
+
+    Attributes:
+        time: Time since the start of the walk, s.
+        step: Number of the current step, from 1 on; a touchdown belongs to the step that it ends.
+        qpos: Posture, see `Robot.places`: hip x and z (m), left and right leg from the vertical, flexions (rad).
+        stance: Number of the stance leg; of a biped 0 left, 1 right.
+        slope: Slope of the ground under the stance foot, rad.
+        slope_estimate: Slope that the controller estimates, rad; NaN if it makes no estimate.
+        torque: Torques of the robot's joints, N m.
+        force: Force of the ground on the stance foot, forward and upward, N; NaN where the walk has diverged.
+        reference: Posture that the controller tracks on the stance foot, as `qpos`; None without a reference.
+        ground: Height (m) and slope (rad) of the ground under left and right foot.
+        traces: Paths of left and right foot until now, points x, z in m, each of shape (n, 2).
+    """
+
+    time: float
+    step: int
+    qpos: tuple[float, ...]
+    stance: int
+    slope: float
+    slope_estimate: float
+    torque: tuple[float, ...]
+    force: Pair
+    reference: tuple[float, ...] | None
+    ground: tuple[Pair, ...]
+    traces: tuple[Points, ...]
+
+
+def latest_sample(times: Points, time: float) -> int:
+    """Index of the latest sample at a time (s); the first one before it."""
+    return max(0, int(np.searchsorted(times, time + _SAME, side="right")) - 1)
+
+
+class Moments:
+    """Instants of a record."""
+
+    def __init__(self, walk: Walk, *, ghost: bool = True) -> None:
+        """Prepare the paths of the feet and the reference that the controller tracked.
+
+        Args:
+            walk: A record with samples.
+            ghost: Whether the tracked reference is wanted.
+        """
+        self._walk, self._robot, self._times = walk, walk.robot, walk.samples["time"]
+        self._sound, self._reference = is_sound(walk), None
+        if ghost:
+            with suppress(MjbipedError, ArithmeticError, ValueError):  # it tracks none, or cannot be rebuilt
+                self._reference = TrackedReference(walk, recorded_controller(walk, kind=Tracking))
+        self._ways, length = list[tuple[NDArray[np.int64], Points]](), self._robot.leg_length
+        for feet in np.moveaxis(self._robot.limbs(walk.samples["qpos"])[:, :, -1], 1, 0):
+            way = np.append(0.0, np.cumsum(np.hypot(*np.diff(feet, axis=0).T)))
+            marks = np.flatnonzero(np.diff(np.floor(way / (APART * length)), prepend=-1.0))
+            self._ways.append((marks, feet[marks]))
+
+    def greatest_torque(self, start: float, stop: float) -> float:
+        """Greatest finite torque of all joints between two times (s), N m; 0 without one."""
+        low, high = np.searchsorted(self._times, (start, stop), side="left")
+        torque = np.abs(self._walk.samples["torque"][max(0, low - 1) : high + 1])
+        return float(np.max(torque, initial=0.0, where=np.isfinite(torque)))
+
+    def at(self, time: float) -> Moment:
+        """Return the instant at a time (s) of the record.
+
+        The posture is interpolated between samples; everything else is from the latest sample.
+        """
+        samples, times, touchdowns = self._walk.samples, self._times, self._walk.touchdowns["time"]
+        latest = latest_sample(times, time)
+        following = min(latest + 1, len(times) - 1)
+        between = times[following] - times[latest]
+        share = min(1.0, max(0.0, (time - times[latest]) / between)) if between > 0.0 else 0.0
+        before = samples["qpos"][latest]
+        qpos = before + share * (samples["qpos"][following] - before)
+        feet: list[Pair] = [(x, z) for x, z in self._robot.limbs(qpos)[:, -1].tolist()]
+        slope = float(samples["slope"][latest])
+        q, dq, torque = (samples[name][latest] for name in ("q", "dq", "torque"))
+        stance = int(samples["stance"][latest])
+        locked = bool(samples["locked"][latest]) if "locked" in samples else False
+        bent = float(self._robot.flexion(before, stance))
+        force = (math.nan, math.nan)
+        if self._sound[latest]:
+            force = self._robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=bent)
+        tracked = None if self._reference is None else self._reference.at(time, locked=locked)
+        return Moment(
+            time=time,
+            step=1 + int(np.searchsorted(touchdowns, time - _SAME)),
+            qpos=tuple(qpos.tolist()),
+            stance=stance,
+            slope=slope,
+            slope_estimate=float(samples["slope_estimate"][latest]),
+            torque=tuple(torque.tolist()),
+            force=force,
+            reference=tracked and tracked_posture(self._robot, feet[stance], stance, slope, tracked, bent),
+            ground=ground_under(self._walk.terrain, feet),
+            traces=tuple(self._trace(leg, time, foot) for leg, foot in enumerate(feet)),
+        )
+
+    def _trace(self, leg: int, time: float, foot: Pair) -> Points:
+        """Path of a foot until a time (s), at which it is at a place (m)."""
+        marks, points = self._ways[leg]
+        low, high = np.searchsorted(marks, np.searchsorted(self._times, (time - TRACE, time + _SAME), side="right"))
+        return np.vstack([points[low:high], foot])
+
+
+def ground_under(terrain: Terrain, feet: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Height (m) and slope (rad) of the ground under each foot at x, z (m)."""
+    return tuple((terrain.height_at(x), terrain.slope_at(x)) for x, _ in feet)
+
+
+def tracked_posture(
+    robot: Robot, foot: Pair, stance: int, slope: float, tracked: Sequence[float], bent: float
+) -> tuple[float, ...] | None:
+    """Posture `qpos` with the angles that a controller tracks; None where these are no finite numbers.
+
+    Args:
+        robot: The robot.
+        foot: Place of the stance foot, x and z in m.
+        stance: Number of the stance leg.
+        slope: Slope of the ground, rad.
+        tracked: Angles from the ground's normal, stance leg first, rad.
+        bent: Flexion of the stance knee, rad.
+    """
+    posture = robot.posture(foot, stance, [angle + slope for angle in tracked], bent)
+    return posture if all(map(math.isfinite, posture)) else None
 
 
 class PosedScene:
@@ -72,7 +213,7 @@ class PosedScene:
         if not forces:
             place(model, data)
             return
-        latest = max(0, int(np.searchsorted(samples["time"], moment.time + _SAME, side="right")) - 1)
+        latest = latest_sample(samples["time"], moment.time)
         robot, dq, lean = self._robot, samples["dq"][latest], self._robot.lean(moment.qpos, moment.stance)
         limbs = robot.bodies.limbs
         stance, swing = limbs[moment.stance], limbs[(moment.stance + 1) % len(limbs)]
@@ -131,36 +272,3 @@ def fit_cameras(model: mujoco.MjModel, leg_length: float) -> None:
     flat = model.cam_projection == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC
     model.cam_fovy[flat] *= leg_length
     model.stat.extent *= leg_length
-
-
-class View(NamedTuple):
-    """Projection of places to pixels by a camera of a scene.
-
-    Attributes:
-        size: Width and height of the picture, pixels.
-        place: Place of the camera, m.
-        axes: Right, up and backward directions of the camera, as rows.
-        half: Half height of the visible region at distance 1; in m for an orthographic camera.
-        orthographic: Whether sizes are the same at all distances.
-    """
-
-    size: tuple[int, int]
-    place: NDArray[np.float64]
-    axes: NDArray[np.float64]
-    half: float
-    orthographic: bool
-
-    @classmethod
-    def of(cls, model: mujoco.MjModel, data: mujoco.MjData, camera: int, size: tuple[int, int]) -> View:
-        """Return the view of the camera with this number in a picture of the given width and height in pixels."""
-        orthographic = bool(model.cam_projection[camera] == mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC)
-        angle = float(model.cam_fovy[camera])
-        half = 0.5 * angle if orthographic else math.tan(math.radians(0.5 * angle))
-        return cls(size, data.cam_xpos[camera].copy(), data.cam_xmat[camera].reshape(3, 3).T.copy(), half, orthographic)
-
-    def pixel(self, x: float, y: float, z: float) -> tuple[float, float]:
-        """Return column and row of a place (m)."""
-        right, up, behind = (self.axes @ (np.array((x, y, z)) - self.place)).tolist()
-        width, height = self.size
-        share = 0.5 * height / self.half / (1.0 if self.orthographic else -behind)
-        return 0.5 * width + share * right, 0.5 * height - share * up

@@ -14,13 +14,11 @@ import numpy as np
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.rendering.chart import Chart
+from mjbiped.rendering import Look
 from mjbiped.rendering.gl import ensure_gl
-from mjbiped.rendering.look import Look
-from mjbiped.rendering.marks import MOST_GEOMS, Scales, add_geom, draw_marks, signed, signs
-from mjbiped.rendering.moments import Moment, Moments
-from mjbiped.rendering.overlay import Overlay, Pixels, overlay
-from mjbiped.rendering.scene import PosedScene, View, smooth_offsets
+from mjbiped.rendering.marks import MOST_GEOMS, Pen, Scales, draw_marks, signed, signs
+from mjbiped.rendering.overlay import Chart, Overlay, Pixels, View
+from mjbiped.rendering.scene import Moment, Moments, PosedScene, smooth_offsets
 from mjbiped.utils.mujoco import environment, mujoco
 
 _CHART_SHARE = 0.27  # of a frame's height
@@ -71,12 +69,13 @@ class Stage:
 
     def __init__(self, walk: Walk, film: Film, open_now: ExitStack) -> None:
         """Build the scene; call `open` instead."""
-        self._walk, self._robot, self._terrain, self._film = walk, walk.robot, walk.terrain, film
-        self._look, self._open = film.look, open_now
+        self._walk, self._robot, self._film, self._look, self._open = walk, walk.robot, film, film.look, open_now
         charted = "chart" in film.look.elements and film.height >= _LOWEST_WITH_CHART
         chart_height = round(film.height * _CHART_SHARE) if charted else 0
         self._chart = Chart(walk, film.start, film.stop, film.width, chart_height) if charted else None
-        self._picture = film.height - chart_height
+        self._frame = np.empty((film.height, film.width, 3), dtype=np.uint8)
+        self._picture = self._frame[: film.height - chart_height]
+        self._upside_down = np.empty_like(self._picture)
         self._moments = Moments(walk, ghost="ghost" in film.look.elements)
         self._scales = Scales(self._moments.greatest_torque(film.start, film.stop), self._robot.weight)
         self._smooth = smooth_offsets(walk)
@@ -100,71 +99,80 @@ class Stage:
             yield cls(walk, film, stack)
 
     def _go_to(self, x: float) -> None:
-        """Build the scene about x (m) if the present one does not reach there."""
+        """Build the scene about x (m) if the present one does not reach there, and a canvas for it.
+
+        Raises:
+            InputError: There is no such camera.
+            RenderError: No OpenGL platform works, or not with so many pixels.
+        """
         if not self._posed.go_to(x):
             return
         model, name = self._posed.model, self._film.camera
         names = [model.camera(index).name for index in range(model.ncam)]
         if name not in names:
             raise InputError(f"unknown camera {shown(name)}; valid are {', '.join(names)}")
-        self._open.close()
-        self._renderer = self._renderer_of(model)
-        self._open.callback(self._renderer.close)
-        self._scene, self._option, self._eye = self._renderer.scene, mujoco.MjvOption(), mujoco.MjvCamera()
+        self._option, self._eye = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, names.index(name)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + MOST_GEOMS + 200)
         usual = {mujoco.mjtRndFlag.mjRND_SHADOW: self._film.fine, mujoco.mjtRndFlag.mjRND_SKYBOX: False}
         self._look.set_flags(self._option.flags, self._scene.flags, usual)
-        self._camera = names.index(name)
-        self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._camera
-
-    def _renderer_of(self, model: mujoco.MjModel) -> mujoco.Renderer:
-        """Open MuJoCo's renderer of a model, whose settings for pictures are changed.
-
-        Raises:
-            RenderError: No OpenGL platform works, or not with so many pixels.
-        """
-        platform, size = ensure_gl(), (self._picture, self._film.width)
-        model.vis.global_.offheight, model.vis.global_.offwidth = size
-        quality = model.vis.quality
+        (height, width, _), quality = self._picture.shape, model.vis.quality
+        model.vis.global_.offheight, model.vis.global_.offwidth = height, width
         quality.offsamples = _SMOOTHED if self._film.fine else 0
         quality.numslices, quality.numstacks, quality.numquads = _FACES
+        self._open.close()
+        platform = ensure_gl()
+        from mujoco.rendering.classic import gl_context  # whose platform has been chosen now
+
         try:
             with environment(LP_NUM_THREADS=os.environ.get("LP_NUM_THREADS", "0")):
-                return mujoco.Renderer(model, *size, max_geom=model.ngeom + MOST_GEOMS + 200)
+                self._canvas = gl_context.GLContext(width, height)
+                self._open.callback(self._canvas.free)
+                self._canvas.make_current()
+                self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
+                self._open.callback(self._drawing.free)
+                mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
         except Exception as error:  # ImportError, RuntimeError, mujoco.FatalError, PyOpenGL's own
-            wanted = f"{self._film.width} x {self._picture}"
-            raise RenderError(f"OpenGL platform {platform} cannot draw {wanted} pixels: {error}") from error
+            raise RenderError(f"OpenGL platform {platform} cannot draw {width} x {height} pixels: {error}") from error
 
     def frame(self, time: float, *, with_outcome: bool = False) -> Pixels:
-        """Draw the walk at a time (s) of the record as RGB pixels, on request with the walk's outcome in words."""
-        moment = self._moments.at(time)
+        """Draw the walk at a time (s) of the record, on request with the walk's outcome in words.
+
+        Returns:
+            RGB pixels, which the next frame overwrites.
+        """
+        moment, picture = self._moments.at(time), self._picture
         self._go_to(moment.qpos[0])
-        data = self._posed.data
+        model, data = self._posed.model, self._posed.data
         self._posed.pose(moment, forces=bool(self._look.visual))
         for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
-            data.cam_xpos[self._camera, axis] += np.interp(time, self._walk.samples["time"], offsets)
-        self._renderer.update_scene(data, self._eye, self._option)
-        view = View.of(self._posed.model, data, self._camera, (self._film.width, self._picture))
+            data.cam_xpos[self._eye.fixedcamid, axis] += np.interp(time, self._walk.samples["time"], offsets)
+        every, (height, width, _) = mujoco.mjtCatBit.mjCAT_ALL, picture.shape
+        mujoco.mjv_updateScene(model, data, self._option, None, self._eye, every, self._scene)
+        view = View.of(model, data, self._eye.fixedcamid, (width, height))
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
         draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
-        out = np.empty((self._film.height, self._film.width, 3), dtype=np.uint8)
-        picture = self._renderer.render(out=out[: self._picture])
-        with overlay(picture, self._film.height) as over:
-            self._write(over, moment, view, self._walk.outcome if with_outcome else "")
+        self._canvas.make_current()
+        place = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(place, self._scene, self._drawing)
+        mujoco.mjr_readPixels(self._upside_down, None, place, self._drawing)
+        picture[...] = self._upside_down[::-1]
+        self._write(Overlay(picture, self._film.height), moment, view, self._walk.outcome if with_outcome else "")
         if self._chart is not None:
-            self._chart.draw(out[self._picture :], time)
-        return out
+            self._chart.draw(self._frame[height:], time)
+        return self._frame
 
     def _add_background(self, view: View) -> None:
         """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
-        far, geoms, box = _FAR * self._robot.leg_length, self._scene.geoms, mujoco.mjtGeom.mjGEOM_BOX
+        far, pen = _FAR * self._robot.leg_length, Pen(self._scene, self._robot.leg_length)
         high = view.half * (1.0 if view.orthographic else far)
-        wide, change = high * self._film.width / self._picture, np.subtract(_ZENITH, _HORIZON)
+        wide, change = high * view.size[0] / view.size[1], np.subtract(_ZENITH, _HORIZON)
         edges = np.linspace(0.0, high, _BANDS + 1)[1:].tolist()
         for band, (low, top) in enumerate(pairwise((-high, *edges))):
             place = view.place - far * view.axes[2] + 0.5 * (low + top) * view.axes[1]
             size, colour = np.array([wide, 0.5 * (top - low), 1e-3]), _HORIZON + band / _BANDS * change
-            add_geom(self._scene, geoms, box, size, place, view.axes.T.ravel(), (*colour, 1.0))
+            pen.add(mujoco.mjtGeom.mjGEOM_BOX, size, place, view.axes.T.ravel(), (*colour, 1.0))
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:
         """Write words and signs over the picture."""
@@ -176,7 +184,7 @@ class Stage:
             start, stop = (view.pixel(float(view.place[0]) + x, 0.0, 0.0)[0] for x in (0.0, 1.0))
             over.scale(stop - start, low + 0.6 * over.letter)
         if "labels" in elements:
-            over.ground_labels(self._terrain, view, self._robot.leg_length)
+            over.ground_labels(self._walk.terrain, view, self._robot.leg_length)
 
 
 def caption(moment: Moment, slow_motion: float) -> list[str]:

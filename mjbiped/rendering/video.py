@@ -1,7 +1,7 @@
 """Videos and stills of recorded walks; nothing is simulated here.
 
 The scene is built from the record, the recorded postures are interpolated to the times of the frames, and MuJoCo draws
-them together with the elements of `mjbiped.rendering.look.ELEMENTS`. OpenGL is chosen in `mjbiped.rendering.gl`.
+them together with the elements of `mjbiped.rendering.ELEMENTS`. OpenGL is chosen in `mjbiped.rendering.gl`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import math
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import repeat
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
-from mjbiped.rendering.look import SUFFIXES, look
+from mjbiped.rendering import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
 from mjbiped.rendering.stage import Film, Stage
 from mjbiped.utils import domains
@@ -36,14 +35,16 @@ FASTEST_GIF = 50
 """Greatest frame rate of a .gif, 1/s: the format counts hundredths of a second, and viewers show one as a tenth."""
 
 _TYPICAL = 8  # frames from which a palette is made
-_H264 = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "superfast"]
-_H264 += ["-x264-params", "mbtree=1:rc-lookahead=10", "-sws_flags", "fast_bilinear", "-movflags", "+faststart"]
+_X264 = "mbtree=1:rc-lookahead=10:b-adapt=0:subme=0"
+_H264 = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "superfast", "-x264-params", _X264]
+_H264 += ["-sws_flags", "fast_bilinear", "-movflags", "+faststart"]
 """Files of these pictures are as small as with the preset "veryfast", in two thirds of the time."""
 _PALETTE = (
     "split[first][all];[first]trim=end_frame={0},palettegen=max_colors=96:reserve_transparent=0[palette];"
     "[all]trim=start_frame={0},setpts=PTS-STARTPTS[shown];[shown][palette]paletteuse=dither=none:diff_mode=rectangle"
 )
 """Filter that makes the palette of a .gif from its first frames, and drops these."""
+_PIPE = 1 << 19  # bytes that wait for the encoder, where the system can choose; with few, frames go in many parts
 _LAST_WORDS = 300  # characters of an encoder's complaint
 
 
@@ -77,7 +78,7 @@ def render_video(
         slow_motion: Seconds of video per second of the walk, 0.01 to 100; below 1 time passes faster.
         start: Time of the record at which the video begins, s; its first unless given.
         stop: Time of the record at which the video ends, s; its last unless given.
-        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
+        hide: Names of `mjbiped.rendering.ELEMENTS` to hide, or "all".
         flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
         progress: Show a progress bar (never where the output is not a terminal).
 
@@ -105,16 +106,14 @@ def render_video(
     film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, frames)
     with Stage.open(walk, film) as stage:
 
-        def all_frames() -> Iterator[Pixels]:
-            for number in progress_bar(range(frames), desc="video", total=frames, unit="frame", progress=progress):
-                yield stage.frame(begin + number / (slow_motion * fps))
-            yield from repeat(stage.frame(end, with_outcome=end == last), round(LAST_FRAME_HELD * fps))
-
         def write(file: Path) -> None:
-            typical = [stage.frame(time) for time in np.linspace(begin, end, _TYPICAL)] if gif else []
+            typical = [stage.frame(time).copy() for time in np.linspace(begin, end, _TYPICAL)] if gif else []
             with encoder(file, width, height, fps, typical) as add:
-                for frame in all_frames():
-                    add(frame)
+                for number in progress_bar(range(frames), desc="video", total=frames, unit="frame", progress=progress):
+                    add(stage.frame(begin + number / (slow_motion * fps)))
+                held = stage.frame(end, with_outcome=end == last)
+                for _ in range(round(LAST_FRAME_HELD * fps)):
+                    add(held)
 
         if path is not None:
             with saved(path, RenderError) as unfinished:
@@ -124,8 +123,8 @@ def render_video(
         from IPython.display import HTML, display  # a notebook has it
 
         with TemporaryDirectory() as folder:
-            write(Path(folder) / "walk.mp4")
-            content = (Path(folder) / "walk.mp4").read_bytes()
+            write(file := Path(folder) / "walk.mp4")
+            content = file.read_bytes()
         display(HTML(mediapy.html_from_compressed_video(content, width, height)))  # type: ignore[no-untyped-call]
 
 
@@ -147,7 +146,7 @@ def render_frame(
         width: Width in pixels, 64 to 4096.
         height: Height in pixels, 64 to 4096.
         camera: Camera: "track", "side" or "overview".
-        hide: Names of `mjbiped.rendering.look.ELEMENTS` to hide, or "all".
+        hide: Names of `mjbiped.rendering.ELEMENTS` to hide, or "all".
         flags: MuJoCo's visual flags to set, such as "contactpoint", or to clear, such as "no-static".
 
     Returns:
@@ -160,7 +159,9 @@ def render_frame(
     begin, end = _checked(walk, width, height)
     times = domains.Domain(begin, end, "s of the record").array("time", time, None)
     with Stage.open(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
-        frames = np.array([stage.frame(each) for each in times.ravel().tolist()])
+        frames = np.empty((times.size, height, width, 3), dtype=np.uint8)
+        for place, each in zip(frames, times.ravel().tolist(), strict=True):
+            place[...] = stage.frame(each)
     return frames.reshape(*times.shape, height, width, 3)
 
 
@@ -201,7 +202,7 @@ def encoder(
     output = ["-vf", _PALETTE.format(len(typical))] if path.suffix == ".gif" else _H264
     try:
         command = [imageio_ffmpeg.get_ffmpeg_exe(), "-loglevel", "error", "-y", *given, *output, str(path)]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, pipesize=_PIPE)
     except (RuntimeError, OSError) as error:
         raise RenderError(f"the video encoder failed: {error}") from error
 

@@ -11,12 +11,11 @@ from typing import TypeAlias
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from rich.table import Table
-from rich.text import Text
 
 from mjbiped.plotting.comparison import draw_survivals
 from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
-from mjbiped.records.summary import bare_table
+from mjbiped.records.summary import table_of
 from mjbiped.studies.robustness import Limits, Plan
 from mjbiped.studies.robustness_findings import FORGETTING, SOLE, Findings, Robustness
 from mjbiped.studies.robustness_walks import ALL, DISTURBANCES, LEVEL_STEPS, rough_from
@@ -44,9 +43,8 @@ def robustness_tables(robustness: Robustness) -> list[Table]:
     for engine in robustness.plan.engines:
         findings = robustness.of(engine)
         for title, cells, meanings in _contents(robustness.plan, findings[0]):
-            table = bare_table("controller", *cells(findings[0]))
-            for each in findings:
-                table.add_row(*map(Text, (each["controller"], *cells(each).values())))
+            rows = ((each["controller"], *cells(each).values()) for each in findings)
+            table = table_of(rows, "controller", *cells(findings[0]))
             table.title = f"{title}, {engine} engine"
             table.caption = "; ".join((*meanings, scuffing_words(robustness.plan)))
             table.title_justify = table.caption_justify = "left"

@@ -167,7 +167,7 @@ def walks_of(wanted: Plan) -> Iterator[Cell]:
             yield cell(engine, SURVIVAL, label, wanted.steps, there, ground=words, case=seed)
 
 
-def _cases(tried: Mapping[str, tuple[float, ...]], count: int) -> Iterator[tuple[str, float, int]]:
+def _cases(tried: Mapping[str, Sequence[float]], count: int) -> Iterator[tuple[str, float, int]]:
     """List name, magnitude and case of all that is tried, with a number of cases of each magnitude."""
     for test, magnitudes in tried.items():
         for magnitude, case in product(magnitudes, range(count)):

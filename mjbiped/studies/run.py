@@ -13,7 +13,7 @@ from functools import cache, partial
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,8 +39,6 @@ TRIED = 5
 
 _LONGEST = 20.0  # s after which no further walk of an engine is tried
 _SMOOTHING = 0.05  # of the rate from which the time left is told: that of some twenty arrivals, of all kinds of walks
-
-AnyCell = TypeVar("AnyCell")
 
 
 class Swept(NamedTuple):
@@ -147,8 +145,8 @@ def estimate(study: Study, *, workers: int | None = None, trajectories: bool = F
 
 
 def walk_cells(
-    walked: Callable[[AnyCell], Row],
-    todo: Sequence[AnyCell],
+    walked: Callable[[Cell], Row],
+    todo: Sequence[Cell],
     save: Callable[[Sequence[Row]], None],
     *,
     ended: int,
@@ -176,8 +174,8 @@ def walk_cells(
         return
     back: queue.SimpleQueue[Future[Row]] = queue.SimpleQueue()
     count = min(workers or cores(), len(todo))
-    told: dict[str, Any] = {"desc": "walks", "unit": "walk", "smoothing": _SMOOTHING, "progress": progress}
-    bar = progress_bar(total=ended + len(todo), initial=ended, **told)
+    named = {"desc": "walks", "unit": "walk"}
+    bar = progress_bar(total=ended + len(todo), initial=ended, smoothing=_SMOOTHING, progress=progress, **named)
     try:
         with bar, processes(count) if scheduler is None else cluster(scheduler) as pool:
             for cell in todo:
@@ -200,7 +198,7 @@ def walk_cells(
         ) from error
 
 
-def walk_one(walked: Callable[[AnyCell], Row], cell: AnyCell, needed: Mapping[str, object], walks: int) -> Row:
+def walk_one(walked: Callable[[Cell], Row], cell: Cell, needed: Mapping[str, object], walks: int) -> Row:
     """Walk a cell; a worker calls this.
 
     Args:

@@ -52,7 +52,7 @@ def _verdict(row: Row) -> str:
     return f"{FINISHED}, contact violated" if violating else str(row["outcome"])
 
 
-def by_value(rows: Sequence[Row], study: Study) -> dict[str, list[dict[str, Any]]]:
+def by_value(rows: Sequence[Row], study: Study) -> dict[str, list[Row]]:
     """Share of walks that finished and medians of those, for each value of each quantity that varies but random seeds.
 
     Returns:
@@ -61,7 +61,7 @@ def by_value(rows: Sequence[Row], study: Study) -> dict[str, list[dict[str, Any]
     """
     columns = {name: values_of(rows, name) for name in study.plot_measures or SHOWN}
 
-    def entry(value: str, chosen: NDArray[np.bool_]) -> dict[str, Any]:
+    def entry(value: str, chosen: NDArray[np.bool_]) -> Row:
         medians = {name: middle(values[chosen], name) for name, values in columns.items()}
         known = {name: None if math.isnan(median) else median for name, median in medians.items()}
         return {"value": value, "walks": int(chosen.sum()), **known}
@@ -78,7 +78,7 @@ def _bare(_: str, value: object) -> str:
     return "(has none)" if value is None else str(value)
 
 
-def best(rows: Sequence[Row], study: Study) -> dict[str, Any] | None:
+def best(rows: Sequence[Row], study: Study) -> Row | None:
     """Find the combination of a grid's values of which most walks finish, and of several such the cheapest.
 
     Returns:

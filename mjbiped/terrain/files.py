@@ -50,9 +50,7 @@ def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
         if row := full.split("#", 1)[0].strip():
             cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
             if len(cells) != 2:
-                raise InputError(
-                    f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m, and a comma"
-                )
+                raise InputError(f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m")
             rows.append((line, cells))
     if rows and [*map(parse_number, rows[0][1])] == [None, None]:
         line, (first, second) = rows.pop(0)
@@ -170,25 +168,16 @@ def _check_order(samples: Sequence[Sample]) -> None:
         if there.z == here.z:
             raise InputError(f"line {there.line}: repeats the sample of line {here.line}; delete one of them")
         if number in (0, len(samples) - 2):
-            raise InputError(
-                f"line {there.line}: a vertical step at an end of the profile leads to no ground; add a sample beyond "
-                f"it, or drop line {here.line}"
-            )
+            raise InputError(f"line {there.line}: a vertical step at an end leads to no ground; drop line {here.line}")
         if samples[number + 2].x == here.x:
-            raise InputError(
-                f"line {samples[number + 2].line}: x = {here.x:g} m stands there three times; a vertical step has two "
-                "rows, its ends"
-            )
+            raise InputError(f"line {samples[number + 2].line}: x = {here.x:g} m stands there three times, not twice")
 
 
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
     """Convert the k-th segment of a file (1-based), a list or a table, to a tuple."""
     if isinstance(segment, dict):
         if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
-            raise InputError(
-                f"segment {k} has the keys {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)} "
-                "(step may be left out)"
-            )
+            raise InputError(f"segment {k} has {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)}")
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
         raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")

@@ -194,10 +194,7 @@ class Presets:
         finest = min(segment_length[0], spacing) if roughness else segment_length[0]
         longest = length + segment_length[1]
         if longest / finest > MOST_SEGMENTS:
-            raise InputError(
-                f"{longest:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; "
-                "take a shorter length, segments of longer least and shorter greatest length, or a wider spacing"
-            )
+            raise InputError(f"{longest:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments")
         draw = _generator(seed)
         rows, done = [(1.0, 0.0, 0.0)], 1.0
         while done < length:
@@ -271,8 +268,7 @@ class Presets:
         given = locals().copy()
         if not 4.0 * spacing <= shortest < longest:
             raise InputError(
-                f"shortest = {shortest:g} m must be at least four times spacing = {spacing:g} m, and less than longest "
-                f"= {longest:g} m"
+                f"shortest = {shortest:g}: must be from 4 x spacing, {4.0 * spacing:g}, to longest, {longest:g}"
             )
         count, draw = _pieces(length, spacing, "spacing"), _generator(seed)
         numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / shortest, _WAVES)
@@ -323,10 +319,7 @@ def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
 def _pieces(length: float, piece: float, name: str) -> int:
     """Count the pieces after the level start, and refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
-        raise InputError(
-            f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; take a shorter length or a "
-            f"longer {name}"
-        )
+        raise InputError(f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments: raise {name}")
     return max(1, math.ceil((length - START) / piece))
 
 

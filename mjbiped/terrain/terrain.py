@@ -81,28 +81,22 @@ class Terrain(Presets):
         for field, domain in (("x", domains.PLACE), ("z", domains.PLACE), ("angle", domains.ANGLE)):
             values = _listed(field, getattr(self, field))
             if len(values) > MOST_SEGMENTS:
-                raise InputError(
-                    f"the terrain has {len(values)} segments; at most {MOST_SEGMENTS} can be walked, make them longer"
-                )
+                raise InputError(f"the terrain has {len(values)} segments, and at most {MOST_SEGMENTS} can be walked")
             checked = tuple(domain.check(f"segment {i}: {field}", value) for i, value in enumerate(values, start=1))
             object.__setattr__(self, field, checked)
         n = len(self.x)
         if not n or len(self.z) != n or len(self.angle) != n:
             raise InputError(
-                f"a terrain needs as many starts x as heights z and angles, at least one; "
-                f"got {n}, {len(self.z)} and {len(self.angle)}"
+                f"as many x as z and angle are needed, and one at least; got {n}, {len(self.z)}, {len(self.angle)}"
             )
         endless = isinstance(self.end, float) and self.end == math.inf
         object.__setattr__(self, "end", math.inf if endless else domains.PLACE.check("end", self.end))
         for i, (here, there) in enumerate(pairwise((*self.x, self.end)), start=1):
             if not here < there:
-                raise InputError(
-                    f"segment {i} starts at x = {here:.17g} m and stops at {there:.17g} m; each must have a length > 0"
-                )
+                raise InputError(f"segment {i}, from x = {here:.17g} to {there:.17g} m, must have a length > 0")
         if not self.x[0] <= 0.0 < self.end:
             raise InputError(
-                f"the ground reaches from x = {self.x[0]:g} m to {self.end:g} m, but the robot starts at x = 0 and "
-                "walks forward; subtract the x of the place where it shall start from all x"
+                f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m; the robot starts at 0: shift all x"
             )
         for i, angle in enumerate(self.angle, start=1):
             check_slope(f"segment {i}", angle)
@@ -185,19 +179,15 @@ class Terrain(Presets):
             raise InputError("recorded ground needs an elevation file: recorded:file=trail.csv")
         record = file if isinstance(file, Terrain) else cls.from_file(file)
         if not math.isfinite(record.end):
-            raise InputError(
-                f"{shown(record.name)} is no record: its ground goes on without end; expected an elevation file (.csv)"
-            )
+            raise InputError(f"{shown(record.name)} goes on without end; expected an elevation file (.csv)")
         reach = record.end - record.x[0]
         if reach < SHORTEST_RECORD:
             raise InputError(
-                f"{shown(record.name)} is a record of {reach:g} m; random ground needs {SHORTEST_RECORD:g} m at least, "
-                "better as many as the walk is long: record more, or walk on the file itself"
+                f"{shown(record.name)} is a record of {reach:g} m; at least {SHORTEST_RECORD:g} m are needed"
             )
         if (length / reach + 1.0) * len(record.x) > MOST_SEGMENTS:
             raise InputError(
-                f"{length:g} m of {shown(record.name)}, {len(record.x)} pieces on {reach:g} m, are more than "
-                f"{MOST_SEGMENTS} segments; take a shorter length, or a record with fewer samples"
+                f"{length:g} m of {shown(record.name)} are more than {MOST_SEGMENTS} segments: ask for less"
             )
         x, z = record.samples
         rows = recorded_rows(seed, length, x, z)

@@ -90,17 +90,13 @@ class Domain:
             given = np.array([as_float(each) for each in given.flat], dtype=np.float64).reshape(given.shape)
         if given.dtype.kind not in "iuf":
             raise InputError(f"{name} = {shown(value)}: must be numbers {self}")
-        if shape is not None and (
-            len(given.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, given.shape, strict=True))
-        ):
-            expected = f"({', '.join('n' if n is None else str(n) for n in shape)}{',' * (len(shape) == 1)})"
-            raise InputError(f"{name}: expected shape {expected}, got {given.shape}")
+        wanted = given.shape if shape is None else shape
+        if len(wanted) != given.ndim or any(n not in (None, m) for n, m in zip(wanted, given.shape, strict=True)):
+            raise InputError(f"{name}: expected shape {str(shape).replace('None', 'n')}, got {given.shape}")
         numbers = np.array(given, dtype=np.float64)
         outside = ~((self.low <= numbers) & (numbers <= self.high))
         if outside.any():
             worst = float(numbers[outside][0])
-            if numbers.ndim == 0:
-                self.check(name, worst)
             word = "" if math.isfinite(worst) else "finite "
             raise InputError(f"{name}: {shown(worst)} in it: must be {word}numbers {self}")
         return numbers

@@ -75,31 +75,22 @@ def _unfinished_file(path: Path) -> Iterator[Path]:
     """Make an empty file of the same suffix in the same folder, and remove it when the block ends unless it was moved.
 
     Raises:
-        OSError: The folder is missing or cannot be written to, or no file can have this name.
+        OSError: The path is a folder, its folder is missing or cannot be written to, or no file can have this name.
     """
-    _check_name(path)
+    try:
+        if path.is_dir() and not path.is_symlink():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        os.lstat(path)
+    except FileNotFoundError:
+        pass
+    except ValueError as error:  # a zero byte, or half of a letter
+        raise OSError(errno.EINVAL, f"no file can have this name ({error})") from error
     name = path.with_name(f".mjbiped-{secrets.token_hex(8)}{path.suffix.lower()}")
     try:
         name.touch(exist_ok=False)  # with the permissions of any new file
         yield name
     finally:
         name.unlink(missing_ok=True)
-
-
-def _check_name(path: Path) -> None:
-    """Refuse a path that no file can be moved to.
-
-    Raises:
-        OSError: It is a folder, or its name is too long or contains what no name can.
-    """
-    try:
-        there = os.lstat(path)
-    except FileNotFoundError:
-        return
-    except ValueError as error:  # a zero byte, or half of a letter
-        raise OSError(errno.EINVAL, f"no file can have this name ({error})") from error
-    if stat.S_ISDIR(there.st_mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
 def require_file(path: Path) -> None:

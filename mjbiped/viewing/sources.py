@@ -16,8 +16,18 @@ from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.moments import APART, TRACE, Moment, Moments, Pair, ground_under, tracked_posture
-from mjbiped.rendering.scene import PosedScene, fit_cameras, place
+from mjbiped.rendering.scene import (
+    APART,
+    TRACE,
+    Moment,
+    Moments,
+    Pair,
+    PosedScene,
+    fit_cameras,
+    ground_under,
+    place,
+    tracked_posture,
+)
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
 
@@ -72,7 +82,7 @@ class LiveWalk:
         self.run = MujocoRun(plan, engine, scenery=True)
         self.run.compile()
         self._steps = stepped(self.run.simulation, self.run.recorder, most=1)
-        self._impulse, self._span, self._force, self._stance = np.zeros(2), 0.0, (0.0, 0.0), 0
+        self._impulse, self._span, self._force, self._stance = 0j, 0.0, (0.0, 0.0), 0
         self._order = [int(self.run.simulation.model.joint(name).qposadr[0]) for name in self.robot.places]
         self._ways: list[deque[tuple[float, Pair]]] = [deque() for _ in self._feet()]
         self.scales = Scales(_LEAST_SCALE * plan.robot.weight * plan.robot.leg_length, plan.robot.weight)
@@ -121,12 +131,11 @@ class LiveWalk:
         while self.time < time - _SAME and self._step():
             pass
 
-    def touchdown_beside(self, direction: int) -> float:
-        """Simulate to the next touchdown, and return the time, s; there is no way back."""
+    def touchdown_beside(self, direction: int) -> None:
+        """Simulate to the next touchdown; there is no way back."""
         before = self.steps
         while direction > 0 and self.steps == before and self._step():
             pass
-        return self.time
 
     def push(self, perturbation: mujoco.MjvPerturb) -> None:
         """Pull the body that the mouse has selected from now on."""
@@ -158,13 +167,11 @@ class LiveWalk:
     def _note(self, duration: float) -> None:
         """Update mean force, greatest torque and paths of the feet with the last step."""
         simulation, u = self.run.simulation, self.run.simulation.state
-        stance, torque = int(u.stance), max(map(abs, u.torque))
+        stance, torque, bodies = int(u.stance), max(map(abs, u.torque)), self.robot.bodies
         if stance != self._stance:
-            self._stance, self._span, self._impulse = stance, 0.0, np.zeros(2)
-        bodies = self.robot.bodies
-        for geom in bodies.feet(bodies.limbs[stance]):
-            self._impulse += duration * contact_force(simulation.model, simulation.data, geom)
-        self._span += duration
+            self._stance, self._span, self._impulse = stance, 0.0, 0j
+        forces = [contact_force(simulation.model, simulation.data, foot) for foot in bodies.feet(bodies.limbs[stance])]
+        self._impulse, self._span = self._impulse + duration * sum(forces), self._span + duration
         if self.scales.torque < torque < math.inf:
             self.scales = self.scales._replace(torque=float(torque))
         for way, foot in zip(self._ways, self._feet(), strict=True):
@@ -182,8 +189,8 @@ class LiveWalk:
         simulation, controller, feet = self.run.simulation, self._plan.controller, self._feet()
         u, memory, qpos = simulation.state, simulation.memory, simulation.data.qpos[self._order]
         if self._span > 0.0:
-            self._force = (float(self._impulse[0] / self._span), float(self._impulse[1] / self._span))
-            self._span, self._impulse = 0.0, np.zeros(2)
+            force = self._impulse / self._span
+            self._force, self._span, self._impulse = (force.real, force.imag), 0.0, 0j
         reference, stance = None, int(u.stance)
         if isinstance(controller, Tracking):
             tracked, _ = controller.tracked(memory, self.time - u.transfer_time)
@@ -218,16 +225,16 @@ class LiveWalk:
         place(self.model, self.data)
 
 
-def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> np.ndarray:
-    """Sum of the contact forces on a foot in the last step, forward and upward, N, shape (2,)."""
-    geom, force, wrench = model.geom(foot).id, np.zeros(3), np.zeros(6)
+def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> complex:
+    """Sum of the contact forces on a foot in the last step, forward and upward as x + iz, N."""
+    geom, total, wrench = model.geom(foot).id, 0j, np.zeros(6)
     for index, pair in enumerate(data.contact.geom.tolist()):
         if geom in pair:
             mujoco.mj_contactForce(model, data, index, wrench)
             # rows of the frame are the contact's axes; the force is that of the first geom on the second
-            turned = data.contact.frame[index].reshape(3, 3).T @ wrench[:3]
-            force += turned if pair[1] == geom else -turned
-    return force[[0, 2]]
+            x, _, z = (data.contact.frame[index].reshape(3, 3).T @ wrench[:3]).tolist()
+            total += complex(x, z) if pair[1] == geom else -complex(x, z)
+    return total
 
 
 class Replay:
@@ -267,14 +274,11 @@ class Replay:
         """Go to a time (s) of the record, or to its start or end if that is nearer."""
         self._moment = self._moments.at(min(max(time, self._begin), self._end))
 
-    def touchdown_beside(self, direction: int) -> float:
-        """Go to the next (1) or last (-1) touchdown, or to the end or start of the record, and return the time, s."""
+    def touchdown_beside(self, direction: int) -> None:
+        """Go to the next (1) or last (-1) touchdown, or to the end or start of the record."""
         times = self._walk.touchdowns["time"]
-        if direction > 0:
-            self.go_to(float(np.min(times[times > self.time + _SAME], initial=self._end)))
-        else:
-            self.go_to(float(np.max(times[times < self.time - _SAME], initial=self._begin)))
-        return self.time
+        after, before = times[times > self.time + _SAME], times[times < self.time - _SAME]
+        self.go_to(float(after.min(initial=self._end) if direction > 0 else before.max(initial=self._begin)))
 
     def restart(self) -> None:
         """Go back to the start."""

@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from typing import Any
 
 from mjbiped.errors import RenderError, shortened
-from mjbiped.rendering.look import Look
+from mjbiped.rendering import Look
 from mjbiped.rendering.marks import draw_marks, signs
-from mjbiped.rendering.moments import Moment
+from mjbiped.rendering.scene import Moment
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import IN_WORDS
-from mjbiped.viewing.player import KEYS, MOUSE, Player
+from mjbiped.viewing import KEYS, MOUSE, Player
 
 FRAME = 1.0 / 60.0
 """Real time between two frames, s."""
@@ -180,23 +180,18 @@ class _Camera:
 
 def _write(window: Any, player: Player, moment: Moment, look: Look) -> None:
     """Write keys, state and news into the corners of the window."""
-    small, grid = mujoco.mjtFontScale.mjFONTSCALE_100, mujoco.mjtGridPos
-    texts = [(small, grid.mjGRID_BOTTOMRIGHT, *keys())] if player.helps else []
+    grid, parts = mujoco.mjtGridPos, [(mujoco.mjtGridPos.mjGRID_TOP, (news(player), ""))]
+    if player.helps:
+        parts.append((grid.mjGRID_BOTTOMRIGHT, keys()))
     if "caption" in look.elements:
-        texts.append((small, grid.mjGRID_TOPRIGHT, *state(player, moment, look.elements)))
-    said = news(player)
-    if said:
-        texts.append((small, grid.mjGRID_TOP, said, ""))
-    window.set_texts(texts)
+        parts.append((grid.mjGRID_TOPRIGHT, state(player, moment, look.elements)))
+    window.set_texts([(mujoco.mjtFontScale.mjFONTSCALE_100, at, *texts) for at, texts in parts if texts[0]])
 
 
 def state(player: Player, moment: Moment, elements: Collection[str]) -> Columns:
     """Return time, speed, ground, and the meanings of the marks."""
-    speed = f"{player.speed:.3g} x"
-    if player.paused:
-        speed += " (paused)"
-    elif player.reached < _SLOWER * player.speed:
-        speed += f" (reached {player.reached:.2g} x)"
+    reached = f" (reached {player.reached:.2g} x)" if player.reached < _SLOWER * player.speed else ""
+    speed = f"{player.speed:.3g} x{' (paused)' if player.paused else reached}"
     lines = [
         ("ground", ground(player.source.terrain)),
         ("time", f"{moment.time:.2f} s, step {moment.step}"),

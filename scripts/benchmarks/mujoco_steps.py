@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import Controller, PassiveController
-from mjbiped.engines.mujoco import scene
-from mjbiped.engines.mujoco.ground import FEW_SEGMENTS
+from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import DEFAULT_TIMESTEP, LONGEST_TIMESTEP
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.engines.plan import Terms, make_plan
@@ -137,8 +136,7 @@ GROUNDS: dict[str, Callable[[int], Terrain]] = {
 
 def build(terrain: Terrain, *, whole: bool) -> tuple[Simulation, float]:
     """A simulation, and the time to make it, s."""
-    few = max(FEW_SEGMENTS, len(terrain.x) if whole else 0)
-    with patch.object(scene, "FEW_SEGMENTS", few):
+    with patch.object(Ground, "window", (lambda ground, *_: ground.pieces) if whole else Ground.window):
         started = time.thread_time()
         made = simulation(ADAPTIVE, terrain, compile=True)
         return made, time.thread_time() - started

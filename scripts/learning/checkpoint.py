@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mjbiped.errors import InputError, RecordError
 from mjbiped.records.arrays import NUMBERS, read_arrays
 from mjbiped.utils.files import saved
-from scripts.learning.policy import WEIGHTS, Array
+from scripts.learning.rollouts import WEIGHTS, Array
 
 LAST = 10
 """Generations whose mean says what a training has reached: one alone has four grounds, on which returns vary."""

@@ -20,7 +20,7 @@ from mjbiped.controllers.slope_estimator import slope_change
 from mjbiped.envs.policy import HELD, ActingController
 from mjbiped.envs.tasks import WalkTask
 from scripts.learning.checkpoint import Checkpoint
-from scripts.learning.policy import actions
+from scripts.learning.rollouts import actions
 
 
 @dataclass(frozen=True)

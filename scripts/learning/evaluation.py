@@ -16,8 +16,7 @@ from mjbiped.envs.tasks import WalkTask
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
-from scripts.learning.policy import WEIGHTS, Array
-from scripts.learning.rollouts import Rollouts
+from scripts.learning.rollouts import WEIGHTS, Array, Rollouts
 
 SEED = 0
 """First number of the seeds here. Those of trainings are 1 and more, so that none has seen these grounds."""
@@ -130,7 +129,7 @@ def try_out(
         ground: Which.
         kind: Name of the policies' kind.
         seeds: Of their trainings.
-        weights: Shape (policies, *`scripts.learning.policy.WEIGHTS`); zeros that are a residual are the adaptive
+        weights: Shape (policies, *`scripts.learning.rollouts.WEIGHTS`); zeros that are a residual are the adaptive
             controller.
         residual: Whether they are residuals.
         threads: In which robots walk; no result depends on it.

@@ -15,8 +15,7 @@ from mjbiped.envs.tasks import WalkTask
 from mjbiped.errors import InputError
 from mjbiped.utils.packages import needed
 from scripts.learning.checkpoint import Checkpoint
-from scripts.learning.policy import WEIGHTS, Array
-from scripts.learning.rollouts import Rollouts
+from scripts.learning.rollouts import WEIGHTS, Array, Rollouts
 
 POPULATION = 24
 """Policies of a generation: some twice what CMA-ES takes by itself for 32 weights, for returns vary with the ground."""

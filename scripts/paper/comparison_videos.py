@@ -12,7 +12,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 import mjbiped
-from mjbiped.rendering.overlay import Pixels, overlay
+from mjbiped.rendering.overlay import Overlay, Pixels
 from mjbiped.rendering.video import encoder, render_frame
 from mjbiped.studies.reproduction.cell import SAMPLED, cell
 from mjbiped.studies.reproduction.reproduce import TABLE
@@ -40,8 +40,7 @@ def stacked(walks: dict[str, mjbiped.Walk], fps: int) -> list[Pixels]:
         strip = render_frame(walk, np.minimum(times, walk.end[0]), width=WIDTH, height=HEIGHT, hide="caption,chart")
         captions = [name if time < walk.end[0] else f"{name}: {walk.outcome}, {walk.steps} steps" for time in times]
         for frame, text in zip(strip, captions, strict=True):
-            with overlay(frame, HEIGHT) as over:
-                over.legend((), headline=text)
+            Overlay(frame, HEIGHT).legend((), headline=text)
         strips.append(strip)
     return [np.concatenate(frames) for frames in zip(*strips, strict=True)]
 

@@ -21,7 +21,7 @@ from mjbiped.records.measures import WORK_KINDS
 from mjbiped.studies.reproduction.cell import LENGTHS
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, TABLE
-from mjbiped.studies.reproduction.results import NONE, Results, agreement, number, read_rows, share
+from mjbiped.studies.reproduction.results import NONE, Results, number, read_rows, share
 from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     DELAYS,
@@ -33,6 +33,7 @@ from mjbiped.studies.reproduction.section_5 import (
     STAIR_PATTERNS,
     TABLE_2,
     Variant,
+    agreement,
     gains_told,
 )
 from mjbiped.studies.reproduction.tables import FITS, distance, printed

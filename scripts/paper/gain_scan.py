@@ -10,8 +10,8 @@ from pathlib import Path
 
 from mjbiped.studies.reproduction.cell import cell
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Agreement, Choice, agreement, as_csv
-from mjbiped.studies.reproduction.section_5 import GROUNDS, SLOPE_SOURCES, Variant, terrain_of
+from mjbiped.studies.reproduction.results import Choice, as_csv
+from mjbiped.studies.reproduction.section_5 import GROUNDS, SLOPE_SOURCES, Agreement, Variant, agreement, terrain_of
 
 GAINS = (
     0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0,

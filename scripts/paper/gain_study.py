@@ -22,7 +22,7 @@ from mjbiped.plotting.style import BLACK, BLUE, GUIDE, ORANGE, VERMILLION, drawn
 from mjbiped.records import measures
 from mjbiped.robots.compass import Array
 from scripts.pages import TABLES, Table, show_table
-from scripts.paper.cycle import cycle_stability, lyapunov_gain
+from scripts.paper.theorem_1 import cycle_stability, lyapunov_gain
 
 TERRAINS = {
     "slopes 0.3°": mjbiped.Terrain.slopes(),

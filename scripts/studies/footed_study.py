@@ -4,7 +4,7 @@ Forty steps on thirteen kinds of ground from three phases, with the law that sup
 toe, and on a box. Two more phases no choice in the law or the engine has seen. Told of each: how many walks make all
 steps, how many of these come through without a pull of the ground or friction of 0.8, how far a standing foot tipped
 and slid, how long heel and toe of a landing foot were apart, how long it stood on one of them alone, and how well rates
-after a touchdown are those of the impact map. Half an hour on two cores. The results stand in docs/footed.md and
+after a touchdown are those of the impact map. Half an hour on two cores. The results stand in
 docs/tables/footed.md.
 
     python -m scripts.studies.footed_study --tables docs/tables/footed

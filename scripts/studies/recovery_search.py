@@ -1,7 +1,7 @@
 """Searches the recovery steps that `SupervisedController` tries: 26 minutes of CMA-ES on one core.
 
 Before, it tells the loss of the steps that the search begins with, and of those that the law has, on the grounds of the
-search and on others, for `docs/feet.md`; with `--generations 0` nothing else.
+search and on others, for `docs/tables/feet.md`; with `--generations 0` nothing else.
 
 What is minimised is the share of walks that do not come through, less for those that get far, and half of the cost of
 transport of those that do; on soles of ±12 and ±8 cm, with the grounds of `training`. None of these grounds, and none

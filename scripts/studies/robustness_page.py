@@ -1,6 +1,6 @@
 """Writes the tables and figures of finished robustness studies into docs/tables: robustness.md and kneed_walks.md.
 
-A study is walked by `mjbiped robustness`; what it has written into its folder stands on the page as it is.
+A study is walked by `mjbiped robustness`; the tables that it has written into its folder become CSV files.
 
     python -m scripts.studies.robustness_page --hybrid out/robustness --margins out/margins
     python -m scripts.studies.robustness_page --knees out/robustness_kneed --knees out/margins_kneed
@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from mjbiped.studies.robustness_report import TABLES
-from scripts.pages import write_block
+from scripts.pages import without_tables
 
 PAGE, IMAGES = Path("docs/tables/robustness.md"), Path("docs/images")
 KNEES_PAGE = Path("docs/tables/kneed_walks.md")
@@ -48,19 +48,18 @@ def main(
     images: Path,
     **whole: Path | None,
 ) -> None:
-    """Fill the places of the studies that are given."""
+    """Write the tables of the studies that are given."""
     for name, folder in whole.items():
         if folder is not None:
-            write_block(page, name, "\n".join(tables(folder)))
-    if margins:
-        found = [table for folder in margins for table in tables(folder) if table.startswith("**Margins")]
-        write_block(page, "margins", "\n".join(found))
-    if knees:
+            without_tables("\n".join(tables(folder)), page, f"{name} ")
+    for folder in margins:
+        without_tables("\n".join(each for each in tables(folder) if each.startswith("**Margins")), page, "margins ")
+    for folder in knees:
         # level ground alone, of the study of margins, stands in the other study's first table
-        new = [table for folder in knees for table in tables(folder) if not table.startswith("**Level ground,")]
-        write_block(knees_page, "robustness", "\n".join(new))
+        new = (each for each in tables(folder) if not each.startswith("**Level ground,"))
+        without_tables("\n".join(new), knees_page, "robustness ")
     if slopes is not None:
-        write_block(page, "slopes", next(table for table in tables(slopes) if table.startswith("**treads")))
+        without_tables(next(each for each in tables(slopes) if each.startswith("**treads")), page, "slopes ")
     if (hybrid := whole["hybrid"]) is not None:
         for name in FIGURES:
             shutil.copy(hybrid / name, images / name)

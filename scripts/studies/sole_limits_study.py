@@ -1,6 +1,6 @@
 """Limits of walking on a sole: riser, grade, the grounds from other phases, how long a decision takes, and knees.
 
-Five minutes on two cores. The tables and the sentence stand in `docs/feet.md`.
+Five minutes on two cores. The tables stand in `docs/tables/feet.md`.
 
     python -m scripts.studies.sole_limits_study --tables docs/tables/feet
 """

@@ -2,7 +2,7 @@
 
 Each setting walks the same grounds with the adaptive controller, and passively down 2 degrees. Impacts are compared
 with the impact map, all else with the hybrid engine, whose own error is below 1e-9. Then the settings are timed in
-turn. Some five minutes. The result stands in `docs/tables/step_size.md`.
+turn. Some five minutes. The result stands in `docs/step_size.md`.
 
     python -m scripts.studies.step_size_study --tables docs/tables/step_size --plot docs/images/step_size.png
 """

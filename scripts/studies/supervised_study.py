@@ -2,7 +2,7 @@
 
 Four tables: the grounds of `soles_study` from eight phases; random treads with 200 seeds; the same grounds by laws
 whose model of the robot is wrong; and with noisy sensors that are read late. Ten minutes on two cores for the hybrid
-engine, an hour for MuJoCo. The results stand in `docs/feet.md` and `docs/tables/feet.md`.
+engine, an hour for MuJoCo. The results stand in `docs/tables/feet.md`.
 
     python -m scripts.studies.supervised_study --tables docs/tables/feet
 """

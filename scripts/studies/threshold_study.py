@@ -3,7 +3,7 @@
 The rivals make the same recovery steps, found by the same search, but a threshold decides when: the greatest deviation
 of an angle (rad) or a rate (rad/s) from the gait's at the beginning of a step. With a threshold of zero every step is a
 recovery step, the cheapest of which three in a row are foreseen. The best threshold is chosen on the training grounds
-of `recovery_search`. A quarter of an hour on two cores; the table stands in `docs/feet.md`.
+of `recovery_search`. A quarter of an hour on two cores; the table stands in `docs/tables/feet.md`.
 
     python -m scripts.studies.threshold_study --tables docs/tables/feet
 """

@@ -14,8 +14,7 @@ from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, Cascade, bifurcation_di
 from mjbiped.limit_cycles.periodic import GUARD
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Array
-from scripts.validation.computed import Computations, Computed
-from scripts.validation.published import GOSWAMI_CHAOS, GOSWAMI_ROBOT, GOSWAMI_SLOPE
+from scripts.validation.published import GOSWAMI_CHAOS, GOSWAMI_ROBOT, GOSWAMI_SLOPE, Computations, Computed
 
 DOUBLINGS = 5
 MUJOCO_STEPS = 40

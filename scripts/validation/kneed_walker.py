@@ -15,8 +15,7 @@ from scipy.optimize import root
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.robots.chain import SWING_LOCKED, Array
 from mjbiped.robots.kneed import KneedBiped
-from scripts.validation.computed import Computations, Computed
-from scripts.validation.published import HSU_CHEN_ROBOT, HSU_CHEN_SECOND, HSU_CHEN_SLOPE
+from scripts.validation.published import HSU_CHEN_ROBOT, HSU_CHEN_SECOND, HSU_CHEN_SLOPE, Computations, Computed
 
 WIDTH = 1e-3
 """The program's time step, s."""

@@ -19,15 +19,12 @@ from scripts.pages import TABLES, show_table
 from scripts.validation import (
     compass_gait,
     drake_invariants,
-    figure,
-    push_off,
     rimless_wheel,
     round_feet,
     round_knees,
     simplest_walker,
 )
 from scripts.validation.compass_gait import GOSWAMIS
-from scripts.validation.computed import Computations, Computed
 from scripts.validation.kneed_walker import HSU_CHENS
 from scripts.validation.published import (
     BHOUNSULE,
@@ -38,6 +35,8 @@ from scripts.validation.published import (
     MCGEER,
     MCGEER_KNEED,
     ROUND_FEET,
+    Computations,
+    Computed,
     Published,
 )
 from scripts.validation.round_feet import MCGEERS, ROUND_FEETS
@@ -148,10 +147,14 @@ def _write_beside(
 
 
 def _write_push_off(tables: Path | None) -> None:
-    robots = (push_off.LIGHT_LEGS, push_off.TABLE_ONE)
+    robots = (rimless_wheel.LIGHT_LEGS, rimless_wheel.TABLE_ONE)
     rows = [
-        [f"{half:g}", f"{push_off.closed_form(half):.6f}", *(f"{push_off.ratio(robot, half):.6f}" for robot in robots)]
-        for half in push_off.HALVES
+        [
+            f"{half:g}",
+            f"{rimless_wheel.closed_form(half):.6f}",
+            *(f"{rimless_wheel.ratio(robot, half):.6f}" for robot in robots),
+        ]
+        for half in rimless_wheel.HALVES
     ]
     headings = ("half angle α, rad", "1 / (4 cos⁴ α)", "legs of 1e-9 of the hip's mass", "Table I")
     show_table("work of a push-off over that of the hip", headings, rows, tables, "push-off")
@@ -209,7 +212,7 @@ def main(tables: Path | None, image: Path | None) -> None:
     for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel, _write_push_off):
         write(tables)
     if image is not None:
-        figure.draw(image)
+        simplest_walker.draw(image)
 
 
 if __name__ == "__main__":

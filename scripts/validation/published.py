@@ -1,17 +1,18 @@
 """Numbers that others have published about walkers which this laboratory can simulate, digit by digit as printed.
 
 They stand in `published.toml`, each with its source, and with its fault where it has one. `python -m
-scripts.validation.page` computes them again and writes docs/tables/validation/; `tests/scripts/validation` holds
-them. The tables of the paper that this project implements stand in `mjbiped.studies.reproduction.section_5`.
+scripts.validation.page` computes them again and writes docs/tables/validation/; `tests/scripts/test_published.py`
+holds them. The tables of the paper that this project implements stand in `mjbiped.studies.reproduction.section_5`.
 """
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -118,3 +119,22 @@ _SOURCES: Mapping[str, Mapping[str, Published]] = {
 }
 GARCIA, BHOUNSULE, GOSWAMI, HSU_CHEN, MCGEER, MCGEER_KNEED, ROUND_FEET = _SOURCES.values()
 """Published numbers by source, see `published.toml`."""
+
+
+class Computed(NamedTuple):
+    """A number of ours beside a published one.
+
+    Attributes:
+        value: In the unit and with the sign of the published number.
+        error: How far it may be from the model's exact number: measured by a second way, or by a finer calculation.
+        as_published: Where the published number has a fault: what comes of the calculation that explains it; None where
+            none is known.
+    """
+
+    value: complex
+    error: float
+    as_published: complex | None = None
+
+
+Computations: TypeAlias = Mapping[str, Callable[[], Computed]]
+"""By the names of the published numbers."""

@@ -15,8 +15,14 @@ from mjbiped.controllers import PassiveController
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait
 from mjbiped.robots.chain import Array
 from mjbiped.robots.round import RoundCompass
-from scripts.validation.computed import Computations, Computed
-from scripts.validation.published import MCGEER_ROBOT, MCGEER_SLOPE, ROUND_FEET_ROBOT, ROUND_FEET_SLOPE
+from scripts.validation.published import (
+    MCGEER_ROBOT,
+    MCGEER_SLOPE,
+    ROUND_FEET_ROBOT,
+    ROUND_FEET_SLOPE,
+    Computations,
+    Computed,
+)
 
 MUJOCO_STEPS = 40
 """Steps after which a walk in MuJoCo has settled: the multipliers' moduli are below one half."""

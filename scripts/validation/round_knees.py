@@ -16,8 +16,7 @@ from mjbiped.controllers import PassiveController
 from mjbiped.gaits.cycle import differences, eigenvalues, free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.robots.robot import Array
-from scripts.validation.computed import Computations, Computed
-from scripts.validation.published import MCGEER_KNEED_ROBOT, MCGEER_KNEED_SLOPE
+from scripts.validation.published import MCGEER_KNEED_ROBOT, MCGEER_KNEED_SLOPE, Computations, Computed
 
 MUJOCO_STEPS = 20
 """Steps after which a walk in MuJoCo has settled: the multipliers' moduli are below one half."""

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, Memory, PassiveController
-from mjbiped.analysis.replay import recorded_controller, replayed, transitions
+from controllers import AdaptiveController, KneedController
+from mjbiped.analysis.replay import TrackedReference, recorded_controller, replayed, transitions
 from mjbiped.control.tracking import Tracking
-from mjbiped.errors import InputError
 
 BEFORE_A_STEP = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
 GROUND = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (3.0, 2.0, -0.02)])
+NOISY = mjbiped.Disturbances(
+    angle_noise=5e-3, rate_noise=0.05, angle_bias=2e-3, angle_resolution=1e-3, delay=2e-3, seed=4
+)
 
 
 @pytest.fixture(scope="module")
@@ -27,75 +28,49 @@ def kneed() -> KneedController:
     return KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
 
 
-@dataclass(frozen=True)
-class Remembering(AdaptiveController):
-    """Keeps what it planned at the start and at each touchdown, and has no law that could be compiled."""
+def remembering(law: Any) -> tuple[Any, list[list[float]]]:
+    """The law in Python, and what it keeps: its plans at the start and at each touchdown."""
+    planned: list[list[float]] = []
 
-    planned: ClassVar[list[list[float]]] = []
+    class Remembering(type(law)):  # type: ignore[misc]
+        def start(self, memory: Any, *state: Any) -> None:
+            super().start(memory, *state)
+            planned.append([*memory][2:])
 
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        super().start(memory, q, dq)
-        self.planned.append([*memory][2:])
+        def on_touchdown(self, memory: Any, *state: Any) -> None:
+            super().on_touchdown(memory, *state)
+            planned.append([*memory][2:])
 
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        super().on_touchdown(memory, q_before, q, dq)
-        self.planned.append([*memory][2:])
+        def law(self) -> None:  # what is compiled could not keep anything
+            return None
 
-    def law(self) -> None:  # type: ignore[override]  # None is what a controller without a law gives
-        """Python's, not compiled: it could not keep anything."""
-
-
-@dataclass(frozen=True)
-class RememberingKnees(KneedController):
-    """The same with knees."""
-
-    planned: ClassVar[list[list[float]]] = []
-
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        super().start(memory, q, dq)
-        self.planned.append([*memory][2:])
-
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        super().on_touchdown(memory, q_before, q, dq)
-        self.planned.append([*memory][2:])
-
-    def law(self) -> None:  # type: ignore[override]
-        """As above."""
-
-
-NOISY = mjbiped.Disturbances(
-    angle_noise=5e-3, rate_noise=0.05, angle_bias=2e-3, angle_resolution=1e-3, delay=2e-3, seed=4
-)
+    return Remembering(law.robot, law.gait), planned
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.parametrize("knees", [False, True])
 def test_plans_made_again_are_the_plans_that_were_made(
-    controller: AdaptiveController, engine: str, disturbances: mjbiped.Disturbances | None
+    controller: AdaptiveController,
+    kneed: KneedController,
+    knees: bool,
+    engine: str,
+    disturbances: mjbiped.Disturbances | None,
 ) -> None:
-    """Bit by bit: the record holds the states that the controller was given, and of what its sensors made noise."""
-    law = Remembering(controller.robot, controller.gait)
-    law.planned.clear()
-    walk = mjbiped.walk(law, GROUND, engine=engine, steps=4, initial="rest", disturbances=disturbances)
-    again = [list(memory[2 : law.memory_size]) for _, memory in replayed(walk, controller)]
-    tried = 2  # a start and a touchdown, before the walk
-    assert again == law.planned[tried:][: walk.steps + 1]
-    assert len(again) == 5
+    """Bit by bit: the record holds the states that the controller was given, and of what its sensors made noise.
 
-
-@pytest.mark.slow
-@pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_so_they_are_with_knees(kneed: KneedController, engine: str, disturbances: mjbiped.Disturbances | None) -> None:
-    """Some knees strike before the touchdown, and others come down bent, which plans and estimates depend on."""
-    law = RememberingKnees(kneed.robot, kneed.gait)
-    law.planned.clear()
-    walk = mjbiped.walk(law, BEFORE_A_STEP, engine=engine, steps=3, disturbances=disturbances)
-    again = [list(memory[2 : law.memory_size]) for _, memory in replayed(walk, kneed)]
-    tried = law.planned.index(again[0], 1)  # before the walk the law is tried
-    assert again == law.planned[tried:][: walk.steps + 1]
-    assert np.isfinite(walk.touchdowns["knee_strike"]).tolist() == [True, False, False]
+    Some knees strike before the touchdown, and others come down bent, which plans and estimates depend on.
+    """
+    tracking: Any = kneed if knees else controller
+    law, planned = remembering(tracking)
+    more: Any = {"steps": 3} if knees else {"steps": 4, "initial": "rest"}
+    walk = mjbiped.walk(law, BEFORE_A_STEP if knees else GROUND, engine=engine, disturbances=disturbances, **more)
+    again = [list(memory[2 : law.memory_size]) for _, memory in replayed(walk, tracking)]
+    tried = planned.index(again[0], 1)  # before the walk the law is tried
+    assert len(again) == walk.steps + 1
+    assert again == planned[tried:][: walk.steps + 1]
+    assert not knees or np.isfinite(walk.touchdowns["knee_strike"]).tolist() == [True, False, False]
 
 
 def test_with_knees_the_robot_follows_its_transitions_until_its_knee_strikes(kneed: KneedController) -> None:
@@ -116,50 +91,42 @@ def test_with_knees_the_robot_follows_its_transitions_until_its_knee_strikes(kne
         np.testing.assert_allclose(samples["q"][inside], drawn, rtol=0, atol=1e-6)
 
 
-def test_the_robot_follows_the_transitions(controller: AdaptiveController) -> None:
+def test_the_robot_follows_transitions_and_reference(controller: AdaptiveController) -> None:
     """The motion, which the engine integrates, is the replayed reference where model and slope are known."""
     walk = mjbiped.walk(controller, GROUND, engine="hybrid", steps=5, initial="rest")
-    found = transitions(walk, controller)
+    found, reference = transitions(walk, controller), TrackedReference(walk, controller)
     started = np.array([[0.0] * 4, *np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]]).tolist()])
     off = np.abs(started - controller.gait.start).max(axis=1) > controller.replanning_threshold
     assert 1 < off.sum() < len(off)  # both kinds of steps
     # the last step was not walked: the walk ends with its touchdown
     assert len(found) == off[:-1].sum()
-    starts = [0.0, *walk.touchdowns["time"][:-1]]
-    samples, period = walk.samples, 0.8 * controller.gait.period
-    for curve, start in zip(found, np.array(starts)[off[:-1]], strict=True):
-        inside = (samples["time"] > start + 1e-9) & (samples["time"] < start + period)
+    starts = np.array([0.0, *walk.touchdowns["time"][:-1]])
+    period, (q, dq, _) = 0.8 * controller.gait.period, controller.gait.reference(0.8 * controller.gait.period)
+    time, angles = walk.samples["time"], walk.samples["q"]
+    for curve, start in zip(found, starts[off[:-1]], strict=True):
+        inside = (time > start + 1e-9) & (time < start + period)
         times = np.linspace(start, start + period, len(curve))
-        for leg in range(2):
-            drawn = np.interp(samples["time"][inside], times, curve[:, leg])
-            # 60 points of a curve that turns with up to 10 rad/s²: 10 h²/8 between them
-            np.testing.assert_allclose(samples["q"][inside, leg], drawn, rtol=0, atol=2e-4)
-        q, dq, _ = controller.gait.reference(np.array([period]))
-        np.testing.assert_allclose(curve[-1], [*q[0], *dq[0]], rtol=0, atol=1e-12)
+        drawn = CubicHermiteSpline(times, curve[:, :2], curve[:, 2:])(time[inside])
+        # 60 points of a curve that turns with up to 10 rad/s²: 10 h²/8 between them
+        np.testing.assert_allclose(angles[inside], drawn, rtol=0, atol=2e-4)
+        np.testing.assert_allclose(curve[-1], [*q, *dq], rtol=0, atol=1e-12)
+    # a sample at a touchdown is the reference's of the step after it
+    away = (np.abs(time[:, None] - walk.touchdowns["time"]) > 1e-9).all(axis=1)
+    tracked = np.array([reference.at(t) for t in time[away].tolist()])
+    np.testing.assert_allclose(tracked, angles[away], rtol=0, atol=1e-6)
 
 
-def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(
-    controller: AdaptiveController, gait: mjbiped.Gait
-) -> None:
+def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(controller: AdaptiveController) -> None:
     without = replace(controller, replanning_delay=None)
     assert transitions(mjbiped.walk(without, GROUND, engine="hybrid", steps=3, initial="rest"), without) == []
     level = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=3)
     assert transitions(level, controller) == []
-
-
-def test_a_transition_ends_with_the_walk(controller: AdaptiveController) -> None:
-    law = replace(controller, replanning_delay=1.0)
-    walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial="rest")
-    (curve,) = transitions(walk, law)
-    assert walk.end[0] < law.transition_end(
-        [0.0, 0.0, 1.0] + (law.memory_size - 3) * [0.0]
-    )  # from rest the first step is shorter than the period
+    late = replace(controller, replanning_delay=1.0)
+    walk = mjbiped.walk(late, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial="rest")
+    (curve,) = transitions(walk, late)  # from rest the first step is shorter than the period, and ends it
     np.testing.assert_allclose(curve[-1, :2], walk.touchdowns["q_before"][0], rtol=0, atol=1e-8)
 
 
 def test_the_controller_is_built_anew(controller: AdaptiveController) -> None:
     law = replace(controller, adaptation_gain=3.0, initial_slope_estimate=0.05)
     assert recorded_controller(mjbiped.walk(law, GROUND, engine="hybrid", steps=1)) == law
-    passive = mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
-    with pytest.raises(InputError, match="this walk's is PassiveController"):
-        recorded_controller(passive)

@@ -1,7 +1,9 @@
-"""What tests of several commands share: a record, drawings that are none, and walks that must not be made."""
+"""What tests of several commands share: files in a working folder, drawings that are none, and what may not be made."""
 
+import sys
 from pathlib import Path
 
+import own_controllers
 import pytest
 from command_line import Drawings, run
 
@@ -9,18 +11,40 @@ from mjbiped.engines.mujoco import engine as mujoco_run
 from mjbiped.plotting import comparison, gait, walk
 from mjbiped.rendering import gl, video
 
+FILES = {
+    "trail.csv": "x,z\n-5,0.17461\n0,0\n40,-1.39685\n",  # 2 degrees downhill
+    "spread.py": own_controllers.SPREAD,
+    "imitating.py": own_controllers.IMITATING,
+    "bare.toml": "thigh_mass = 2.5\n",
+    "odd.toml": 'kind = "kneed"\nthigh = 3.5\n',
+    "steps.toml": "steps = 2\n",
+    "broken.npz": "no record",
+}
+
 
 @pytest.fixture(scope="session")
 def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The record of a short walk."""
     path = tmp_path_factory.mktemp("record") / "walk.npz"
-    assert run("walk", "level", "--steps", 1, "--out", path, "--quiet").exit_code == 0
+    words = ("walk", "level", "--engine", "hybrid", "--steps", 2, "--initial-slope-estimate-deg", 3)
+    assert run(*words, "--out", path, "--quiet").exit_code == 0
     return path
 
 
 @pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record: Path) -> Path:
+    """The working folder, with terrains, controllers, robots and records."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name, text in FILES.items():
+        own_controllers.write(tmp_path, name, text)
+    (tmp_path / "walk.npz").write_bytes(record.read_bytes())
+    return tmp_path
+
+
+@pytest.fixture
 def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be simulated."""
+    """Nothing may be simulated in MuJoCo."""
 
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")

@@ -1,80 +1,189 @@
-"""`mjbiped walk`, `compare` and `render`: what they print and write, and what they refuse before a walk."""
+"""`mjbiped walk`, `compare`, `render` and `view`: what reaches a walk, what is printed and written, and how it ends."""
 
 from __future__ import annotations
 
 import json
+import math
+import os
 import re
-from collections.abc import Callable
+import shlex
+import signal
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import own_controllers
 import pytest
-from command_line import Drawings, assert_refused, complaints, run, run_process
+from command_line import Drawings, complaints, python, run, run_process
+from PIL import Image
 
 import mjbiped
+from mjbiped.cli.walkers import next_ground
+from mjbiped.control.controller import Controller
+from mjbiped.errors import RenderError
+from mjbiped.exchange.mjcf import export_scene
+from mjbiped.plotting import walk as plots
+from mjbiped.plotting import width as plot_width
 from mjbiped.records import measures
+from mjbiped.records.columns import Recorder
 from mjbiped.records.record import Walk
+from mjbiped.records.summary import MEASURES
+from mjbiped.rendering import gl, video
 from mjbiped.terrain.presets import PRESETS
 
+KNEED = mjbiped.KneedBiped()
 
-@pytest.mark.slow
-def test_walk_in_a_process_prints_json_alone_and_writes_what_it_lists(tmp_path: Path) -> None:
-    # quiet: a first walk says on stderr that something is being compiled
-    words = ("walk", "stairs:rise=-0.02", "--steps", 2, "--quiet", "--json", "--out", "a.npz", "--plot", "a.svg")
-    result = run_process(*words, cwd=tmp_path)
-    assert (result.returncode, result.stderr) == (0, "")
-    printed = json.loads(result.stdout)
-    assert printed.pop("files") == {"record": "a.npz", "plot": "a.svg"}
-    walk = Walk.load(tmp_path / "a.npz")
-    assert printed.pop("settings") == walk.settings
-    assert printed == json.loads(json.dumps(measures.summary(walk)))
-    assert (printed["outcome"], printed["steps"]) == ("finished", 2)
-    assert walk.terrain == mjbiped.Terrain.stairs(rise=-0.02)
-    assert "<svg" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+Asked = tuple[Controller, mjbiped.Terrain, dict[str, Any]]
 
 
-def test_walk_prints_a_table_of_all_measures_and_the_files(tmp_path: Path, drawings: Drawings) -> None:
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Asked]:
+    """Controller, terrain and settings of each walk that a command would make; none is made."""
+    found: list[Asked] = []
+
+    def walk(controller: Controller, terrain: mjbiped.Terrain, **settings: Any) -> None:
+        found.append((controller, terrain, settings))
+        raise mjbiped.InputError("not walked")
+
+    monkeypatch.setattr("mjbiped.walk", walk)
+    return found
+
+
+def law_of(asked: list[Asked], line: str) -> dict[str, Any]:
+    """What the controller says of itself with which a command line would walk."""
+    assert run("walk", *shlex.split(line)).stderr == "Error: not walked\n"
+    return dict(asked[-1][0].describe())
+
+
+# ---- options ---------------------------------------------------------------------------------------------------------
+
+
+def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:
+    out = tmp_path / "walk.npz"
+    gains = ("--position-gain", 6, "--velocity-gain", 11, "--adaptation-gain", 0.2, "--initial-slope-estimate-deg", 0.5)
+    switches = ("--replanning-delay", "none", "--no-estimate-update", "--imitate-slope-deg", 1.5, "--hip-mass", 3)
+    times = ("--timestep", 5e-4, "--control-period", 1e-3, "--distance", 0.2, "--initial", "-0.15,0.15,0.9,0.7")
+    words = (*gains, *switches, *times, "--no-lands", "--seed", 7, "--out", out, "--quiet")
+    result = run("walk", "random:slope_deg=-1..1", *words)
+    assert (result.exit_code, result.output) == (0, "")
+    walk = Walk.load(out)
+    settings, law = walk.settings, walk.settings["controller"]
+    assert (law["position_gain"], law["velocity_gain"], law["adaptation_gain"]) == (6.0, 11.0, 0.2)
+    assert (law["replanning_delay"], law["estimate_update"]) == (None, False)
+    assert law["initial_slope_estimate"] == pytest.approx(math.radians(0.5))
+    assert law["gait"]["slope"] == pytest.approx(math.radians(1.5))
+    assert law["robot"] == settings["robot"] == mjbiped.Compass(hip_mass=3.0).to_dict()
+    assert (settings["timestep"], settings["control_period"], settings["lands"]) == (5e-4, 1e-3, False)
+    assert (settings["steps"], settings["distance"], settings["initial"]) == (None, 0.2, [-0.15, 0.15, 0.9, 0.7])
+    assert walk.terrain == mjbiped.Terrain.random(seed=7, slope_deg=(-1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("--controller energy-constraint --gain ratio=-2 --gain gain=9 --slope-source none",
+         {"name": "EnergyConstraintController", "ratio": -2.0, "gain": 9.0, "slope_source": "none"}),
+        ("--controller library --position-gain 6", {"name": "LibraryController", "position_gain": 6.0}),
+        ("--gain position_gain=7 --gain replanning_delay=none --gain estimate_update=false",
+         {"position_gain": 7.0, "replanning_delay": None, "estimate_update": False}),
+        ("--controller spread.py:HipSpread --gain stiffness=0.45 --initial rest",
+         {"name": "HipSpread", "stiffness": 0.45, "spread": 0.4}),
+    ],
+)  # fmt: skip
+@pytest.mark.usefixtures("folder")
+def test_options_reach_every_controller(line: str, expected: dict[str, Any], asked: list[Asked]) -> None:
+    law = law_of(asked, f"incline:slope_deg=2 {line}")
+    assert {key: law[key] for key in expected} == expected
+
+
+@pytest.mark.parametrize(
+    ("line", "robot"),
+    [
+        ("", mjbiped.Compass()),
+        ("--leg-mass 4", mjbiped.Compass(leg_mass=4.0)),
+        ("--sole 0.12", mjbiped.Compass(sole=(0.12, 0.12))),
+        ("--robot kneed --sole 0.05,0.15 --hip-mass 7", mjbiped.KneedBiped(hip_mass=7.0, sole=(0.05, 0.15))),
+        # a rod's inertia follows its mass
+        ("--robot halved-rods --shank-mass 2",
+         replace(mjbiped.KneedBiped.halved_rods(), shank_mass=2.0, shank_inertia=2.0 * 0.25 / 12)),
+        ("--robot mine.toml --gravity 3.7", mjbiped.KneedBiped(thigh_mass=3.5, gravity=3.7)),
+        ("--robot heavy.toml", mjbiped.Compass(leg_mass=3.5)),
+        ("--robot mine.xml --sole 0.1", mjbiped.Compass(hip_mass=2.0, sole=(0.1, 0.1))),
+    ],
+)  # fmt: skip
+def test_robots_by_name_file_and_parameter(line: str, robot: mjbiped.Robot, asked: list[Asked], folder: Path) -> None:
+    (folder / "mine.toml").write_text('kind = "kneed"\nthigh_mass = 3.5\n')
+    (folder / "heavy.toml").write_text("leg_mass = 3.5\n")
+    export_scene(mjbiped.Compass(hip_mass=2.0), mjbiped.Terrain.level(), folder / "mine.xml")
+    law_of(asked, f"incline:slope_deg=2 --controller passive {line}")
+    assert asked[-1][2]["robot"] == robot
+
+
+@pytest.mark.parametrize("text", ["random", "random:seed=4", "random:roughness=0.001"])
+def test_a_seed_is_that_of_the_random_ground_and_the_window_counts_on(text: str, asked: list[Asked]) -> None:
+    law_of(asked, f"{text} --seed 4")
+    roughness = 0.001 if "roughness" in text else 0.0
+    assert asked[-1][1] == mjbiped.Terrain.random(seed=4, roughness=roughness)
+    following = next_ground(text, 4)
+    assert following is not None
+    assert [following(), following()] == [mjbiped.Terrain.random(seed=seed, roughness=roughness) for seed in (5, 6)]
+    assert next_ground("mixed", None) is None
+
+
+def test_a_reference_is_tracked(tmp_path: Path) -> None:
+    words = ("--reference", "clearance=0.05", "--gain", "replanning=additive", "--engine", "hybrid", "--steps", 3)
+    result = run("walk", "level", *words, "--out", tmp_path / "walk.npz", "--json")
+    assert result.exit_code == 0, result.stderr
+    law = Walk.load(tmp_path / "walk.npz").settings["controller"]
+    assert (law["gait"]["goal"]["clearance"], law["replanning"]) == (0.05, "additive")
+    assert json.loads(result.stdout)["settings"]["controller"] == law
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.usefixtures("folder")
+def test_a_class_in_a_file_walks_on_a_csv(engine: str) -> None:
+    words = ("--controller", "imitating.py:Imitating", "--imitate-slope-deg", 1.5, "--hip-mass", 3, "--steps", 1)
+    result = run("walk", "trail.csv", "--engine", engine, *words, "--out", "own.npz", "--quiet")
+    assert (result.exit_code, result.output) == (0, "")
+    settings = Walk.load(Path("own.npz")).settings
+    assert settings["controller"]["gait"]["slope"] == pytest.approx(0.0261799388)
+    assert settings["controller"]["robot"]["hip_mass"] == 3.0
+    assert settings["controller_source"]["class"] == "imitating.py:Imitating"
+
+
+# ---- what is printed and written -------------------------------------------------------------------------------------
+
+
+def test_a_table_of_all_measures_and_the_files(
+    tmp_path: Path, drawings: Drawings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
     out, plot, film = tmp_path / "[b].npz", tmp_path / "a.png", tmp_path / "a.mp4"
-    words = ("walk", "--steps", 1, "--out", out, "--plot", plot, "--video", film)
-    result = run(
-        *words,
-        "--slow-motion",
-        2,
-        "--fps",
-        25,
-        "--camera",
-        "side",
-        "--video-size",
-        "320x200",
-        "--hide",
-        "shadows,ghost",
-    )
+    out.write_text("an older file is replaced")
+    words = ("walk", "mixed", "--engine", "hybrid", "--steps", 1, "--out", out, "--plot", plot, "--video", film)
+    look = "--slow-motion 2 --fps 25 --camera side --video-size 320x200 --hide shadows,ghost --flag no-skin"
+    result = run(*words, *look.split())
     assert (result.exit_code, complaints(result)) == (0, "")
-    summary = measures.summary(Walk.load(out))
-    for shown in (
-        "finished",
-        "mixed",
-        f"{summary['distance_m']:.3f}",
-        f"{summary['cost_of_transport']:.4f}",
-        f"{summary['peak_ankle_torque_Nm']:.2f}",
-        f"{summary['largest_slip_m'] * 1e3:.4f}",
-        "N m",
-        "mm",
-        "deg",
-    ):
-        assert shown in result.stdout
+    lines = result.stdout.splitlines()
+    assert {label for label, *_ in MEASURES} <= {line.strip().split("  ")[0] for line in lines}  # none is broken
+    assert f"{measures.summary(Walk.load(out))['cost_of_transport']:.4f}" in result.stdout
     assert result.stdout.endswith(f"wrote {out}\nwrote {plot}\nwrote {film}\n")
     size = {"width": 320, "height": 200, "fps": 25, "camera": "side", "slow_motion": 2.0, "start": None, "stop": None}
-    assert drawings.calls == [
-        ("plot_walk", {"steps": 1}),
-        ("render_video", {"steps": 1, **size, "hide": ("shadows,ghost",), "flags": (), "progress": True}),
-    ]
+    shows = {"hide": ("shadows,ghost",), "flags": ("no-skin",), "progress": True}
+    assert drawings.calls == [("plot_walk", {"steps": 1}), ("render_video", {"steps": 1, **size, **shows})]
 
 
-def test_quiet_walk_says_nothing(record: Path, tmp_path: Path) -> None:
-    out = tmp_path / "walk.npz"
-    out.write_text("an older file is replaced")
-    assert run("walk", "level", "--steps", 1, "--out", out, "--quiet").output == ""
-    assert Walk.load(out) == Walk.load(record)
+def test_json_is_the_summary_and_repeats_the_walk(tmp_path: Path) -> None:
+    words = ["random:seed=3,slope_deg=-1..2", "--engine", "hybrid", "--steps", "2", "--initial", "rest", "--quiet"]
+    one, other = tmp_path / "it's.npz", tmp_path / "again.npz"
+    printed = json.loads(run("walk", *words, "--json", "--out", one).stdout)
+    walk = Walk.load(one)
+    assert (printed.pop("files"), printed.pop("settings")) == ({"record": str(one)}, walk.settings)
+    assert printed == json.loads(json.dumps(measures.summary(walk)))
+    assert printed["verdict"] == printed["outcome"] == "finished"
+    again = shlex.split(walk.settings["command"].replace(shlex.quote(str(one)), str(other)))
+    assert run(*again[1:]).exit_code == 0
+    assert Walk.load(other) == walk
 
 
 def test_a_fall_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,14 +193,31 @@ def test_a_fall_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert result.exit_code == 0
     printed = json.loads(result.stdout)
     assert (printed["outcome"], printed["steps"], printed["cost_of_transport"]) == ("fell", 0, None)
-    assert "fell" in run(*words[:-3], "--timestep", 5e-4).stdout
 
 
-def test_refusal_in_a_process(tmp_path: Path) -> None:
-    result = run_process("walk", "incline:slope_deg=50", cwd=tmp_path)
-    assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr.startswith("Error: terrain incline: slope_deg")
-    assert result.stderr.count("\n") == 1
+def test_a_narrow_terminal_of_plain_ascii_and_a_refusal_in_processes(tmp_path: Path) -> None:
+    words = ("walk", "random", "--engine", "hybrid", "--steps", 1)
+    result = run_process(*words, cwd=tmp_path, COLUMNS="50", PYTHONIOENCODING="ascii")
+    assert (result.returncode, complaints(result)) == (0, "")
+    assert max(map(len, result.stdout.splitlines())) <= 50
+    refused = run_process("walk", "incline:slope_deg=50", cwd=tmp_path)
+    assert (refused.returncode, refused.stdout, refused.stderr.count("\n")) == (2, "", 1)
+    assert refused.stderr.startswith("Error: terrain incline: slope_deg")
+
+
+@pytest.mark.slow
+def test_files_may_have_names_that_are_no_utf8(tmp_path: Path) -> None:
+    """As far as they are written, they are told of; where the system has such names."""
+    name = os.fsdecode(b"w\xff.npz")
+    try:
+        (tmp_path / name).touch()
+    except OSError:
+        pytest.skip("no such names here")
+    done = run_process("walk", "level", "--engine", "hybrid", "--steps", 1, "--out", name, "--quiet", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / name).stat().st_size > 1000
+    refused = run("walk", "level", "--controller", f"{tmp_path / os.fsdecode(bytes([255]))}.py:Law")
+    assert (refused.exit_code, "must be text that UTF-8 can write" in refused.stderr) == (2, True), refused.stderr
 
 
 def test_compare_prints_both_engines_and_writes_both_records(tmp_path: Path, drawings: Drawings) -> None:
@@ -100,115 +226,163 @@ def test_compare_prints_both_engines_and_writes_both_records(tmp_path: Path, dra
     assert (result.exit_code, complaints(result)) == (0, "")
     records = [Walk.load(tmp_path / f"both_{engine}.npz") for engine in ("mujoco", "hybrid")]
     assert [record.settings["engine"] for record in records] == ["mujoco", "hybrid"]
-    for record in records:
-        assert f"{record.cost_of_transport:.4f}" in result.stdout
-    difference = records[0].cost_of_transport - records[1].cost_of_transport
-    assert f"{difference:+.3g}" in result.stdout
-    assert f"{100 * difference / records[1].cost_of_transport:+.2f}" in result.stdout
+    mine, other = (record.cost_of_transport for record in records)
+    shown = rf"absolute +{mine:.4f} +{other:.4f} +\{mine - other:+.3g} +\{100 * (mine - other) / other:+.2f}"
+    assert re.search(shown, result.stdout)
+    assert re.search(r"foothold +\S+ +2 +1 +mm\s", result.stdout)  # largest difference, touchdown, limit
     assert "The engines agree at all 2 touchdowns" in result.stdout
     names = [tmp_path / "both_mujoco.npz", tmp_path / "both_hybrid.npz", plot]
     assert result.stdout.endswith("".join(f"wrote {name}\n" for name in names))
     assert drawings.calls == [("plot_comparison", {"steps": 2})]
 
 
-@pytest.mark.slow
-def test_compare_as_json_in_a_process(tmp_path: Path) -> None:
-    words = ("compare", "stairs:rise=0.045,first=1.0,count=1", "--steps", 3, "--json")
-    result = run_process(*words, cwd=tmp_path)
-    assert (result.returncode, complaints(result)) == (0, "")
-    printed = json.loads(result.stdout)
-    assert printed["parting"]["touchdown"] == 3
-    assert "riser" in printed["parting"]["causes"][0]
-    assert printed["measures"]["steps"] == {"mujoco": 3, "hybrid": 3, "difference": 0, "difference_percent": 0.0}
-    assert len(printed["touchdowns"]["x"]) == 3
-    assert printed["settings"]["hybrid"]["engine"] == "hybrid"
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("terrain", [*PRESETS[:-1], "recorded:file=hill.csv,seed=2", "hill.csv", "hill.toml"])
-def test_compare_walks_every_terrain(terrain: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("hill.csv").write_text("x,z\n0,0\n0.6,0.01\n5,-0.1\n", encoding="utf-8")
-    Path("hill.toml").write_text("segments = [[0.5, 0.0], [2.0, 2.0, -0.01]]\n", encoding="utf-8")
+def test_compare_walks_every_terrain(terrain: str, folder: Path) -> None:
+    (folder / "hill.csv").write_text("x,z\n0,0\n0.6,0.01\n5,-0.1\n")
+    (folder / "hill.toml").write_text("segments = [[0.5, 0.0], [2.0, 2.0, -0.01]]\n")
     result = run("compare", terrain, "--steps", 2)
     assert (result.exit_code, complaints(result)) == (0, "")
-    assert "cost of transport" in result.stdout
     assert "The engines agree at all 2 touchdowns" in " ".join(result.stdout.split())
 
 
-def test_compare_shows_falls_of_both(tmp_path: Path) -> None:
-    result = run("compare", "level", "--controller", "passive", "--initial=-0.19,0.19,0.3,0")
-    assert (result.exit_code, complaints(result)) == (0, "")
-    assert re.search(r"outcome +fell +fell", result.stdout)
+def test_compare_shows_falls_of_both() -> None:
+    words = ("compare", "level", "--controller", "passive", "--initial=-0.19,0.19,0.3,0")
+    assert re.search(r"outcome +fell +fell", run(*words).stdout)
+    printed = json.loads(run(*words, "--json").stdout)
+    assert printed["measures"]["steps"] == {"mujoco": 0, "hybrid": 0, "difference": 0, "difference_percent": None}
+    assert printed["settings"]["hybrid"]["engine"] == "hybrid"
 
 
-@pytest.mark.usefixtures("no_walk")
+def test_render_draws_beside_the_record_or_where_it_is_told(folder: Path, drawings: Drawings) -> None:
+    result = run("render", "walk.npz", "--hide", "caption", "--flag", "contactpoint", "--start", 0.1, "--stop", 0.3)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, "wrote walk.mp4\n", "")
+    ((name, settings),) = drawings.calls
+    assert (name, settings["width"], settings["height"], settings["fps"]) == ("render_video", 1280, 720, 30)
+    assert (settings["slow_motion"], settings["start"], settings["stop"]) == (1.0, 0.1, 0.3)
+    assert (settings["hide"], settings["flags"]) == (("caption",), ("contactpoint",))
+    assert run("render", "walk.npz", "other.mp4", "--plot", "other.png", "--quiet").output == ""
+    assert [name for name, _ in drawings.calls[1:]] == ["plot_walk", "render_video"]
+    assert run("render", "walk.npz", "--no-video", "--plot", "other.png").stdout == "wrote other.png\n"
+    assert len(drawings.calls) == 4
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_plot_is_as_wide_as_asked_for_and_has_the_panels() -> None:
+    words = ("render", "walk.npz", "--no-video", "--plot", "narrow.png", "--plot-width", "single")
+    assert run(*words, "--panels", "torque,phase").exit_code == 0
+    with Image.open("narrow.png") as picture:
+        assert picture.width == 1050  # 3.5 in of 300 dots
+        assert picture.height < 1400  # two panels
+    assert plot_width.width() is plot_width.WIDTHS["page"]
+
+
+# ---- endings ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_ctrl_c_and_sigterm_keep_the_walk_so_far(
+    number: signal.Signals, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
+) -> None:
+    add, count = Recorder.add, iter(range(1000))
+
+    def interrupted(*arguments: Any) -> None:
+        add(*arguments)
+        if next(count) == 3:
+            signal.raise_signal(number)
+
+    monkeypatch.setattr(Recorder, "add", interrupted)
+    out, plot = tmp_path / "walk.npz", tmp_path / "walk.png"
+    result = run("walk", "--timestep", 2e-4, "--out", out, "--plot", plot, "--json")
+    assert result.exit_code == status
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert result.stderr == f"Error: the walk was interrupted after 0 steps; what was walked is in {out}\n"
+    walk = Walk.load(out)
+    assert walk.outcome == "interrupted"
+    assert len(walk.samples["time"]) > 60  # of some 500 physics steps each time
+    assert json.loads(result.stdout)["files"] == {"record": str(out)}
+    assert not drawings.calls
+
+
+def test_sigterm_ends_the_process_cleanly(tmp_path: Path) -> None:
+    """In the midst of a file, with the exit status that shells have; a second one ends it at once."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import mjbiped, signal, sys, time\n"
+        "from pathlib import Path\n"
+        "from mjbiped.cli import main as cli\n"
+        "from mjbiped.utils.files import written_whole\n"
+        "def walk(*_, **__):\n"
+        "    with written_whole(Path(sys.argv[1])) as unfinished:\n"
+        "        unfinished.write_text('half')\n"
+        "        signal.raise_signal(signal.SIGTERM)\n"
+        "        time.sleep(600.0)\n"
+        "mjbiped.walk = walk\n"
+        "cli.main(['walk', 'level'])\n"
+    )
+    done = python(program, tmp_path / "walk.npz", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "Error: interrupted\n")
+    assert [file.name for file in tmp_path.iterdir()] == [program.name]
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_controller_that_fails_keeps_the_walk_so_far() -> None:
+    """In a comparison between the milliseconds at which MuJoCo asks, until the foot is about to land."""
+    body = "if 0.0 < t < 0.3 and abs(1e3 * t - round(1e3 * t)) > 1e-6:\n    raise KeyError('gone')\nreturn 0.0, 0.0"
+    own_controllers.write(Path(), "failing.py", own_controllers.law(body))
+    words = ("trail.csv", "--controller", "failing.py:Law", "--steps", 1, "--out", "both.npz")
+    result = run("compare", *words)
+    assert (result.exit_code, result.stdout) == (1, "wrote both_mujoco.npz\nwrote both_hybrid.npz\n")
+    assert (
+        "failing.py, line 7, in torque: raise KeyError('gone')) (engine hybrid); what was walked is in" in result.stderr
+    )
+    outcomes = [Walk.load(Path(f"both_{engine}.npz")).outcome for engine in ("mujoco", "hybrid")]
+    assert outcomes == ["finished", "interrupted"]
+    result = run("walk", *words, "--engine", "hybrid")
+    assert result.exit_code == 1
+    assert re.match(r"Error: Law failed at 0\.0.* what was walked is in both.npz\n", result.stderr)
+    assert "interrupted" in result.stdout
+    assert Walk.load(Path("both.npz")).outcome == "interrupted"
+
+
 @pytest.mark.parametrize(
-    ("words", "reason"),
+    ("failure", "status", "said"),
     [
-        (("levle",), "level"),
-        (("level", "--timestep", 0), "timestep"),
-        (("level", "--steps", 0), "--steps"),
-        (("level", "--out", "walk.txt"), "must end in .npz"),
-        (("level", "--engine", "hybrid"), "No such option"),
-        (
-            ("level", "--controller", "passive", "--position-gain", 3),
-            "controller passive 'position_gain'",
-        ),
-        (("no.csv",), "no.csv"),
+        (RuntimeError("out of\nink"), 1, "RuntimeError: out of ink"),
+        (RenderError("no samples"), 2, "no samples"),
+        (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_compare_refuses_before_it_walks(
-    words: tuple[object, ...], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_drawing_that_fails_leaves_the_other_files(
+    failure: BaseException, status: int, said: str, folder: Path, monkeypatch: pytest.MonkeyPatch, drawings: Drawings
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert_refused(run("compare", *words), reason)
-    assert not list(tmp_path.iterdir())
+    def plot_walk(*_: object, **__: object) -> None:
+        raise failure
+
+    monkeypatch.setattr(plots, "plot_walk", plot_walk)
+    words = ("walk", "level", "--engine", "hybrid", "--steps", 1, "--out", "a.npz", "--plot", "a.png")
+    result = run(*words, "--video", "a.mp4", "--json")
+    assert result.exit_code == status
+    assert result.stderr == f"Error: the plot a.png was not written: {said}\n"
+    filmed = {} if status == 130 else {"video": "a.mp4"}
+    assert json.loads(result.stdout)["files"] == {"record": "a.npz", **filmed}
+    assert Walk.load("a.npz").outcome == "finished"
 
 
-def test_render_draws_beside_the_record(record: Path, drawings: Drawings) -> None:
-    words = ("--hide", "caption", "--flag", "contactpoint", "--flag", "no-skin", "--start", 0.1, "--stop", 0.3)
-    result = run("render", record, *words)
-    film = record.with_suffix(".mp4")
-    assert (result.exit_code, result.stdout, result.stderr) == (0, f"wrote {film}\n", "")
-    ((name, settings),) = drawings.calls
-    assert name == "render_video"
-    assert (settings["width"], settings["height"], settings["fps"], settings["camera"]) == (1280, 720, 30, "track")
-    assert (settings["slow_motion"], settings["start"], settings["stop"]) == (1.0, 0.1, 0.3)
-    assert (settings["hide"], settings["flags"]) == (("caption",), ("contactpoint", "no-skin"))
-
-
-def test_render_draws_where_it_is_told(record: Path, drawings: Drawings, tmp_path: Path) -> None:
-    film, plot = tmp_path / "other.mp4", tmp_path / "other.png"
-    assert run("render", record, film, "--plot", plot, "--quiet").output == ""
-    assert [name for name, _ in drawings.calls] == ["plot_walk", "render_video"]
-    assert film.exists()
-    assert run("render", record, "--no-video", "--plot", plot).stdout == f"wrote {plot}\n"
-    assert [name for name, _ in drawings.calls[2:]] == ["plot_walk"]
-
-
-def _truncated(whole: bytes) -> bytes:
-    return whole[: len(whole) // 2]
-
-
-def _foreign(_: bytes) -> bytes:
-    return b"no record"
-
-
-@pytest.mark.parametrize("change", [_truncated, _foreign])
-def test_render_refuses_files_that_are_no_records(
-    change: Callable[[bytes], bytes], record: Path, tmp_path: Path, drawings: Drawings
+@pytest.mark.usefixtures("folder")
+def test_a_video_without_opengl_is_warned_of_and_comes_last(
+    monkeypatch: pytest.MonkeyPatch, drawings: Drawings
 ) -> None:
-    path = tmp_path / "walk.npz"
-    path.write_bytes(change(record.read_bytes()))
-    assert_refused(run("render", path), "no walk's record")
-    assert not drawings.calls
+    def render_video(*_: object, **__: object) -> None:
+        assert Path("a.npz").exists()
+        assert Path("a.png").exists()
+        raise RenderError("no OpenGL platform works here. On Debian or Ubuntu install libegl1 and libgl1-mesa-dri")
 
-
-def test_render_refuses(record: Path, tmp_path: Path, drawings: Drawings) -> None:
-    assert_refused(run("render", tmp_path / "walk.npz"), "there is no such file")
-    assert_refused(run("render", record, tmp_path / "walk.avi"), "must end in .mp4 or .gif")
-    assert_refused(run("render", record, tmp_path / "nowhere" / "walk.mp4"), "there is no folder")
-    assert_refused(run("render", record, "--no-video"), "--no-video")
-    assert_refused(run("render", record, "--video-size", "1x1"), "even pixels")
-    assert not drawings.calls
+    monkeypatch.setattr(video, "render_video", render_video)
+    monkeypatch.setattr(gl, "gl_available", lambda: None)
+    words = ("walk", "level", "--engine", "hybrid", "--steps", 1, "--out", "a.npz", "--plot", "a.png")
+    result = run(*words, "--video", "a.mp4")
+    assert result.exit_code == 2
+    warning, error = result.stderr.splitlines()
+    assert warning.startswith("Warning: there is no OpenGL platform")
+    assert error.startswith("Error: the video a.mp4 was not written")
+    assert result.stdout.endswith("wrote a.npz\nwrote a.png\n")

@@ -1,4 +1,4 @@
-"""Laws as machine code of their own: bitwise the law, one engine for all of them, and failures that are noticed."""
+"""Laws as machine code: bitwise the law, one engine for all of them, failures that are noticed or named."""
 
 from __future__ import annotations
 
@@ -11,90 +11,92 @@ import pytest
 from simulations import hybrid_run, make_simulation
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, PassiveController, PassivityController
-from mjbiped.control.compiled import MachineCode, as_machine_code, can_be_compiled
-from mjbiped.control.controller import ROOM, Controller, Law
+from controllers import AdaptiveController, Controller, KneedController, LawController, PassiveController, never
+from mjbiped.control.compiled import LawError, MachineCode, as_machine_code, can_be_compiled, compilable_law
+from mjbiped.control.controller import ROOM, Law
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.engines.hybrid.engine import HybridRun, engine_address
+from mjbiped.engines.hybrid.engine import engine_address
 
 NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
-
-
 QUICK = ("adaptive", "passive")
+KNEED = mjbiped.KneedBiped()
+each_engine = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+
+
+@pytest.fixture(scope="module")
+def kneed_gait() -> mjbiped.Gait:
+    return mjbiped.find_kneed_gait(KNEED, math.radians(2.5))
 
 
 @pytest.mark.parametrize(
     "name",
     [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)],
 )
-def test_machine_code_computes_what_the_law_does(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+def test_machine_code_and_methods_compute_what_the_law_does(
+    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
+) -> None:
     """Bit by bit."""
     controller = make_controller(name, robot, {}, gait)
-    law = controller.law()
+    law = compilable_law(controller)
     assert law is not None
-    assert can_be_compiled(law)
-    code = MachineCode(controller, law)
-    count = 2 + len(controller.states)
+    code, count = MachineCode(controller, law), 2 + len(controller.states)
     memory, plain, out = np.zeros(controller.memory_size), [0.0] * controller.memory_size, np.zeros(count + ROOM)
     q, dq, before = (-0.17, 0.21), (1.05, 0.4), (0.22, -0.19)
     there, turning, old = (np.array(each) for each in (q, dq, before))
-    state, record = (there.ctypes.data, turning.ctypes.data), code.law.parameters
+    state, kept = (there.ctypes.data, turning.ctypes.data), (code.law.parameters, memory.ctypes.data)
     controller.start(plain, q, dq)
     memory[:] = plain
-    touchdown(code)(record, memory.ctypes.data, old.ctypes.data, *state)
+    ctypes.CFUNCTYPE(None, *[ADDRESS] * 5)(code.law.touchdown)(*kept, old.ctypes.data, *state)
     law.touchdown(law.parameters, plain, before, q, dq)
     assert memory.tolist() == plain
+    torque = ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, NUMBER, *[ADDRESS] * 3)(code.law.torque)
+    found = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)(code.law.next_discontinuity)
     for t in (0.0, 0.31, 0.9):
-        expected = [0.0] * (count + ROOM)
+        expected = [math.nan] * (count + ROOM)
         law.torque(law.parameters, plain, t, q, dq, expected)
-        torque(code)(record, memory.ctypes.data, t, *state, out.ctypes.data)
-        assert out[:count].tolist() == expected[:count]
-        found = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS, NUMBER)(code.law.next_discontinuity)
-        assert found(record, memory.ctypes.data, t) == law.next_discontinuity(law.parameters, plain, t)
-    estimate = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS)(code.law.slope_estimate)(record, memory.ctypes.data)
+        torque(*kept, t, *state, out.ctypes.data)
+        assert out[:count].tolist() == expected[:count] == list(controller.torque(plain, t, q, dq))
+        kink = law.next_discontinuity(law.parameters, plain, t)
+        assert found(*kept, t) == kink == controller.next_discontinuity(plain, t)
+    estimate = ctypes.CFUNCTYPE(NUMBER, ADDRESS, ADDRESS)(code.law.slope_estimate)(*kept)
     np.testing.assert_equal(estimate, law.slope_estimate(law.parameters, plain))
+    np.testing.assert_equal(estimate, controller.slope_estimate(plain))
     assert not code.failed
 
 
-def torque(code: MachineCode) -> Any:
-    """The C function of `Law.torque`."""
-    return ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, NUMBER, *[ADDRESS] * 3)(code.law.torque)
-
-
-def touchdown(code: MachineCode) -> Any:
-    """The C function of `Law.touchdown`."""
-    return ctypes.CFUNCTYPE(None, ADDRESS, ADDRESS, *[ADDRESS] * 3)(code.law.touchdown)
-
-
-def count_up(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
-    memory[0] += 1.0
-
-
-def remembered(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    out[0], out[1] = memory[0], parameters[0]
-
-
-def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait) -> None:
+def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait, kneed_gait: mjbiped.Gait) -> None:
     """Parameters differ in number and value, never in type; laws with knees are those of straight legs."""
-    other = mjbiped.find_passive_gait(mjbiped.Compass(hip_mass=3.0), math.radians(3.0))
-    kneed = mjbiped.KneedBiped()
+    heavy = mjbiped.Compass(hip_mass=3.0)
     controllers = (
         AdaptiveController(mjbiped.Compass(), gait),
-        AdaptiveController(mjbiped.Compass(hip_mass=3.0), other),
-        KneedController(kneed, mjbiped.find_kneed_gait(kneed, math.radians(2.5))),
+        AdaptiveController(heavy, mjbiped.find_passive_gait(heavy, math.radians(3.0))),
+        KneedController(KNEED, kneed_gait),
     )
     assert len({len(each.law().parameters) for each in controllers}) > 1
     assert len({as_machine_code(each).law.torque for each in controllers}) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_one_machine_code_of_an_engine_serves_all_robots_and_laws(
+    controller: AdaptiveController, kneed_gait: mjbiped.Gait
+) -> None:
+    level, start = mjbiped.Terrain.level(), kneed_gait.start
+    there: Any = {"robot": controller.robot, "q": (-0.19, 0.19), "dq": (1.1, 0.8), "steps": 1}
+    kneed: Any = {"robot": KNEED, "q": tuple(start[:3]), "dq": tuple(start[3:])}
+    runs = [
+        hybrid_run(controller, level, **there),
+        hybrid_run(PassiveController().driving(KNEED), level, **kneed),
+        hybrid_run(KneedController(KNEED, kneed_gait), level, **kneed),
+    ]
+    assert len({run.machine and engine_address() for run in runs}) == 1
+    made = [make_simulation(each, level, **there) for each in (PassiveController(), Failing())]
+    assert all(simulation.compiled for simulation in made)
+    assert len({id(simulation._advance) for simulation in made}) == 1
+
+
 def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
     out[0], out[1] = (0.0, 1.0)[int(100.0 * t)], 0.0
-
-
-def raising(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    if t > 0.01:
-        raise ValueError("late")
-    out[0] = out[1] = 0.0
 
 
 def out_of_range_at_touchdown(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
@@ -115,67 +117,114 @@ class FailingAtTouchdown(PassiveController):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_a_law_that_fails_at_a_touchdown_stops_the_walk_there(engine: str, gait: mjbiped.Gait) -> None:
+@each_engine
+def test_a_law_that_fails_in_machine_code_stops_the_walk_there(engine: str, gait: mjbiped.Gait) -> None:
     """What would come of a memory that is half written is no walk."""
-    with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
-        mjbiped.walk(
-            FailingAtTouchdown(), mjbiped.Terrain.incline(2.0), engine=engine, steps=20, initial=gait.start.tolist()
-        )
-    assert stopped.value.walk.steps <= 1
-    assert stopped.value.walk.end[0] == pytest.approx(gait.period, abs=1e-3)  # MuJoCo's steps are 0.06 ms shorter
+    given: Any = {"engine": engine, "steps": 20, "initial": gait.start.tolist()}
+    for law, place, tolerance in ((FailingAtTouchdown(), gait.period, 1e-3), (Failing(), 0.02, 1.5e-3)):
+        with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
+            mjbiped.walk(law, mjbiped.Terrain.incline(2.0), **given)
+        # the hybrid engine keeps whole integration steps alone
+        assert engine == "hybrid" or stopped.value.walk.end[0] == pytest.approx(place, abs=tolerance)
+        assert stopped.value.walk.end[0] < place + tolerance
 
 
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_a_law_that_fails_in_machine_code_stops_the_walk(engine: str) -> None:
-    with pytest.raises(mjbiped.WalkStopped, match="a compiled law raised an exception") as stopped:
-        mjbiped.walk(Failing(), mjbiped.Terrain.incline(2.0), engine=engine, steps=1)
-    # an index beyond the tuple from 0.02 s on, noted a step of 1 ms later in MuJoCo; the hybrid engine keeps whole
-    # integration steps alone
-    assert stopped.value.walk.end[0] < 0.0215
+def raising(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    if t > 0.01:
+        raise ValueError("late")
+    out[0] = out[1] = 0.0
 
 
-def test_what_cannot_be_compiled() -> None:
+def test_what_cannot_be_compiled(controller: AdaptiveController) -> None:
     law = PassiveController().law()
     assert can_be_compiled(law)
-    assert not can_be_compiled(law._replace(torque=raising))
-    assert not can_be_compiled(law._replace(parameters=("a text",)))  # type: ignore[arg-type]
-    assert not can_be_compiled(law._replace(parameters=((1.0, 2.0),)))  # type: ignore[arg-type]
+    changed: tuple[Any, ...] = ({"torque": raising}, {"parameters": ("a text",)}, {"parameters": ((1.0, 2.0),)})
+    for each in changed:
+        assert not can_be_compiled(law._replace(**each))
+
+    class Leaning(AdaptiveController):
+        """Begins its memory in a way of its own: no law for compilation says what `start` does."""
+
+        def start(self, memory, q, dq):  # type: ignore[no-untyped-def]
+            memory[0] = 0.01
+
+    class Weak(AdaptiveController):
+        """A torque of its own, which the law that it inherits does not know."""
+
+        def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
+            return tuple(0.5 * each for each in super().torque(memory, t, q, dq))
+
+    given = controller.robot, controller.gait
+    assert [compilable_law(kind(*given)) is not None for kind in (Leaning, Weak)] == [True, False]
 
 
-def hybrid(controller: Controller) -> HybridRun:
-    return hybrid_run(
-        controller, mjbiped.Terrain.level(), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1
-    )
+def good_torque(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+    out[0], out[1] = 0.0, 0
 
 
-@pytest.mark.slow
+def makes_array(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+    out[:2] = np.array([q[0], q[1]])
+
+
+def makes_list(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+    numbers = [q[0], q[1]]
+    numbers.append(t)
+    out[0] = numbers[0]
+
+
+def misspelt(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
+    out[0] = sine(q[0])  # type: ignore[name-defined]  # noqa: F821
+
+
+def returning_pair(parameters: Any, memory: Any) -> Any:
+    return 0.0, 0.0
+
+
+class ByLaw(LawController):
+    def __init__(self, **changed: Any) -> None:
+        self.given = Law((1.0,), good_torque, next_discontinuity=never)._replace(**changed)
+
+    @property
+    def plain_law(self) -> Law:
+        return self.given
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"torque": makes_array}, ["torque (makes_array): ", "test_compiled.py"]),
+        ({"torque": makes_list}, ["torque (makes_list): it allocates memory", "of test_compiled.py"]),
+        ({"torque": misspelt}, ["torque (misspelt): NameError: name 'sine' is not defined"]),
+        ({"slope_estimate": returning_pair}, ["slope_estimate (returning_pair) returns ", "expected a float"]),
+        ({"next_discontinuity": returning_pair}, ["next_discontinuity (returning_pair): ", "2 arguments"]),
+    ],
+    ids=lambda value: next(iter(value.values())).__name__ if isinstance(value, dict) else "",
+)
+def test_the_law_to_blame_is_named(changed: dict[str, Any], words: list[str]) -> None:
+    good, bad = ByLaw(), ByLaw(**changed)
+    assert not MachineCode(good, good.given).failed
+    with pytest.raises(LawError) as refused:
+        MachineCode(bad, bad.given)
+    assert all(word in str(refused.value) for word in ["the laws of ByLaw cannot be compiled: ", *words])
+
+
+@pytest.mark.slow  # Numba looks at the whole engine before it gives up
 @pytest.mark.compiled
-def test_one_machine_code_of_an_engine_serves_all_laws_with_as_many_states(
-    robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
-    alike = PassivityController(robot, gait), PassiveController(), Failing()
-    made = [
-        make_simulation(each, mjbiped.Terrain.level(), robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1)
-        for each in alike
-    ]
-    assert all(simulation.compiled for simulation in made)
-    assert len({id(simulation._advance) for simulation in made}) == 1
+def test_walk_refuses_before_it_begins_and_its_advice_helps() -> None:
+    class Misspelt(Controller):
+        """Its torque is sound, the law that it gives for compilation is not."""
 
+        def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
+            return 0.0, 0.0
 
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_one_machine_code_of_the_hybrid_engine_serves_all_robots_and_laws(controller: AdaptiveController) -> None:
-    robot = mjbiped.KneedBiped()
-    gait = mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
-    kneed = (PassiveController().driving(robot), KneedController(robot, gait))
-    runs = [
-        hybrid(controller),
-        *(
-            hybrid_run(each, mjbiped.Terrain.level(), robot=robot, q=tuple(gait.start[:3]), dq=tuple(gait.start[3:]))
-            for each in kneed
-        ),
-    ]
-    assert len({run.machine and engine_address() for run in runs}) == 1
+        def law(self) -> Law | None:
+            return ByLaw(torque=misspelt).given
+
+    class Without(Misspelt):
+        def law(self) -> Law | None:
+            return None
+
+    incline = mjbiped.Terrain.incline(2.0)
+    with pytest.raises(LawError, match=r"the laws of Misspelt cannot be compiled: torque .*'sine'.* return None"):
+        mjbiped.walk(Misspelt(), incline, engine="hybrid", steps=1)
+    assert mjbiped.walk(Without(), incline, engine="hybrid", steps=1).outcome == "finished"

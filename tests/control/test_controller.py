@@ -1,30 +1,30 @@
-"""What every controller offers, the passive one, and one that a user writes."""
+"""What every controller offers, one that a user writes, and what breaks the contract: told before the walk."""
+
+from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.compiled import compilable_law
-from mjbiped.control.controller import ROOM, Unpowered
-from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.passive import find_passive_gait
-from mjbiped.robots.compass import Array, Compass
-from mjbiped.robots.robot import Robot
+from controllers import Controller, Law, Memory, PassiveController
+from mjbiped.control.controller import Unpowered
+from mjbiped.control.functions import try_out
+from mjbiped.control.registry import controller_names, make_controller
+from mjbiped.engines.base import Run
+from mjbiped.errors import InputError
+from mjbiped.robots.compass import Array
 
-TABLE_ONE = Compass()
-
-
-@pytest.fixture(scope="module")
-def gait() -> Gait:
-    return find_passive_gait(TABLE_ONE, math.radians(2))
+Q, DQ = (-0.19, 0.19), (1.1, 0.8)
+GROUND = mjbiped.Terrain.incline(2.0)
 
 
 class HipSpring(Controller):
@@ -33,201 +33,268 @@ class HipSpring(Controller):
     stiffness = 20.0
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        del memory, t, dq
         return 0.0, -self.stiffness * (q[1] - q[0])
 
 
-class Counter(Controller):
-    """A user's own with a state that the engine integrates and a number that changes at touchdown."""
-
-    states = ("impulse",)
-    memory_size = 2
-
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        del q_before, q, dq
-        memory[1] += 1.0
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        del t, q, dq
-        ankle = 0.1 * memory[1]
-        return ankle, 0.0, ankle
-
-
 @dataclasses.dataclass(frozen=True)
-class Everything(Controller):
+class Everything(HipSpring):
     """Parameters of every kind, for the record."""
 
-    robot: Compass
-    gait: Gait
-    gain: float = 1.5
+    robot: mjbiped.Compass
+    gait: mjbiped.Gait
+    gain: Any = 1.5
     count: int = 3
     switch: bool = True
     word: str = "x"
     nothing: None = None
     table: Any = dataclasses.field(default_factory=lambda: np.arange(3.0))
 
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        del memory, t, q, dq
-        return 0.0, 0.0
 
-
-def motion(controller: Controller, memory: list[float], slope: float) -> Any:
-    """Right-hand side of eq. (1) under a controller without integrated states."""
-    robot = TABLE_ONE
-
-    def rates(t: float, y: Array) -> Array:
-        q, dq = y[:2], y[2:4]
-        tau = np.array(controller.torque(memory, t, q.tolist(), dq.tolist()))
-        force = robot.input_matrix @ tau - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
-        return np.concatenate([dq, np.linalg.solve(robot.mass_matrix(q), force)])
-
-    return rates
-
-
-def test_a_controller_without_a_law_cannot_be_made() -> None:
+def test_a_torque_is_all_that_a_controller_needs_and_a_spring_stores_what_it_takes(
+    robot: mjbiped.Compass, gait: mjbiped.Gait
+) -> None:
+    """Energy of robot and spring is constant: the hip torque acts between the legs and does the work it should."""
+    spring = HipSpring()
+    assert (spring.states, spring.memory_size, spring.robot, spring.gait) == ((), 0, None, None)
+    spring.start([], Q, DQ)
+    spring.on_touchdown([], Q, Q, DQ)
+    assert math.isnan(spring.slope_estimate([]))
+    assert spring.describe() == {"name": "HipSpring"}
     with pytest.raises(TypeError, match="torque"):
         Controller()  # type: ignore[abstract]  # that is the point
 
+    def rates(t: float, y: Array) -> Array:
+        q, dq = y[:2], y[2:4]
+        tau = np.array(spring.torque([], t, q.tolist(), dq.tolist()))
+        force = robot.input_matrix @ tau - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, gait.slope)
+        return np.concatenate([dq, np.linalg.solve(robot.mass_matrix(q), force)])
 
-def test_a_law_is_all_that_a_controller_needs() -> None:
-    spring = HipSpring()
-    assert (spring.states, spring.memory_size, spring.robot, spring.gait) == ((), 0, None, None)
-    memory: list[float] = []
-    spring.start(memory, (0.1, -0.1), (0.0, 0.0))
-    spring.on_touchdown(memory, (0.2, -0.2), (-0.2, 0.2), (1.0, 1.0))
-    assert memory == []
-    assert math.isnan(spring.slope_estimate(memory))
-    assert spring.describe() == {"name": "HipSpring"}
-
-
-def test_a_hip_spring_stores_what_it_takes(gait: Gait) -> None:
-    """Energy of robot and spring is constant: the hip torque acts between the legs and does the work it should."""
-    spring, slope = HipSpring(), gait.slope
-
-    def energy(y: Array) -> float:
-        return TABLE_ONE.energy(y[:2], y[2:], slope) + 0.5 * spring.stiffness * float(y[1] - y[0]) ** 2
-
-    solution = solve_ivp(motion(spring, [], slope), (0.0, 0.7), gait.start, "DOP853", rtol=1e-10, atol=1e-12)
-    energies = [energy(y) for y in solution.y.T]
+    solution = solve_ivp(rates, (0.0, 0.7), gait.start, "DOP853", rtol=1e-10, atol=1e-12)
+    stored = 0.5 * spring.stiffness * (solution.y[1] - solution.y[0]) ** 2
+    energies = stored + [robot.energy(y[:2], y[2:], gait.slope) for y in solution.y.T]
     # 20 to 30 steps of 1e-10 on rates of order 1, times masses and torques of order 10
     np.testing.assert_allclose(energies, energies[0], rtol=0, atol=1e-7)
-    spread = solution.y[1] - solution.y[0]
-    assert np.ptp(0.5 * spring.stiffness * spread**2) > 1.0  # the spring did take part, with more than a joule
+    assert np.ptp(stored) > 1.0  # the spring did take part, with more than a joule
 
 
-def test_a_users_memory_is_integrated_and_changed_at_touchdown() -> None:
-    counter, memory = Counter(), [0.0, 0.0]
-    counter.start(memory, (0.0, 0.0), (0.0, 0.0))
-    for _ in range(3):
-        counter.on_touchdown(memory, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-    torque = counter.torque(memory, 0.0, (0.0, 0.0), (0.0, 0.0))
-    assert memory == [0.0, 3.0]
-    assert len(torque) == 2 + len(counter.states)
-    assert torque[2] == torque[0] == pytest.approx(0.3)  # pytest's 1e-6: the number is 3 times 0.1
-
-
-def test_description_is_json_whatever_the_parameters(gait: Gait) -> None:
-    description = Everything(TABLE_ONE, gait).describe()
+def test_description_is_json_whatever_the_parameters(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    description = Everything(robot, gait, gain=np.float32(1.5)).describe()
     assert json.loads(json.dumps(description, allow_nan=False)) == description
-    robot = TABLE_ONE.to_dict()
-    assert description == {
-        "name": "Everything",
-        "robot": robot,
-        "gait": {"slope": gait.slope, "robot": robot},
-        "gain": 1.5,
-        "count": 3,
-        "switch": True,
-        "word": "x",
-        "nothing": None,
-        "table": "array([0., 1., 2.])",
-    }
-
-
-def test_passive_controller_gives_no_torque_and_keeps_nothing() -> None:
-    passive = PassiveController()
-    memory: list[float] = []
-    passive.start(memory, (0.1, -0.1), (0.0, 0.0))
-    assert tuple(passive.torque(memory, 0.3, (0.5, -0.2), (3.0, 4.0))) == (0.0, 0.0)
-    assert (passive.states, passive.memory_size, passive.robot, passive.gait) == ((), 0, None, None)
-    assert passive.describe() == {"name": "PassiveController"}
-    assert passive == PassiveController()
-
-
-def test_passive_controller_walks_the_passive_gait(gait: Gait) -> None:
-    rates = motion(PassiveController(), [], gait.slope)
-    solution = solve_ivp(rates, (0.0, gait.period), gait.start, "DOP853", rtol=1e-11, atol=1e-12)
-    q, dq = TABLE_ONE.impact(solution.y[:2, -1], solution.y[2:, -1])
-    # a few dozen steps of 1e-11, grown by the motion's own instability (exp(3 * 0.76) = 10)
-    np.testing.assert_allclose([*q, *dq], gait.start, rtol=0, atol=1e-8)
-
-
-class Leaning(AdaptiveController):
-    """Begins its memory in a way of its own: no law for compilation says what `start` does."""
-
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        super().start(memory, q, dq)
-        memory[0] = 0.01
-
-
-class Weak(AdaptiveController):
-    """A torque of its own, which the law that it inherits does not know."""
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        ankle, hip, *rates = super().torque(memory, t, q, dq)
-        return 0.5 * ankle, 0.5 * hip, *rates
-
-
-@pytest.mark.parametrize(("kind", "compiled"), [(AdaptiveController, True), (Leaning, True), (Weak, False)])
-def test_a_law_is_compiled_unless_a_method_is_newer(kind: type[AdaptiveController], compiled: bool, gait: Gait) -> None:
-    law = compilable_law(kind(TABLE_ONE, gait))
-    assert (law is not None) == compiled
-
-
-def test_methods_are_the_laws_functions_with_parameters_that_python_reads_fast(gait: Gait) -> None:
-    controller = AdaptiveController(TABLE_ONE, gait)
-    plain, memory = controller.plain_law, [0.0] * controller.memory_size
-    q, dq = (-0.2, 0.21), (1.0, 0.7)
-    controller.start(memory, q, dq)
-    out = [math.nan] * (4 + ROOM)
-    plain.torque(plain.parameters, memory, 0.1, q, dq, out)
-    assert controller.torque(memory, 0.1, q, dq) == tuple(out[:4])
-    assert {type(each) for each in plain.parameters} == {float}
-    assert controller.law() is plain
-
-
-def test_a_walk_asks_once_who_drives_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Robot] = []
-    driving = PassiveController.driving
-
-    def counted(self: PassiveController, robot: Robot) -> Controller:
-        asked.append(robot)
-        return driving(self, robot)
-
-    monkeypatch.setattr(PassiveController, "driving", counted)
-    mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1)
-    assert asked == [TABLE_ONE]
+    told = {"robot": robot.to_dict(), "gait": gait.describe(), "table": "array([0., 1., 2.])"}
+    plain = {"gain": 1.5, "count": 3, "switch": True, "word": "x", "nothing": None}
+    assert description == {"name": "Everything", **told, **plain}
 
 
 @pytest.mark.parametrize("robot", [mjbiped.Compass(), mjbiped.KneedBiped()])
-def test_it_has_a_torque_for_each_joint_of_the_robot_that_it_drives(robot: Robot) -> None:
-    driver = Unpowered().driving(robot)
-    zeros = (0.0,) * len(robot.joints)
+def test_the_passive_controller_has_no_torque_for_each_joint_of_any_robot(robot: mjbiped.Robot) -> None:
+    driver, zeros = Unpowered().driving(robot), (0.0,) * len(robot.joints)
     assert driver.joints == robot.joints
-    assert tuple(driver.torque([], 0.0, zeros, zeros)) == zeros
-    law = driver.law()
-    assert law is not None
-    out = [1.0] * (len(zeros) + ROOM)
-    law.torque(law.parameters, [], 0.0, zeros, zeros, out)
-    assert tuple(out[: len(zeros)]) == zeros
-    assert Unpowered().joints == mjbiped.Compass.joints
+    assert tuple(driver.torque([], 0.3, zeros, zeros)) == zeros
+    assert PassiveController() == PassiveController()
+    assert PassiveController().describe() == {"name": "PassiveController"}
 
 
 def test_a_law_of_ones_own_that_is_derived_from_it_drives_knees_too() -> None:
-    class HipSpring(PassiveController):
+    class KneedSpring(PassiveController):
         def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
             return 0.0, -1.0 * (q[1] - q[0]), 0.0
 
     ground = mjbiped.Terrain.incline(2.5)
-    robot = mjbiped.KneedBiped()
-    walk = mjbiped.walk(HipSpring(), ground, robot=robot, engine="hybrid", steps=1, initial="gait")
+    walk = mjbiped.walk(KneedSpring(), ground, robot=mjbiped.KneedBiped(), engine="hybrid", steps=1, initial="gait")
     assert walk.peak_torque[1] > 0.1
+
+
+# --- what breaks the contract -----------------------------------------------------------------------------------------
+
+
+class Still(Controller):
+    """Nothing, written so that parts of it can be replaced."""
+
+    memory_size = 1
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        return 0.0, 0.0
+
+
+def made(**parts: Any) -> Controller:
+    controller: Controller = type("Law", (Still,), parts)()
+    return controller
+
+
+def returning(value: Any) -> Controller:
+    return made(torque=lambda *_: value)
+
+
+def written(index: int, value: Any) -> Any:
+    def write(self: Controller, memory: Any, *_: object) -> Any:
+        memory[index] = value
+        return 0.0, 0.0
+
+    return write
+
+
+def counted(self: Any, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+    self.calls = getattr(self, "calls", 0) + 1
+    return 0.0, 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Frozen(Still):
+    """A frozen dataclass that counts its steps."""
+
+    steps: int = 0
+
+    def on_touchdown(self, memory: Memory, *_: object) -> None:
+        self.steps += 1  # type: ignore[misc]  # that is what is wrong with it
+
+
+def changed_later(self: Any, *_: object) -> None:
+    self.kept[0] += 1.0
+
+
+def forgetful(self: Controller, memory: Memory, q: object) -> Any:
+    return 0.0, 0.0
+
+
+class Silent(PassiveController):
+    def law(self) -> Law:
+        return super().law()._replace(torque=lambda _parameters, _memory, _t, _q, _dq, out: out.__setitem__(0, 0.0))
+
+
+class Answering(PassiveController):
+    def law(self) -> Law:
+        return super().law()._replace(torque=lambda *_: (0.0, 0.0))
+
+
+CALLS = itertools.count()
+
+REFUSED: list[tuple[Controller, str]] = [
+    (returning(1.5), r"Law.torque returned 1.5; expected 2: ankle, hip .*`return ankle, hip`"),
+    (returning(None), "Law.torque returned None; expected 2"),
+    (returning("ab"), "Law.torque returned 'ab'; expected 2"),
+    (returning((0.0, 0.0, 0.0)), "returned 3 values; expected 2"),
+    (made(states=("work",)), r"returned 2 values; expected 3: .*\(work\).*`return ankle, hip, rate_of_work`"),
+    (returning((0.0, "1")), "'1' in it is no number"),
+    (returning((0.0, np.zeros(2))), "in it is no number"),
+    (returning((0.0, math.nan)), r"Law.torque gives nan for the hip torque at t = 0 s .*the walk cannot begin"),
+    (returning((-math.inf, math.nan)), "gives -inf for the ankle torque and nan for the hip torque"),
+    (returning((10**400, 0.0)), "for the ankle torque"),
+    (made(states=("work",), torque=lambda *_: (0.0, 0.0, math.inf)), "gives inf for the rate of work"),
+    (made(torque=written(0, 1.0)), r"Law.torque writes into memory\[0\].*return its rate"),
+    (made(memory_size=0, start=written(0, 1.0)), r"Law.start fails: .*memory_size says, 0"),
+    (made(start=lambda _, memory, *__: memory.append(1.0)), "memory of 2 floats where memory_size = 1"),
+    (made(start=written(0, [1.0])), r"Law.start writes \[1.0\] into memory\[0\]"),
+    (made(on_tick=written(0, "x")), r"Law.on_tick writes 'x' into memory\[0\]"),
+    (made(on_touchdown=written(0, "x")), r"Law.on_touchdown writes 'x' into memory\[0\]"),
+    (made(torque=counted), "Law sets its attribute calls while it walks; what lasts .*into the memory"),
+    (Frozen(), r"Frozen sets an attribute while it walks: .*'steps' \(test_controller.py, .* self.steps"),
+    (
+        made(kept=[0.0], on_touchdown=changed_later, torque=lambda self, *_: (0.0, self.kept[0])),
+        r"gives \(0.0, 0.0\) and then \(0.0, 1.0\) for the same arguments",
+    ),
+    (made(torque=lambda *_: (0.0, float(next(CALLS)))), "for the same arguments"),
+    (made(torque=forgetful), r"Law.torque does not take .*expected is def torque\(self, memory, t, q, dq\)"),
+    (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
+    (Answering(), r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
+    (Silent(), r"law\(\).torque leaves out\[1\], the hip torque, unwritten"),
+]
+
+
+@pytest.mark.parametrize(("controller", "words"), REFUSED, ids=[words for _, words in REFUSED])
+def test_refused_before_the_walk(controller: Controller, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Run, "go", lambda *_, **__: pytest.fail("it walked"))
+    with pytest.raises(InputError, match=words):
+        mjbiped.walk(controller, GROUND, engine="hybrid")
+
+
+class Computing(Controller):
+    """Computes something once, and keeps a log that no torque depends on."""
+
+    def __init__(self) -> None:
+        self.log: list[float] = []
+
+    @cached_property
+    def gain(self) -> float:
+        return 0.1
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        self.log.append(t)
+        return np.array([0.0, -self.gain * q[1]])
+
+
+class Bound(Controller):
+    """Methods that are no ordinary ones."""
+
+    @staticmethod
+    def torque(*_: object) -> Any:
+        return np.float32(0.0), 0
+
+    @classmethod
+    def start(cls, *_: object) -> None:
+        pass
+
+
+class Failing(Computing):
+    """What it raises, when it is asked once more, is the walk's to tell, which keeps what was walked."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        self.log.append(t)
+        return 0.0, 1.0 / (3 - len(self.log))
+
+
+@pytest.mark.parametrize("controller", [Still(), Computing(), Bound(), Failing()])
+def test_what_keeps_the_contract_passes(controller: Controller) -> None:
+    before = repr(vars(controller))
+    try_out(controller, Q, DQ)
+    assert repr(vars(controller)) == before, "it is a copy that is tried"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", controller_names())
+def test_every_controller_of_this_project_passes(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    try_out(make_controller(name, robot, {}, gait), Q, DQ)
+
+
+class Breaking(Controller):
+    """The ankle's torque is infinite after 0.3 s of a step, in plain Python."""
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        return (math.inf if t > 0.3 else 0.0), 0.0
+
+
+def breaking(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
+    out[0], out[1] = (math.inf if t > 0.3 else 0.0), 0.0
+
+
+class BreakingCompiled(Breaking):
+    """The same, compiled."""
+
+    states: ClassVar[tuple[str, ...]] = ()
+
+    def law(self) -> Law:
+        return Law((), breaking)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        return super().torque(memory, t, q, dq)
+
+
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.parametrize("controller", [Breaking(), pytest.param(BreakingCompiled(), marks=pytest.mark.slow)])
+def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: Controller, engine: str) -> None:
+    walk = mjbiped.walk(controller, GROUND, engine=engine)
+    assert walk.outcome == "diverged"
+    assert walk.end[0] == pytest.approx(0.3, abs=1.1e-3)  # MuJoCo's step is 1 ms
+    assert len(walk.samples["time"]) > 50, "what was walked is kept"
+    said = [text for text in walk.warnings if "ankle" in text]
+    assert len(said) == 1
+    assert f"{type(controller).__name__}.torque gives inf for the ankle torque at t = 0.3" in said[0]
+
+
+def test_a_failure_names_the_line() -> None:
+    def torque(self: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
+        return 0.0, math.sqrt(0.1 - t)
+
+    place = r"\(test_controller.py, line \d+, in torque: return 0.0, math.sqrt"
+    with pytest.raises(mjbiped.WalkStopped, match=rf"Law failed at 0\.\d+ s.*ValueError: .*{place}") as caught:
+        mjbiped.walk(made(torque=torque), GROUND, engine="hybrid")
+    assert caught.value.walk.end[0] > 0.05

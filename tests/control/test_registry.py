@@ -1,16 +1,22 @@
-"""Controllers by name: each has its settings with their defaults, and nothing else."""
+"""Controllers by name: their settings with defaults and types, built anew from records, other packages' own."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Literal
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mjbiped
-from controllers import AdaptiveController, LimitCycleController, PassiveController, PassivityController
+from controllers import AdaptiveController, PassivityController
 from mjbiped.control import registry
+from mjbiped.control.loading import REQUIRED, checked, fields_of, shown_defaults, value_of
 from mjbiped.control.registry import (
     controller_from,
     controller_names,
@@ -19,37 +25,29 @@ from mjbiped.control.registry import (
     registered,
     settings_of,
 )
-from mjbiped.controllers.comparison.known_slope import KnownSlopeController
 from mjbiped.errors import InputError
 from mjbiped.studies.run import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_defaults_are_the_settings(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+def test_defaults_are_the_settings_and_a_description_is_built_anew(
+    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
+) -> None:
     plain = make_controller(name, robot, {}, gait)
-    assert make_controller(name, robot, settings_of(name), gait).describe() == plain.describe()
+    assert make_controller(name, robot, settings_of(name), gait) == plain
     for key, model in (("gait", gait), ("robot", robot)):
         assert getattr(plain, key) is (model if key in plain.describe() else None)
-
-
-def test_the_passive_controller_has_no_settings(robot: mjbiped.Compass) -> None:
-    assert make_controller("passive", robot, {}) == PassiveController()
+    assert controller_from(plain.describe()) == plain
 
 
 def test_settings_arrive(robot: mjbiped.Compass) -> None:
     law = make_controller("adaptive", robot, {"imitate_slope_deg": 1.0, "position_gain": 3, "replanning_delay": None})
     assert isinstance(law, AdaptiveController)
     assert (law.gait.slope, law.position_gain, law.replanning_delay) == (math.radians(1.0), 3, None)
-    given = make_controller("passivity", robot, {"gain": 2.0, "initial_slope_estimate_deg": 3, "slope_source": "none"})
-    assert isinstance(given, PassivityController)
-    assert (given.gain, given.initial_slope_estimate, given.slope_source) == (2.0, math.radians(3.0), "none")
-
-
-def test_slope_source_has_the_default_of_its_controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    assert settings_of("passivity")["slope_source"] == PassivityController(robot, gait).slope_source == "two_point"
-    limit = LimitCycleController(robot, gait)
-    assert isinstance(limit, KnownSlopeController)
-    assert settings_of("limit-cycle")["slope_source"] == limit.slope_source
+    other = make_controller("passivity", robot, {"gain": 2.0, "initial_slope_estimate_deg": 3, "slope_source": "none"})
+    assert isinstance(other, PassivityController)
+    assert (other.gain, other.initial_slope_estimate, other.slope_source) == (2.0, math.radians(3.0), "none")
+    assert settings_of("passivity")["slope_source"] == "two_point"
 
 
 @pytest.mark.parametrize(
@@ -62,108 +60,165 @@ def test_slope_source_has_the_default_of_its_controller(robot: mjbiped.Compass, 
         ("adaptive", {"imitate_slope_deg": "steep"}, "imitate_slope_deg"),
         ("kinetic-energy", {"initial_slope_estimate_deg": math.nan}, "initial_slope_estimate_deg"),
         ("adaptive", {"position_gain": -1}, "position_gain"),
+        ("adaptive", {"reference": "clearance"}, "clearance = '': must be a finite number"),
+        ("adaptive", {"reference": "clearence=1"}, "reference 'clearence=1': .*did you mean 'clearance'"),
+        ("adaptive", {"reference": "speed=1,speed=2"}, "stands twice"),
+        ("adaptive", {"reference": "speed=nan"}, "must be a finite number"),
+        ("adaptive", {"reference": "retraction=0"}, "must be true or false"),
+        ("adaptive", {"reference": 3}, "reference = 3"),
+        ("adaptive", {"reference": "speed=1", "imitate_slope_deg": 1.0}, "give one of them"),
+        ("kinetic-energy", {"reference": "clearance=0.1"}, "needs a passive gait"),
     ],
 )
-def test_refused_in_words(name: str, settings: dict[str, object], words: str, robot: mjbiped.Compass) -> None:
+def test_refused_in_words(
+    name: str, settings: dict[str, object], words: str, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
     with pytest.raises(InputError, match=words):
         make_controller(name, robot, settings)
 
 
-@pytest.mark.parametrize("name", controller_names())
-def test_a_description_is_built_anew(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    law = make_controller(name, robot, {}, gait)
-    assert controller_from(law.describe()) == law
+def test_references_in_words() -> None:
+    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
+    assert parse_reference("retraction=no") == {"retraction": False}
 
 
-def test_descriptions_that_do_not_fit_are_refused(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    described = make_controller("passivity", robot, {}, gait).describe()
-    with pytest.raises(InputError, match=r"is a 'HipSpring', and only registered ones .* PassivityController"):
-        controller_from({**described, "name": "HipSpring"})
-    with pytest.raises(InputError, match=r"PassivityController' cannot be built anew: .*momentum"):
-        controller_from({**described, "momentum": 1.0})
-    with pytest.raises(InputError, match=r"cannot be built anew: .*mass"):
-        controller_from({**described, "robot": {"mass": 5.0}})
+def test_laws_and_robots_that_do_not_fit_are_told_with_those_that_do(gait: mjbiped.Gait) -> None:
+    kneed, compass = mjbiped.KneedBiped(), mjbiped.Compass()
+    law = AdaptiveController(compass, gait)
+    with pytest.raises(InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
+        mjbiped.walk(law, mjbiped.Terrain.level(), robot=kneed, engine="hybrid")
+    with pytest.raises(InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
+        make_controller("library", kneed, {})
 
 
-def test_records_from_before_a_field_was_there_are_built_with_its_default(
+def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
     robot: mjbiped.Compass, gait: mjbiped.Gait
 ) -> None:
     law = make_controller("adaptive", robot, {}, gait)
-    older = {name: value for name, value in law.describe().items() if name != "replanning"}
+    described = law.describe()
+    older = {name: value for name, value in described.items() if name != "replanning"}
     assert controller_from(older) == law
     without_gait = {name: value for name, value in older.items() if name != "gait"}
-    with pytest.raises(InputError, match=r"needs a mjbiped\.Compass and a mjbiped\.Gait"):
-        controller_from(without_gait)
-
-
-def test_two_controllers_of_one_name_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    about = tmp_path / "rival-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: rival\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[mjbiped.controllers]\nadaptive = rival:Adaptive\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    registered.cache_clear()
-    try:
-        with pytest.raises(InputError, match=r"two installed packages register the controller adaptive: .*rival:Ad"):
-            controller_names()
-    finally:
-        registered.cache_clear()
+    for wrong, words in (
+        ({**described, "name": "HipSpring"}, r"is a 'HipSpring', and only registered ones .* AdaptiveController"),
+        ({**described, "momentum": 1.0}, r"AdaptiveController' cannot be built anew: .*momentum"),
+        ({**described, "robot": {"mass": 5.0}}, r"cannot be built anew: .*mass"),
+        (without_gait, r"needs a mjbiped\.Compass and a mjbiped\.Gait"),
+    ):
+        with pytest.raises(InputError, match=words):
+            controller_from(wrong)
+    with pytest.raises(InputError, match="no class of yours is needed"):
+        controller_from(described, named="mine.py:Mine")
 
 
 @pytest.fixture
-def own_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """An installed distribution that registers two controllers, of which one does not exist."""
-    (tmp_path / "own_laws.py").write_text(
-        "from dataclasses import dataclass\n"
-        "from controllers import Controller\n"
-        "@dataclass(frozen=True)\n"
-        "class HipSpread(Controller):\n"
-        "    stiffness: float = 20.0\n"
-        "    def torque(self, memory, t, q, dq):\n"
-        "        return 0.0, -self.stiffness * (q[1] - q[0] - 0.4)\n"
-    )
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The entry points of an installed distribution, to be written."""
     about = tmp_path / "own_laws-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: own-laws\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(
-        "[mjbiped.controllers]\nspread = own_laws:HipSpread\nlost = own_laws:Lost\n"
-    )
     monkeypatch.syspath_prepend(str(tmp_path))
     registered.cache_clear()
-    yield
+    yield about / "entry_points.txt"
     registered.cache_clear()
 
 
-@pytest.mark.usefixtures("own_package")
-def test_another_package_registers_its_own(robot: mjbiped.Compass, tmp_path: Path) -> None:
+OWN = """\
+from dataclasses import dataclass
+from controllers import Controller
+@dataclass(frozen=True)
+class HipSpread(Controller):
+    stiffness: float = 20.0
+    def torque(self, memory, t, q, dq):
+        return 0.0, -self.stiffness * (q[1] - q[0] - 0.4)
+"""
+
+
+def test_another_package_registers_its_own(robot: mjbiped.Compass, installed: Path) -> None:
+    installed.write_text("[mjbiped.controllers]\nspread = own_laws:HipSpread\nlost = own_laws:Lost\n")
+    source = installed.parents[1] / "own_laws.py"
+    source.write_text(OWN)
     assert controller_names()[0] == "adaptive"
     assert {"spread", "lost"} < {*controller_names()}
     assert settings_of("spread") == {"stiffness": 20.0}
-    assert tmp_path / "own_laws.py" in law_folders()  # a study's results depend on it
+    assert source in law_folders()  # a study's results depend on it
     law = make_controller("spread", robot, {"stiffness": 5.0})
     assert law.describe() == {"name": "HipSpread", "stiffness": 5.0}
     with pytest.raises(InputError, match="lost, registered as own_laws:Lost, fails"):
         make_controller("lost", robot, {})
 
 
-def test_a_law_that_imitates_passive_walking_is_refused_a_reference_before_any_search(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
-    with pytest.raises(InputError, match="needs a passive gait"):
-        make_controller("kinetic-energy", mjbiped.Compass(), {"reference": "clearance=0.1"})
+def test_two_controllers_of_one_name_are_refused(installed: Path) -> None:
+    installed.write_text("[mjbiped.controllers]\nadaptive = rival:Adaptive\n")
+    with pytest.raises(InputError, match=r"two installed packages register the controller adaptive: .*rival:Ad"):
+        controller_names()
 
 
-def test_references_in_words() -> None:
-    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
-    assert parse_reference("retraction=no") == {"retraction": False}
-    for text, message in (
-        ("clearance", "clearance = '': must be a finite number"),
-        ("clearence=1", "reference 'clearence=1': .*did you mean 'clearance'"),
-        ("speed=1,speed=2", "stands twice"),
-        ("speed=fast", "must be a finite number"),
-        ("speed=nan", "must be a finite number"),
-        ("retraction=0", "must be true or false"),
-    ):
-        with pytest.raises(InputError, match=message):
-            parse_reference(text)
+@dataclass
+class Made:
+    needed: float
+    gain: float = 1.0
+    count: int = 2
+    on: bool = True
+    mode: str = "soft"
+    delay: float | None = 0.8
+    kind: Literal["a", "b"] = "a"
+    table: tuple[float, ...] = (1.0,)
+    anything: Any = None
+    made: list[float] = field(default_factory=list)
+    inner: float = field(default=0.0, init=False)
+
+
+def test_fields_and_their_defaults() -> None:
+    fields = fields_of(Made)
+    assert "inner" not in fields
+    assert (fields["needed"], fields["gain"], fields["made"]) == (REQUIRED, 1.0, [])
+    assert shown_defaults({"needed": REQUIRED, "gain": 1.0}) == "needed (needed), gain=1.0"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("gain", " -2e-3 ", -2e-3),
+        ("count", "3", 3),
+        ("on", "True", True),
+        ("mode", "5", "5"),
+        ("mode", "none", "none"),
+        ("delay", "none", None),
+        ("delay", "0.5", 0.5),
+        ("kind", "b", "b"),
+        ("anything", "7", 7),
+        ("anything", "word", "word"),
+        ("gain", "much", "gain = 'much': must be a finite number, as a field of Made"),
+        *(("gain", text, "a finite number") for text in ("nan", "true", "none")),
+        ("count", "2.5", "a whole number"),
+        ("on", "1", "true or false"),
+        ("delay", "soon", "a finite number or none"),
+        ("kind", "c", "one of a, b"),
+        ("table", "1", "which cannot be given here"),
+    ],
+)
+def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, value: object) -> None:
+    if isinstance(value, str) and value != text.strip():
+        with pytest.raises(InputError, match=value):
+            value_of(Made, name, text)
+    else:
+        found = value_of(Made, name, text)
+        assert (type(found), found) == (type(value), value)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_come_through_their_texts_and_those_of_numpy_are_numbers(number: float) -> None:
+    assert value_of(Made, "gain", repr(number)) == number
+    assert checked(Made, "gain", np.float32(0.5)) == 0.5
+    assert checked(Made, "count", np.int64(3)) == 3
+    with pytest.raises(InputError, match="a whole number"):
+        checked(Made, "count", True)
+
+
+def test_types_that_only_a_type_checker_knows_are_not_checked() -> None:
+    class Odd:
+        gain: "Unknown"  # type: ignore[name-defined]  # noqa: F821, UP037
+
+    assert checked(Odd, "gain", "anything") == "anything"

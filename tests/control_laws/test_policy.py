@@ -13,7 +13,6 @@ from click.testing import CliRunner
 import mjbiped
 import mjbiped.envs
 from controllers import PolicyController
-from mjbiped.control.registry import controller_class
 from mjbiped.controllers.policy import STORED, TORQUE, action
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.errors import InputError
@@ -72,13 +71,6 @@ def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
             np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-def test_it_walks_in_both_engines_without_a_clock_of_its_own(policy: PolicyController, engine: Any) -> None:
-    walk = mjbiped.walk(policy, mjbiped.Terrain.mixed(), engine=engine, steps=12)
-    assert (walk.steps, walk.outcome) == (12, "finished")
-
-
 class Plain(PolicyController):
     """Without laws to be compiled."""
 
@@ -98,10 +90,3 @@ def test_its_slope_is_the_turn_of_the_ground(policy: PolicyController) -> None:
     ground = mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 3.0, 0.0)])
     walk = mjbiped.walk(policy, ground, engine="hybrid", steps=3)
     np.testing.assert_allclose(np.degrees(walk.touchdowns["slope_estimate"][1:]), 1.0, rtol=0, atol=1e-9)
-
-
-def test_it_has_a_name_and_wants_straight_legs(policy: PolicyController) -> None:
-    assert controller_class("policy") is PolicyController
-    wrong: Any = mjbiped.KneedBiped()
-    with pytest.raises(InputError, match="needs a mjbiped"):
-        PolicyController(wrong, policy.gait)

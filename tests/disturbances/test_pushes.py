@@ -14,7 +14,6 @@ from simulations import make_simulation
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
 from mjbiped import Disturbances, Walk
-from mjbiped.control.controller import Law
 
 ENGINES = ("mujoco", "hybrid")
 ROBOT = mjbiped.Compass()
@@ -128,32 +127,6 @@ def test_random_pushes_are_those_that_are_told(engine: str) -> None:
     assert len(told.pushes) > 5
     first, second = (pushed(engine, each, law, steps=6) for each in (chance, told))
     np.testing.assert_array_equal(first.samples["q"], second.samples["q"])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", [pytest.param("mujoco", marks=pytest.mark.slow), "hybrid"])
-def test_pushed_walks_repeat_bit_by_bit(engine: str, tmp_path: Any) -> None:
-    law = AdaptiveController(ROBOT, gait())
-    given = Disturbances(pushes=((0.5, 2.0),), angle_noise=0.002, seed=2)
-    first = pushed(engine, given, law, steps=3)
-    first.save(tmp_path / "walk.npz")
-    told = Walk.load(tmp_path / "walk.npz").settings["disturbances"]
-    assert pushed(engine, Disturbances.from_dict(told), law, steps=3) == first
-    together = mjbiped.walk_many(
-        law, [GROUND] * 3, engine=engine, disturbances=given, steps=3, sample_period=1e-3, workers=2
-    )
-    assert together == [first] * 3
-
-
-def test_callbacks_in_python_push_as_compiled_ones() -> None:
-    class InPython(PassiveController):
-        def law(self) -> Law | None:  # type: ignore[override]  # as a controller may
-            return None
-
-    given = Disturbances(pushes=((0.1, 1.0), (0.7403, -3.0)), push_duration=0.0507)
-    ours, theirs = pushed("mujoco", given), pushed("mujoco", given, InPython())
-    for name in ("q", "dq"):
-        np.testing.assert_array_equal(ours.samples[name], theirs.samples[name])
 
 
 def test_the_grounds_force_knows_of_a_push() -> None:

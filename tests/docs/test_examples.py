@@ -16,7 +16,9 @@ PAGE = (ROOT / "docs" / "gallery.md").read_text()
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
 )
-def test_example_draws_the_pictures_that_the_gallery_shows(name, tmp_path, monkeypatch):
+def test_example_draws_the_pictures_that_the_gallery_shows(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
     section = PAGE[: PAGE.index(f"../examples/{name}.py")].rsplit("## ", 1)[1]

@@ -78,42 +78,6 @@ def test_step_is_that_of_scipy(h: float) -> None:
     assert rate_at(c, w, 0, 0.5) == pytest.approx(numerical, abs=1e-9)
 
 
-def test_order_of_the_step_is_eight() -> None:
-    """Halving the step divides the error over a fixed time by 2^8, until rounding."""
-
-    def at_the_end(steps: int) -> Numbers:
-        y, t, h = [0.3, -0.5, 0.0], 0.0, 2.0 / steps
-        for _ in range(steps):
-            y, t = one_step(h, t, y)[0], t + h
-        return y
-
-    exact = np.array(at_the_end(400))
-    errors = [np.abs(np.array(at_the_end(steps)) - exact).max() for steps in (8, 16, 32)]
-    # the error's next term, of order 9, is as great as the leading one here; the last error is 100 times rounding
-    assert 8.0 <= math.log2(errors[0] / errors[1]) < 9.0
-    assert 8.0 <= math.log2(errors[1] / errors[2]) < 9.0
-
-
-def test_estimated_error_scales_with_tolerance_and_leaves_the_untested_out() -> None:
-    y = (0.3, -0.5, 0.2)
-    coarse, fine = (one_step(0.2, 0.0, y, tolerance)[2] for tolerance in (1e-6, 1e-9))
-    assert fine == pytest.approx(1e3 * coarse, rel=1e-12)  # the estimate is homogeneous in 1 / tolerance
-    # another start of the integral, which enters no rate and is not tested
-    assert one_step(0.2, 0.0, (0.3, -0.5, 7.0))[2] == one_step(0.2, 0.0, y)[2]
-    exact = np.array(y)
-    for _ in range(100):
-        exact = np.array(one_step(0.002, 0.002 * _, exact.tolist())[0])
-    error = np.abs(np.array(one_step(0.2, 0.0, y)[0]) - exact)[:2].max()
-    assert error < coarse * 1e-6 * 1.5  # an estimate of order 7 or less is above the step's error of order 8
-
-
-def test_a_state_at_rest_has_no_error() -> None:
-    assert one_step(0.1, 0.0, (0.0, 0.0, 0.0))[2] > 0.0
-    c = SimpleNamespace(size=1, judged=1, tolerance=1e-9)
-    w = SimpleNamespace(y=[1.0], out=[0.0], spare=[0.0], k=[[0.0] for _ in range(STAGES_WITH_DENSE)])
-    assert step(lambda *_: None, c, w, 0.0, 0.1) == 0.0
-
-
 def test_the_places_of_the_stages_are_scipys() -> None:
     _, (_, w), _ = one_step(1.0, 0.0, (0.0, 0.0, 0.0))
     places = np.append(DOP853.C, 1.0)

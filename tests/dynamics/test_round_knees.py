@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from lagrange import lagrange
 from simulations import hybrid_run
 
 from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
-from mjbiped.engines.hybrid.impacts import stop_swing_foot, strike_knee
-from mjbiped.engines.hybrid.motion import enter_mode, rates
+from mjbiped.engines.hybrid.impacts import strike_knee
+from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.chain import Array
@@ -85,26 +85,6 @@ def expected(name: str, q: Array, dq: Array, slope: float) -> Array:
     return np.asarray(derived()[name](parts_at(q, slope), dq, slope), dtype=np.float64).squeeze()
 
 
-@pytest.mark.slow
-@given(FOUR, RATES, SLOPES)
-def test_equations_of_motion_are_those_of_lagrange(q: Array, dq: Array, slope: float) -> None:
-    chain = ROBOT.chains[4]
-    for name, made in (
-        ("M", chain.mass_matrix(q)),
-        ("h", chain.coriolis_matrix(q, dq) @ dq),
-        ("g", chain.gravity_vector(q, slope)),
-    ):
-        np.testing.assert_allclose(made, expected(name, q, dq, slope), rtol=RELATIVE, atol=10 * ABSOLUTE)
-    # the zero of the potential energy stands where the rolling angle does
-    rolled = ROBOT.foot_radius * (parts_at(q, slope)[0] - q[0]) * math.sin(slope) * ROBOT.weight
-    potential = chain.potential_energy(q, slope) - rolled
-    assert potential == pytest.approx(float(expected("V", q, dq, slope)), rel=RELATIVE, abs=100 * ABSOLUTE)
-    np.testing.assert_allclose(chain.end(q), expected("end", q, dq, 0.0), rtol=RELATIVE, atol=ABSOLUTE)
-
-
-APART, AS_ONE = np.repeat(np.eye(3), [2, 1, 1], axis=0), np.repeat(np.eye(2), [2, 2], axis=0)
-
-
 def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> tuple[Constants, State]:
     """The robot on a slope, in a state, as its knee is."""
     run = hybrid_run(
@@ -115,36 +95,6 @@ def state_of(locked: int, slope: float, y: Array, *, sliding: bool = False) -> t
     w.sliding, w.pushed_x, w.pushed_z = sliding, math.sin(slope), math.cos(slope)
     enter_mode(c, w)
     return c, w
-
-
-def moved(c: Constants, w: State, torques: tuple[float, float, float]) -> Array:
-    """Accelerations of the state under torques."""
-    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(3), torques)
-    changes = [0.0] * c.size
-    rates(c, w, 0.0, w.y, changes)
-    return np.array(changes[3:6])
-
-
-@pytest.mark.slow
-@given(FOUR, RATES, FOUR, SLOPES)
-def test_a_locked_knee_makes_the_leg_one(q: Array, dq: Array, torques: Array, slope: float) -> None:
-    """Free, locked, and resting on the stop, which only pushes: by the projection of the four segments' equations."""
-    ankle, hip, knee, _ = torques.tolist()
-    pushed = np.array([ankle, -hip, hip - knee, knee])
-    for locked, J in ((FREE, APART), (LOCKED, AS_ONE), (RESTING, AS_ONE)):
-        angles = q[:3] if locked == FREE else q[[0, 1, 1]]
-        spun = dq[:3] if locked == FREE else dq[[0, 1, 1]]
-        four, turning = angles[[0, 0, 1, 2]], spun[[0, 0, 1, 2]]
-        M = expected("M", four, turning, slope)
-        pull = pushed - expected("h", four, turning, slope) - expected("g", four, turning, slope)
-        wanted = J @ np.linalg.solve(J.T @ M @ J, J.T @ pull)
-        c, w = state_of(locked, slope, np.concatenate([angles, spun]))
-        found = moved(c, w, (ankle, hip, knee))
-        # conditioned like M, some 1e2, as light shanks hang on a heavy robot
-        np.testing.assert_allclose(found, wanted[[0, 2, 3]], rtol=1e-10, atol=1e-9)
-        if locked == RESTING:
-            left = (APART.T @ (M @ wanted - pull))[2]  # what the stop gives to the shank
-            assert w.stop_press == pytest.approx(left, rel=1e-9, abs=1e-8)
 
 
 def spins(q: Array, dq: Array, about: Array) -> Array:
@@ -207,27 +157,3 @@ def test_a_knee_strike_conserves_what_no_impulse_acts_on(q: Array, dq: Array) ->
     for about, parts in ((lowest(four), slice(None)), (hip, slice(3, None))):
         left = spins(four, before, about)[parts].sum()
         assert left == pytest.approx(spins(four, after, about)[parts].sum(), rel=1e-9, abs=1e-9)
-
-
-@given(FOUR, RATES, SLOPES, st.sampled_from([FREE, LOCKED]))
-def test_a_foot_that_slides_stays_on_the_ground(q: Array, dq: Array, slope: float, locked: int) -> None:
-    """An impact stops it along the ground's normal, and then its acceleration along it is zero."""
-    angles = q[:3] if locked == FREE else q[[0, 1, 1]]
-    turning = dq[:3] if locked == FREE else dq[[0, 1, 1]]
-    assume(np.abs(np.sin(angles)).max() > 0.2)  # above its hip, a foot cannot be moved along the normal
-    c, w = state_of(locked, slope, np.concatenate([angles, turning]), sliding=True)
-    stop_swing_foot(c, w)
-    speed, h = np.array(w.y[3:6]), 1e-6
-    assert locked == FREE or speed[1] == pytest.approx(speed[2], abs=1e-11)
-
-    def height(t: float, ddq: Array) -> float:
-        return float(ROBOT.swing_foot(angles + t * speed + 0.5 * t * t * ddq)[1])
-
-    still = np.zeros(3)
-    # central differences: truncation 1e-12, rounding 1e-10
-    assert (height(h, still) - height(-h, still)) / (2 * h) == pytest.approx(0.0, abs=1e-8)
-    ddq = moved(c, w, (1.0, 2.0, 0.0))
-    h = 1e-4
-    curvature = (height(h, ddq) - 2 * height(0.0, ddq) + height(-h, ddq)) / (h * h)
-    # truncated by h^2 times the fourth power of rates, and the square of accelerations; rounding 1e-8
-    assert curvature == pytest.approx(0.0, abs=1e-7 + 10 * h * h * (np.abs(speed).max() ** 4 + np.abs(ddq).max() ** 2))

@@ -12,7 +12,6 @@ from typing import Any
 
 import pytest
 
-import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
 from mjbiped import InputError, Terrain
 from mjbiped.engines import compiling
@@ -84,10 +83,6 @@ def cubed(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> 
     out[0], out[1] = 0.0, -parameters[0] * (q[1] - q[0]) ** 3
 
 
-def divided(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    out[0], out[1] = 0.0, min(parameters[0] / memory[0], 1.0)
-
-
 def zeroed(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
     memory[0] = 0.0
 
@@ -114,25 +109,9 @@ class Own(LawController):
         return Law([0.5], self.torque_law, zeroed, unknown, never)
 
 
-class Divides(Own):
-    torque_law = staticmethod(divided)
-
-
 def test_a_law_with_powers_is_never_interpreted() -> None:
     """x**3 is one call of C's pow in Python and two products in machine code, which round differently."""
     assert compiles(planned(Own(), "hybrid", steps=1))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_division_by_zero_ends_both_ways_alike(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Python raises an exception, machine code goes on with infinity, which this law then bounds."""
-    walks = []
-    for way in ("auto", "always"):
-        monkeypatch.setenv(compiling.VARIABLE, way)
-        walks.append(mjbiped.walk(Divides(), Terrain.incline(2.0), engine=engine, steps=4))
-    assert walks[0] == walks[1]
-    assert walks[0].steps >= 1
 
 
 FIRST_WALK = """

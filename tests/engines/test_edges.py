@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from simulations import find_contacts, make_simulation
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.records import measures
@@ -21,7 +20,7 @@ from mjbiped.terrain.profile import (
 )
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
-OFFSETS = (-1e-3, -1.1e-4, -8e-5, -5e-5, -2e-5, -3e-6, 3e-6, 2e-5, 5e-5, 8e-5, 1.1e-4, 1e-3)
+OFFSETS = (-1.1e-4, -5e-5, -3e-6, 2e-5, 8e-5, 1e-3)
 
 
 class Break(NamedTuple):
@@ -46,21 +45,12 @@ class Break(NamedTuple):
 
 
 BREAKS = {
-    "crest of two heightfields": Break(-1.0, 2.0),
-    "valley of two heightfields": Break(2.0, -1.0),
-    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
-    "valley of two boxes": Break(3.0, 0.5, ground="boxes"),
     "step down, boxes": Break(0.0, 0.0, -0.02),
-    "step up, boxes": Break(0.0, 0.0, 0.012),
-    "step down, heightfields": Break(1.3, 0.5, -0.02),
     "step up, heightfields": Break(0.5, 1.3, 0.012),
-    "step down, tilted boxes": Break(1.3, 0.5, -0.02, "boxes"),
-    "step up, tilted boxes": Break(0.5, 1.3, 0.012, "boxes"),
-    "step down, lower than a plate": Break(0.0, 1.0, -3e-5),
-    "step up, less than a millimetre": Break(1.0, 0.0, 6e-4),
+    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
+    "valley of two heightfields": Break(2.0, -1.0),
 }
 EXACT = {"mujoco": (EDGE, BESIDE, OVER), "hybrid": (CORNER, FACE_WIDTH, FACE_WIDTH)}
-FEW = ("step down, boxes", "step up, heightfields", "crest of two boxes", "valley of two heightfields")
 
 
 class Dropped:
@@ -82,9 +72,9 @@ class Dropped:
             sample_period=1.0,
         )
 
-    def foothold(self, *, upper: bool) -> float:
-        """Where the foot comes down on the upper or on the lower ground (on either side, where there is no step), m."""
-        later = upper == (self.made.rise > 0.0)
+    def foothold(self) -> float:
+        """Where the foot comes down on the upper ground (on either side, where there is no step), m."""
+        later = self.made.rise > 0.0
         place = 0.36
         for _ in range(8):  # the later segment's height hangs a little on where it begins
             terrain = self.made.terrain(place)
@@ -116,83 +106,11 @@ def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dro
         assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge
 
 
-@pytest.mark.parametrize(
-    ("name", "upper"),
-    [
-        pytest.param(name, upper, marks=() if name in FEW and upper else pytest.mark.slow)
-        for name in BREAKS
-        for upper in (True, False)
-    ],
-)
+@pytest.mark.parametrize("name", BREAKS)
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-def test_feet_about_a_break(name: str, upper: bool, engine: str, gait: mjbiped.Gait) -> None:
+def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
     made = BREAKS[name]
     dropped = Dropped(gait, engine, made)
-    foothold = dropped.foothold(upper=upper)
-    for offset in OFFSETS[1::2] if name in FEW else OFFSETS:
+    foothold = dropped.foothold()
+    for offset in OFFSETS:
         check(made, engine, offset, foothold, dropped)
-
-
-@pytest.mark.parametrize("name", BREAKS)
-def test_normals_are_the_grounds(name: str) -> None:
-    """A foot a micrometre in the ground about a break: each contact has the normal of the segment that it is over."""
-    made, place = BREAKS[name], 0.4
-    terrain, robot = made.terrain(place), mjbiped.Compass()
-    simulation = make_simulation(
-        PassiveController(), terrain, robot=robot, q=(0.0, 0.0), dq=(0.0, 0.0), steps=1, ground=made.ground
-    )
-    model, data = simulation.model, simulation.data
-    swing, met = model.geom("right_foot").id, 0
-    simulation.state.enabled = 1.0
-    started = data.userdata.copy()
-    for on in (0, 1):
-        for away in (1e-3, 1.1e-4, 6e-5, 2e-5, 5e-6, -5e-6, -2e-5, -6e-5, -1.1e-4):
-            x = place + (away if on else -away)
-            if away < 0.0 and height_of(terrain.profile, 1 - on, x) > height_of(terrain.profile, on, x) - 2e-3:
-                continue  # the other side is ground itself there
-            z = height_of(terrain.profile, on, x) - 1e-6
-            data.qpos[:] = x, z + robot.leg_length, 1.0, 0.0
-            data.userdata[:] = started
-            find_contacts(simulation)
-            normals = [
-                contact.frame[:3] * (-1.0 if contact.geom[0] == swing else 1.0)
-                for contact in data.contact
-                if swing in contact.geom
-            ]
-            if away < 0.0:
-                assert not normals, "beyond the edge there is nothing"
-                continue
-            met += 1
-            slope = terrain.angle[on]
-            upward = [normal for normal in normals if abs(normal[2]) > 0.1]
-            assert upward, (on, away)
-            for normal in upward:  # heightfields are kept in single precision
-                assert [normal[0], normal[2]] == pytest.approx([math.sin(slope), math.cos(slope)], abs=1e-4), away
-            faces = [normal for normal in normals if abs(normal[2]) <= 0.1]
-            assert all(abs(normal[0]) == pytest.approx(1.0, abs=1e-9) for normal in faces)
-    assert met == 10
-
-
-def test_a_foot_on_the_very_edge() -> None:
-    """A step up of 30 mm at 1 m: feet on its edge, on its face, at its foot and in it."""
-    profile = Terrain.from_segments([(1.0, 0.0), (1.0, 0.0, 0.03)]).profile
-    for x, z, on in (
-        (1.0, 0.03, 1),
-        (1.0 - 1e-12, 0.03, 1),
-        (1.0 - 2e-6, 0.03, 0),  # over the lower ground, in the air
-        (1.0 + 1e-5, 0.03 - 4e-5, 1),
-        (1.0 + 1e-5, 0.03 - 6e-5, 0),
-        (1.0 + 1e-5, 0.0, 0),
-        (1.0 + 2e-3, 0.0, 1),  # far inside
-        (1.0 - 1e-12, 0.0, 0),
-        (math.nan, 0.0, 1),
-    ):
-        assert segment_stood_on(profile, x, z) == on, (x, z)
-
-
-def test_friction_on_a_joint_of_the_ground_is_that_of_both_its_sides(controller: AdaptiveController) -> None:
-    """Level ground in two pieces bears a foot with two contacts; the friction used was that of the deeper one alone."""
-    jointed = Terrain(x=(-5.0, 0.0), z=(0.0, 0.0), angle=(0.0, 0.0))
-    there, level = (mjbiped.walk(controller, ground, steps=1) for ground in (jointed, Terrain.level()))
-    # the joint's two contacts are together as soft as one and another solve: the 7th digit differs
-    assert there.touchdowns["friction"] == pytest.approx(level.touchdowns["friction"], rel=1e-5)

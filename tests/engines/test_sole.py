@@ -61,14 +61,3 @@ def test_a_sole_of_no_length_transmits_nothing_and_a_long_one_everything() -> No
     for name, column in free.touchdowns.items():
         if not name.startswith("pressure"):
             assert column.tobytes() == long.touchdowns[name].tobytes(), name
-
-
-def test_gaits_are_those_of_the_robot_without_its_sole_and_records_hold_it(tmp_path: Any) -> None:
-    gaits = [mjbiped.find_passive_gait(robot, slope=0.03) for robot in (mjbiped.Compass(), ROBOT)]
-    assert gaits[0].start.tobytes() == gaits[1].start.tobytes()
-    assert gaits[1].robot == ROBOT
-    walk = walked((0.03, 0.05), "hybrid", mjbiped.Terrain.mixed(), steps=2)
-    walk.save(tmp_path / "walk.npz")
-    again = mjbiped.Walk.load(tmp_path / "walk.npz")
-    assert again == walk
-    assert again.robot == ROBOT

@@ -18,9 +18,8 @@ from rosbags.highlevel import AnyReader
 import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.errors import InputError
-from mjbiped.exchange.mcap import joint_rates
-from mjbiped.exchange.records import export_walk
-from mjbiped.exchange.urdf import urdf_of
+from mjbiped.exchange import export_walk
+from mjbiped.exchange.ros import joint_rates, urdf_of
 
 ROBOTS = {
     "compass": (mjbiped.Compass(), 2.0),

@@ -13,7 +13,7 @@ import pytest
 import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.errors import InputError, RecordError
-from mjbiped.exchange.records import export_walk
+from mjbiped.exchange import export_walk
 
 WALKS = {
     "straight legs": (None, 2.0),

@@ -14,7 +14,7 @@ import mjbiped
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.errors import RecordError
-from mjbiped.exchange.urdf import export_urdf, urdf_of
+from mjbiped.exchange.ros import export_urdf, urdf_of
 
 
 @pytest.mark.parametrize("name", ROBOTS)

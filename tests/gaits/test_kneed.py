@@ -194,20 +194,6 @@ def test_gaits_end_where_two_meet_or_the_foot_touches(robot: Any, walks: float, 
         find_kneed_gait(robot, math.radians(none))
 
 
-def test_robots_that_are_alike_walk_alike(gait: KneedGait) -> None:
-    """Twice the length, a third of the mass, the moon's gravity: the same angles, times as sqrt(l/g)."""
-    robot, gravity = gait.robot, 1.62
-    other = KneedBiped(
-        robot.thigh_mass / 3, robot.shank_mass / 3, robot.hip_mass / 3, 1.0, 1.0, 0.6, 0.18, gravity=gravity
-    )
-    time = math.sqrt(2 * robot.gravity / gravity)
-    found = find_kneed_gait(other, gait.slope)
-    # both by the same search; its tolerance is 1e-11, and the integration's relative to the units
-    np.testing.assert_allclose(found.start * np.repeat([1.0, time], 3), gait.start, rtol=0, atol=1e-8)
-    assert found.period == pytest.approx(gait.period * time, rel=1e-8)
-    assert found.clearance == pytest.approx(2 * gait.clearance, abs=1e-4)  # of samples
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "degrees", "error", "message"),

@@ -267,7 +267,7 @@ def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compas
         ({"speed": 9.0, "clearance": 0.0}, "9 m/s without clearance: the best one breaks the constraint '.*'"),
     ],
 )
-def test_what_cannot_be_says_why(robot: mjbiped.Compass, asked: dict[str, float], message: str) -> None:
+def test_what_cannot_be_says_why(robot: mjbiped.Compass, asked: dict[str, Any], message: str) -> None:
     with pytest.raises(GaitError, match=message):
         find_reference(robot, **asked)
 

@@ -1,4 +1,4 @@
-"""Passive gaits against integrations written independently; published numbers: `tests/scripts/validation`."""
+"""Passive gaits against integrations written independently; published numbers: `tests/scripts/test_published.py`."""
 
 import math
 import time

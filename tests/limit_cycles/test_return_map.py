@@ -1,7 +1,10 @@
 """The return map against an integration of its own by SciPy, against the hybrid engine, and against physics."""
 
+from __future__ import annotations
+
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,14 +15,18 @@ from scipy.integrate import solve_ivp
 import mjbiped
 from controllers import PassiveController
 from mjbiped.errors import InputError
+from mjbiped.gaits.described import passive_gait_of
+from mjbiped.limit_cycles.map_slices import PUSH, MapSlices, map_slices
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Array, Compass
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 
-TABLE_ONE = Compass()
+TABLE_ONE, KNEED, WHEEL = Compass(), mjbiped.KneedBiped(), mjbiped.RimlessWheel()
 MOON = Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62)
 SLENDER = Compass(leg_mass=2.0, hip_mass=20.0, lower_length=0.8, upper_length=0.2, leg_inertia=0.01)
+slow = pytest.mark.slow
 
 
 def scipy_step(robot: Compass, slope: float, start: Array, rule: ScuffingRule) -> tuple[float, Array] | str:
@@ -38,20 +45,8 @@ def scipy_step(robot: Compass, slope: float, start: Array, rule: ScuffingRule) -
 
     fallen.terminal = True  # type: ignore[attr-defined]
     limit = 10 * math.sqrt(robot.leg_length / robot.gravity)
-    solution = solve_ivp(
-        rates,
-        (0, limit),
-        start,
-        "DOP853",
-        events=(height, fallen),
-        rtol=1e-13,
-        atol=1e-14,
-        dense_output=True,
-        max_step=limit / 150,
-    )
-    assert solution.sol is not None
-    assert solution.t_events is not None
-    assert solution.y_events is not None
+    accuracy: Any = {"rtol": 1e-13, "atol": 1e-14, "dense_output": True, "max_step": limit / 150}
+    solution: Any = solve_ivp(rates, (0, limit), start, "DOP853", events=(height, fallen), **accuracy)
     turn = np.array([[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]])
     crossings = [0.0, *solution.t_events[0]]
     for begin, end in pairwise(crossings):
@@ -65,7 +60,7 @@ def scipy_step(robot: Compass, slope: float, start: Array, rule: ScuffingRule) -
     return "fell" if len(solution.t_events[1]) else "stalled"
 
 
-@pytest.mark.slow
+@slow
 @pytest.mark.parametrize("robot", [TABLE_ONE, MOON, SLENDER])
 def test_one_step_against_scipy(robot: Compass) -> None:
     """From states around the gait, and from wild ones."""
@@ -89,35 +84,35 @@ def test_one_step_against_scipy(robot: Compass) -> None:
     assert landed > 4
 
 
-@pytest.mark.parametrize("degrees", [0.5, 2.0, 3.35])
-def test_many_steps_against_the_gait_and_the_hybrid_engine(degrees: float) -> None:
-    """The same states as `walk(..., engine="hybrid")`, whose integration steps are adaptive."""
+@pytest.mark.parametrize(
+    ("robot", "degrees", "off", "tolerance", "late"),
+    [
+        (TABLE_ONE, 0.5, [1.02, 1.02, 1.0, 1.03], 1e-9, 1e-9),
+        (TABLE_ONE, 2.0, [1.02, 1.02, 1.0, 1.03], 1e-9, 1e-9),
+        (TABLE_ONE, 3.35, [1.02, 1.02, 1.0, 1.03], 5e-9, 5e-9),
+        pytest.param(KNEED, 2.5, [1.0, 1.0, 1.0, 1.01, 0.95, 0.95], 1e-8, 1e-7, marks=slow),
+    ],
+)
+def test_many_steps_are_those_of_the_hybrid_engine(
+    robot: Robot, degrees: float, off: list[float], tolerance: float, late: float
+) -> None:
+    """Whose integration steps are adaptive, of 1e-10 each: at 1e-13 the difference on 3.35 degrees is 1e-10."""
     terrain = Terrain.incline(degrees)
-    gait = mjbiped.find_passive_gait(TABLE_ONE, math.radians(degrees))
-    start = gait.start * [1.02, 1.02, 1.0, 1.03]
+    start, steps = passive_gait_of(robot, math.radians(degrees)).start * off, 40 if len(off) == 4 else 12
     walk = mjbiped.walk(
         PassiveController(),
         terrain,
         engine="hybrid",
-        robot=TABLE_ONE,
+        robot=robot,
         initial=start.tolist(),
-        steps=40,
-        sample_period=1.0,
+        steps=steps,
+        sample_period=None,
     )
     states = np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])
-    found = ReturnMap(TABLE_ONE, terrain.slope_at(0.0)).walk(start, 40)
+    found = ReturnMap(robot, terrain.slope_at(0.0)).walk(start, steps)
     assert len(found.states) == walk.steps > 5
-    # the engine's error at its tolerance of 1e-10 a step: at 1e-13 the difference on 3.35 degrees is 1e-10
-    tolerance = 1e-9 if degrees < 3 else 5e-9
     np.testing.assert_allclose(found.states, states, rtol=0, atol=tolerance)
-    np.testing.assert_allclose(np.cumsum(found.periods), walk.touchdowns["time"], rtol=0, atol=tolerance)
-
-
-def test_gait_is_a_fixed_point(robot: Compass, gait: mjbiped.Gait) -> None:
-    steps = ReturnMap(robot, gait.slope).walk(gait.start, 200)
-    # the root finder's 1e-12 and the integration's error, both damped by the gait's stability
-    np.testing.assert_allclose(steps.states, np.tile(gait.start, (200, 1)), rtol=0, atol=5e-11)
-    np.testing.assert_allclose(steps.periods, gait.period, rtol=0, atol=5e-11)
+    np.testing.assert_allclose(np.cumsum(found.periods), walk.touchdowns["time"], rtol=0, atol=late)
 
 
 @given(st.floats(0.15, 0.3), st.floats(0.9, 2.0), st.floats(-1, 2), st.floats(0.2, 5))
@@ -140,61 +135,40 @@ def test_energy_is_kept_between_impacts_and_lost_at_them(q: float, dq1: float, d
         state = after
 
 
-def test_motion_scales_with_mass_length_and_gravity(gait: mjbiped.Gait) -> None:
-    giant = Compass(leg_mass=50.0, lower_length=2.0, upper_length=2.0, gravity=9.81 / 4)
-    units = np.array([1, 1, 4, 4])
-    start = gait.start * [1.02, 1.02, 1.0, 1.03]
-    small = ReturnMap(TABLE_ONE, gait.slope).walk(start, 10)
-    great = ReturnMap(giant, gait.slope, ScuffingRule(delay=0.4)).walk(start / units, 10)
-    np.testing.assert_allclose(great.states * units, small.states, rtol=0, atol=1e-12)  # rounding
-
-
 @pytest.mark.parametrize(
-    ("state", "outcome"),
+    ("state", "degrees", "outcome"),
     [
-        ((-0.19, 0.19, 0.0, 0.0), "fell"),  # backwards
-        ((-0.19, 0.19, 6.0, 0.0), "fell"),  # too fast for the swing leg
-        ((0.0, 0.0, 1e9, -1e9), "fell"),  # within a nanosecond, which the engine's steps resolve
+        ((-0.19, 0.19, 0.0, 0.0), 2.0, "fell"),  # backwards
+        ((-0.19, 0.19, 6.0, 0.0), 2.0, "fell"),  # too fast for the swing leg
+        ((0.0, 0.0, 1e9, -1e9), 2.0, "fell"),  # within a nanosecond, which the engine's steps resolve
+        ((0.0, 0.0, 0.0, 0.0), 0.0, "stalled"),  # feet together at rest: nothing ever moves
     ],
 )
-def test_failures_have_names(state: tuple[float, ...], outcome: str, robot: Compass) -> None:
-    steps = ReturnMap(robot, math.radians(2)).walk(state, 5)
+def test_failures_have_names(state: tuple[float, ...], degrees: float, outcome: str) -> None:
+    steps = ReturnMap(TABLE_ONE, math.radians(degrees)).walk(state, 5)
     assert steps.outcome == outcome
     assert len(steps.states) == len(steps.periods) < 5
 
 
-def test_stalled(robot: Compass) -> None:
-    """Feet together at rest on level ground: nothing ever moves."""
-    assert ReturnMap(robot, 0.0).walk([0, 0, 0, 0], 1).outcome == "stalled"
-
-
-def test_rule_makes_gentle_gaits_fall(robot: Compass) -> None:
-    """Steps shorter than the rule's reach are none: with it nothing walks below some 0.3 degrees."""
-    slope = math.radians(0.25)
-    start = mjbiped.find_passive_gait(robot, slope).start
-    assert ReturnMap(robot, slope).walk(start, 20).outcome == "fell"
-    assert ReturnMap(robot, slope, ScuffingRule(reach=0.0, delay=0.0)).walk(start, 20).outcome == "walking"
-
-
-def test_rule_measures_horizontally(robot: Compass) -> None:
-    """As the engines do, not along the slope: on 5 degrees the two differ."""
-    slope = math.radians(5)
-    gait = mjbiped.find_passive_gait(robot, slope)
-    step = gait.step_length * math.cos(slope)
-    assert gait.step_length - step > 1e-3
-    for reach, outcome in ((step - 1e-5, "walking"), (step + 1e-5, "fell")):
-        assert ReturnMap(robot, slope, ScuffingRule(reach, 0.1)).walk(gait.start, 1).outcome == outcome
+def test_a_rule_says_which_steps_are_steps(robot: Compass) -> None:
+    """Shorter ones than its reach are none, measured horizontally: on 5 degrees that differs from along the slope."""
+    gentle, steep = (mjbiped.find_passive_gait(robot, math.radians(degrees)) for degrees in (0.25, 5.0))
+    step = steep.step_length * math.cos(steep.slope)
+    assert steep.step_length - step > 1e-3
+    for gait, rule, outcome in (
+        (gentle, ScuffingRule(), "fell"),
+        (gentle, ScuffingRule(reach=0.0, delay=0.0), "walking"),
+        (steep, ScuffingRule(step - 1e-5, 0.1), "walking"),
+        (steep, ScuffingRule(step + 1e-5, 0.1), "fell"),
+    ):
+        assert ReturnMap(robot, gait.slope, rule).walk(gait.start, 1).outcome == outcome
 
 
 @pytest.mark.parametrize(("swing", "swing_rate", "steps"), [(-1.02, 3.0, 1), (-1.06, 0.0, 0)])
-def test_touchdown_and_fall_within_one_integration_step(
-    swing: float, swing_rate: float, steps: int, robot: Compass
-) -> None:
+def test_touchdown_and_fall_within_one_integration_step(swing: float, swing_rate: float, steps: int) -> None:
     """The stance leg, at 57 degrees, passes 60 some 23 ms later; the foot lands before (after 4 ms) or would after."""
-    rule, slope = ScuffingRule(delay=0.0), math.radians(2)
-    found = ReturnMap(robot, slope, rule).walk([1.0, swing, 2.0, swing_rate], 1)
-    assert len(found.states) == steps
-    assert found.outcome == ("walking" if steps else "fell")
+    found = ReturnMap(TABLE_ONE, math.radians(2), ScuffingRule(delay=0.0)).walk([1.0, swing, 2.0, swing_rate], 1)
+    assert (len(found.states), found.outcome) == (steps, "walking" if steps else "fell")
 
 
 def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
@@ -202,26 +176,62 @@ def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
     walked = ReturnMap(robot, math.radians(3.5)).walk([-0.24, 0.24, 1.4, 0.9], 20)
     for before, after, period in zip(walked.states, walked.states[1:], walked.periods[1:], strict=False):
         alone = ReturnMap(robot, math.radians(3.5)).walk(before, 1)
-        assert alone.states[0].tolist() == after.tolist()
-        assert alone.periods[0] == period
+        assert (alone.states[0].tolist(), alone.periods[0]) == (after.tolist(), period)
 
 
-def test_bitwise_deterministic(robot: Compass) -> None:
-    one, two = (ReturnMap(robot, math.radians(3.5)).walk([-0.24, 0.24, 1.4, 0.9], 200) for _ in range(2))
-    assert one.states.tobytes() == two.states.tobytes()
-    assert one.periods.tobytes() == two.periods.tobytes()
-
-
-@pytest.mark.parametrize("state", [[1, 2, 3], [1, 2, 3, math.nan], "abcd", None])
-def test_states_are_checked(state: object, robot: Compass) -> None:
+@pytest.mark.parametrize(
+    ("robot", "state"),
+    [
+        (TABLE_ONE, [1, 2, 3, math.nan]),
+        (TABLE_ONE, "abcd"),
+        (KNEED, [-0.2, 0.2, 1.0, 0.5]),
+        (KNEED, [-0.2, 0.2, 0.3, 1.0, 0.5, 0.5]),  # bent
+        (KNEED, [-0.3, 0.3, 0.3, 1.0, 0.5, 0.6]),  # which bends at once
+        (mjbiped.RoundKneed(), [-0.3, 0.3, 0.3, 1.0, 0.5, 0.4]),  # forwards
+    ],
+)
+def test_states_are_checked(robot: Robot, state: Any) -> None:
     with pytest.raises(InputError, match=r"^state"):
-        ReturnMap(robot, 0.03).walk(state, 1)  # type: ignore[arg-type]
+        ReturnMap(robot, 0.03).walk(state, 1)
 
 
-def test_other_arguments_are_checked(robot: Compass) -> None:
-    with pytest.raises(InputError, match="slope"):
-        ReturnMap(robot, 2.0)
-    with pytest.raises(InputError, match="slope"):
-        ReturnMap(robot, math.nan)
-    with pytest.raises(InputError, match="steps"):
-        ReturnMap(robot, 0.03).walk([0, 0, 0, 0], 0)
+# ---- slices through it -----------------------------------------------------------------------------------------------
+
+
+def found(robot: Robot, degrees: float) -> MapSlices:
+    return map_slices(robot, math.radians(degrees), points=41, steps=20)
+
+
+@pytest.mark.parametrize(
+    ("robot", "degrees"),
+    [(TABLE_ONE, 2.0), pytest.param(KNEED, 2.5, marks=slow), pytest.param(WHEEL, 5.0, marks=slow)],
+    ids=["compass", "kneed", "wheel"],
+)
+def test_slices_meet_in_the_gait_and_walks_reach_it(robot: Robot, degrees: float) -> None:
+    slices = found(robot, degrees)
+    fixed = slices.fixed_point
+    np.testing.assert_allclose(slices.before[:, 20], fixed, rtol=1e-15)
+    np.testing.assert_allclose(slices.after[:, 20], fixed, rtol=0, atol=1e-10)  # it repeats itself
+    assert len(slices.components) == len(slices.before) == len(slices.after)
+    np.testing.assert_allclose(slices.walk[0], (1.0 + PUSH) * fixed)
+    # by the greatest multiplier a step, 0.71 with knees: 0.02 * 0.71^20 = 2e-5, and some room for the first steps
+    assert np.abs(slices.walk[-1] - fixed).max() < 1e-4
+    assert (slices.outcome, slices.settled) == ("walking", None)
+    if robot is TABLE_ONE:
+        step = ReturnMap(robot, math.radians(degrees)).walk([fixed[0], -fixed[0], slices.before[1, 15], fixed[2]], 1)
+        assert step.states[0, 2] == slices.after[1, 15]
+        assert np.isnan(slices.after[0, 0])  # 15 % longer a step does not land
+    if robot is WHEEL:
+        # the square of the rate after an impact is the one before it, and what falling adds, times the square kept
+        hub, fallen = WHEEL.mass * WHEEL.length**2 + WHEEL.inertia, 2 * WHEEL.length * math.sin(WHEEL.between / 2)
+        gained = 2 * WHEEL.weight * fallen * math.sin(math.radians(degrees)) / hub
+        rolls = ~np.isnan(slices.after)
+        expected = WHEEL.kept * np.sqrt(slices.before**2 + gained)
+        np.testing.assert_allclose(slices.after[rolls], expected[rolls], rtol=1e-9)  # the integration's tolerance
+
+
+def test_beyond_a_doubling_walks_settle_on_two_steps() -> None:
+    two = found(TABLE_ONE, 3.0).settled
+    assert two is not None
+    assert (len(two.states), two.stable) == (2, True)
+    assert found(TABLE_ONE, 3.5).settled is None  # aperiodic

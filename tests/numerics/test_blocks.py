@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from mjbiped.numerics import blocks
 from mjbiped.numerics.blocks import Floats, numbers, octets, packed, reader, whole_numbers
 
 
@@ -97,16 +96,6 @@ def test_machine_code_sees_the_same_numbers_and_shares_arrays() -> None:
         found.append((out.tobytes(), whole.shared.tolist(), memory.tolist()))
     assert found[0] == found[1]
     assert found[0][1:] == ([2.0, 1.5], [0.1, -0.9, 1 / 3])
-
-
-def test_what_is_borrowed_is_given_back() -> None:
-    values = np.arange(3.0)
-    copy = blocks.borrowed(values, 3)
-    copy[1] = 9.0
-    assert values[1] == 1.0
-    blocks.give_back(values, copy)
-    assert values.tolist() == [0.0, 9.0, 2.0]
-    assert list(blocks.first(values, 2)) == [0.0, 9.0]
 
 
 def test_a_list_has_to_live_as_long_as_its_copy() -> None:

@@ -13,7 +13,7 @@ from controllers import AdaptiveController, PassiveController
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import loads, signals
 from mjbiped.records.signals import PANELS, SIGNALS, Signal, signals_of, torques_of, values_of
-from mjbiped.rendering.chart import Chart
+from mjbiped.rendering.overlay import Chart
 from mjbiped.reports.walk import report_walk
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjbiped.rendering.gl import ensure_gl, gl_available
-from mjbiped.rendering.scene import View
+from mjbiped.rendering.overlay import View
 
 SCENE = """
 <mujoco><visual><headlight ambient="1 1 1"/></visual><worldbody>

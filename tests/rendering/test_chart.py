@@ -9,8 +9,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.records.record import Walk
-from mjbiped.rendering.chart import Chart
-from mjbiped.rendering.overlay import Pixels
+from mjbiped.rendering.overlay import Chart, Pixels
 from mjbiped.terrain.terrain import Terrain
 
 CURSOR = (200, 30, 30)

@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from mjbiped.errors import InputError
-from mjbiped.rendering.look import ELEMENTS, look
+from mjbiped.rendering import ELEMENTS, look
 
 
 def test_elements_and_flags_by_name() -> None:

@@ -21,7 +21,7 @@ from mjbiped.rendering.marks import (
     arc_sweep,
     draw_marks,
 )
-from mjbiped.rendering.moments import Moment, Pair, tracked_posture
+from mjbiped.rendering.scene import Moment, Pair, tracked_posture
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -134,7 +134,7 @@ def test_the_force_points_along_the_force_into_the_foot(force: Pair) -> None:
     assert tip == pytest.approx(foot_of(ROBOT, at.qpos[:2], at.qpos[2]), abs=1e-6)
     assert tip - tail == pytest.approx(0.27 * np.array(force) / ROBOT.weight, abs=1e-6)
     for barb in barbs:
-        start, stop = ends(barb)
+        stop, start = ends(barb)
         assert start == pytest.approx(tip, abs=1e-6)
         assert np.dot(stop - start, force) < 0.0
 

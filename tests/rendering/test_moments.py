@@ -9,7 +9,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.records.record import Walk
-from mjbiped.rendering.moments import Moments
+from mjbiped.rendering.scene import Moments
 from mjbiped.terrain.terrain import Terrain
 
 

@@ -17,9 +17,9 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.errors import InputError, RenderError
 from mjbiped.records.record import Walk
+from mjbiped.rendering import ELEMENTS, look
 from mjbiped.rendering.gl import gl_available
-from mjbiped.rendering.look import ELEMENTS, look
-from mjbiped.rendering.moments import Moments
+from mjbiped.rendering.scene import Moments
 from mjbiped.rendering.stage import Film, Stage, caption
 from mjbiped.rendering.video import render_frame, render_video
 from mjbiped.terrain.terrain import Terrain
@@ -126,7 +126,7 @@ def test_the_camera_does_not_bob(walk: Walk) -> None:
         heights = []
         for time in np.linspace(1.1, walk.end[0] - 1.1, 20):
             stage.frame(time)
-            x, _, z = stage._posed.data.cam_xpos[stage._camera]
+            x, _, z = stage._posed.data.cam_xpos[stage._eye.fixedcamid]
             heights.append(z - walk.terrain.height_at(x))
     bob = np.ptp(walk.samples["qpos"][:, 1] - walk.terrain.height(walk.samples["qpos"][:, 0]))
     assert np.ptp(heights) < 0.4 * bob

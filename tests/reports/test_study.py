@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -64,8 +65,6 @@ def test_a_baseline_without_the_parameter_is_a_line_of_one_height(tmp_path: Path
         ({"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}},
          ["groups"], "scatter"),
         ({"samples": 5, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}, ["histograms"], "histogram"),
-        pytest.param({"robot": {"leg_mass": [4, 5], "hip_mass": [0, 1], "gravity": [9, 10]}},
-                     ["map-0", "map-1", "map-2"], "heatmap", marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_each_kind_of_study_has_its_figure(
@@ -88,25 +87,18 @@ def test_a_map_shows_the_numbers_of_the_table(tmp_path: Path) -> None:
         assert table[slope.bin[row], gain.bin[row]] == value
 
 
-def test_folders_without_a_study_are_refused(tmp_path: Path) -> None:
+def test_what_is_no_study_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"holds no study\.sqlite"):
         report_study(tmp_path, tmp_path / "page.html")
-    (tmp_path / "study.sqlite").write_bytes(b"nothing of the kind")
-    with pytest.raises(RecordError, match="no table of mjbiped's"):
-        report_study(tmp_path, tmp_path / "page.html")
-
-
-def test_a_table_with_odd_values_is_refused(tmp_path: Path) -> None:
     folder = made({**BASE, "controller": {"position_gain": [1, 2]}}, tmp_path)
-    database = sqlite3.connect(folder / "study.sqlite")
-    with database:
-        database.execute("UPDATE cells SET cost_of_transport = '<b>' WHERE cell = 1")
-    database.close()
-    with pytest.raises(RecordError, match="a measure is no number"):
-        report_study(folder, tmp_path / "page.html")
-    database = sqlite3.connect(folder / "study.sqlite")
-    with database:
-        database.execute("DELETE FROM cells")
-    database.close()
-    with pytest.raises(InputError, match="has ended yet"):
+    for change, kind, message in (
+        ("UPDATE cells SET cost_of_transport = '<b>' WHERE cell = 1", RecordError, "a measure is no number"),
+        ("DELETE FROM cells", InputError, "has ended yet"),
+    ):
+        with closing(sqlite3.connect(folder / "study.sqlite")) as database, database:
+            database.execute(change)
+        with pytest.raises(kind, match=message):
+            report_study(folder, tmp_path / "page.html")
+    (folder / "study.sqlite").write_bytes(b"nothing of the kind")
+    with pytest.raises(RecordError, match="no table of mjbiped's"):
         report_study(folder, tmp_path / "page.html")

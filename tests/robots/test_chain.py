@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from simulations import UNEQUAL
 
 from mjbiped.dynamics.linkage import Motion, room
-from mjbiped.dynamics.modes import land
+from mjbiped.dynamics.modes import bend_stance_knee, bent_leg, land
 from mjbiped.robots.chain import Array
 from mjbiped.robots.kneed import KneedBiped
 
@@ -110,11 +110,13 @@ def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None
 
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("held", [False, True])
-def test_a_landing_is_the_plastic_impulse_of_the_free_chain(robot: KneedBiped, held: bool) -> None:
-    """The struck foot rests, its knee is locked as it was, and that of the other leg if it is held."""
+@pytest.mark.parametrize("flexion", [0.0, 0.7])
+def test_a_landing_is_the_plastic_impulse_of_the_free_chain(robot: KneedBiped, held: bool, flexion: float) -> None:
+    """The struck foot rests, its knee is locked as it was, and that of the other leg, bent or not, if it is held."""
     linkage, motion = robot.linkages[0], Motion(**room())
+    bend_stance_knee(motion, robot.thigh_length, robot.shank_length, flexion)
     for q, dq, _ in states(3):
-        four, rates = q[[0, 0, 1, 2]], dq[[0, 0, 1, 2]]
+        four, rates = unfolded(robot, flexion, q), dq[[0, 0, 1, 2]]
         M, foot = value("free_mass", robot, four, rates), value("swing_foot_jacobian", robot, four, rates)
         knees = np.array([[0.0, 0, 0, 0, 1, -1], [0, 0, 1, -1, 0, 0]])[: 2 if held else 1]
         Jc, before = np.vstack([foot, knees]), np.concatenate([np.zeros(2), rates])
@@ -165,3 +167,79 @@ def test_mass_is_positive_and_its_derivative_less_twice_coriolis_is_skew(n: int,
     skew = change - 2 * robot.coriolis_matrix(q, dq)
     # differences: truncation step^2 (16 rad/s)^3 / 6 < 1e-7 of the weights, rounding 1e-11 of them
     np.testing.assert_allclose(skew + skew.T, 0, atol=3e-7 * np.abs(robot.chains[n].weights).max())
+
+
+RIGID = {
+    3: np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+    2: np.array([[1.0, 0], [1, 0], [0, 1], [0, 1]]),
+}
+
+
+robots, angles, rates = st.sampled_from(ROBOTS), st.floats(-1.5, 1.5), st.floats(-8, 8)
+flexions = st.floats(0.0, 1.5)
+
+
+def unfolded(robot: KneedBiped, flexion: float, q: Array) -> Array:
+    """Angles of all four segments where the stance leg has a line's angle."""
+    _, lean = bent_leg(robot.thigh_length, robot.shank_length, flexion)
+    return np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[-1]])
+
+
+@given(st.floats(0.1, 2.0), st.floats(0.1, 2.0), flexions, angles)
+@settings(deadline=None, derandomize=True)
+def test_the_line_of_a_leg_goes_from_its_foot_to_its_hip(upper: float, lower: float, flexion: float, q: float) -> None:
+    length, lean = bent_leg(upper, lower, flexion)
+    shank, thigh = q + lean, q + lean - flexion
+    hip = lower * np.array([math.sin(shank), math.cos(shank)]) + upper * np.array([math.sin(thigh), math.cos(thigh)])
+    np.testing.assert_allclose(length * np.array([math.sin(q), math.cos(q)]), hip, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+@given(robots, flexions, st.lists(angles, min_size=3, max_size=3), st.lists(rates, min_size=3, max_size=3), angles)
+@settings(deadline=None, derandomize=True)
+def test_it_is_the_chain_of_four_whose_stance_knee_is_locked(
+    n: int, robot: KneedBiped, flexion: float, q: list[float], dq: list[float], slope: float
+) -> None:
+    """M, C dq, g and the place of the foot: E'ME and so on, of the matrices that SymPy derives again."""
+    chain, E = robot.chains_on(flexion)[n], RIGID[n]
+    angles, rates = np.array(q[:n]), np.array(dq[:n])
+    four, turning = unfolded(robot, flexion, angles), E @ rates
+    weights, moments = np.abs(robot.chains[4].weights).max(), np.abs(robot.chains[4].moments).max()
+    # rounding of some dozen operations
+    np.testing.assert_allclose(
+        chain.mass_matrix(angles), E.T @ robot.mass_matrix(four) @ E, rtol=0, atol=1e-13 * weights
+    )
+    np.testing.assert_allclose(
+        chain.coriolis_matrix(angles, rates) @ rates,
+        E.T @ robot.coriolis_matrix(four, turning) @ turning,
+        rtol=0,
+        atol=1e-12 * weights * (1 + rates @ rates),
+    )
+    np.testing.assert_allclose(
+        chain.gravity_vector(angles, slope), E.T @ robot.gravity_vector(four, slope), rtol=0, atol=1e-13 * moments
+    )
+    np.testing.assert_allclose(chain.end(angles), robot.swing_foot(four), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("locked", [False, True])
+@given(robots, flexions, st.lists(angles, min_size=3, max_size=3), st.lists(rates, min_size=3, max_size=3))
+@settings(deadline=None, derandomize=True)
+def test_the_ground_force_is_that_on_the_chain_of_four(
+    locked: bool, robot: KneedBiped, flexion: float, q: list[float], dq: list[float]
+) -> None:
+    slope, torque, E = 0.07, np.array([3.0, -7.0, 1.5]), RIGID[2 if locked else 3]
+    angles, rates = np.array(q), np.array(dq)
+    if locked:
+        angles[2], rates[2] = angles[1], rates[1]
+    n = E.shape[1]
+    four, turning = unfolded(robot, flexion, angles[:n]), E @ rates[:n]
+    ankle, hip, knee = torque
+    forces = np.array([0.0, ankle - hip, hip - knee, knee])  # on the four segments
+    pull = forces - robot.coriolis_matrix(four, turning) @ turning - robot.gravity_vector(four, slope)
+    ddq = E @ np.linalg.solve(E.T @ robot.mass_matrix(four) @ E, E.T @ pull)
+    moments, angle = robot.chains[4].moments / robot.gravity, four + slope  # of mass, kg m
+    forward = moments @ (np.cos(angle) * ddq - np.sin(angle) * turning**2)
+    expected = forward, robot.weight - moments @ (np.sin(angle) * ddq + np.cos(angle) * turning**2)
+    found = robot.ground_force(angles, rates, torque, slope, locked=locked, stance_flexion=flexion)
+    scale = robot.weight * (1 + rates @ rates)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * scale)  # condition numbers up to 1e2

@@ -15,7 +15,6 @@ import math
 from itertools import product
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -24,8 +23,6 @@ from numpy.typing import NDArray
 
 import mjbiped
 from mjbiped import Compass, KneedBiped
-from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import GroundWindows
 from mjbiped.robots.robot import Robot
 
 Array = NDArray[np.float64]
@@ -194,44 +191,3 @@ def test_on_the_gaits_the_foot_leaves_freely_at_any_friction(slope_deg: float, f
         assert found.ways == ("leaves", "sticks")
         # the integration's error, which the reference's table keeps
         assert found.rates == pytest.approx(mapped(gait.robot, q, dq), abs=1e-9)
-
-
-def test_mujocos_convex_friction_drags_the_foot_that_leaves_obliquely() -> None:
-    """Both feet in contact, in one step of MuJoCo: right for the compass biped, wrong for the biped with knees.
-
-    A foot leaves at v_n / v_t: MuJoCo's cone holds it back where that is less than the friction coefficient.
-    """
-    for robot, slope, dragged in ((Compass(), math.radians(2.0), False), (KneedBiped(), math.radians(2.5), True)):
-        find = mjbiped.find_kneed_gait if "knee" in robot.joints else mjbiped.find_passive_gait
-        gait = find(robot, slope)  # type: ignore[arg-type]
-        q, dq, _ = (part[:2] for part in gait.reference(gait.period))
-        (exact,) = coulomb(robot, q + slope, dq, (slope, slope), FRICTION)
-        normal, tangential = exact.speeds[:2]
-        assert (normal / tangential < FRICTION) == dragged
-        for friction, held in ((0.8 * normal / tangential, False), (FRICTION, dragged)):
-            found = mujocos_rates(robot, q + slope, dq, slope, friction)
-            off = abs(found[0] - exact.rates[0])
-            # a contact step of 10 µs: 2e-4 rad/s of gravity and solver softness; held back, 0.23 rad/s
-            assert off > 0.2 if held else off < 3e-4
-
-
-def mujocos_rates(robot: Robot, legs: Array, rates: Array, slope: float, friction: float) -> Array:
-    """Rates of departing and landing leg after one step in which both feet touch the ground."""
-    h, deep, length = 1e-5, 1e-6, robot.leg_length
-    terrain = mjbiped.Terrain.incline(math.degrees(slope))
-    model = GroundWindows(robot, Ground(terrain, reach=5.0), h, margin=1.0).about(0.0).model
-    model.opt.timestep = h
-    feet = [model.geom(f"{side}_foot").id for side in ("left", "right")]
-    model.geom_friction[feet, 0] = friction
-    for geoms, values in ((model.geom_conaffinity, model.geom_bodyid == 0), (model.body_conaffinity, [True])):
-        geoms[: len(values)] = np.where(values, 3, geoms[: len(values)])  # the ground meets either foot
-    data = mujoco.MjData(model)
-    data.qpos[:2] = length * math.sin(legs[0]), length * math.cos(legs[0]) - deep
-    data.qvel[:2] = length * math.cos(legs[0]) * rates[0], -length * math.sin(legs[0]) * rates[0]
-    hinges = [2, 4] if "knee" in robot.joints else [2, 3]
-    data.qpos[hinges], data.qvel[hinges] = legs, rates
-    data.eq_active[:] = 1
-    mujoco.mj_step(model, data)
-    assert data.ncon == 2
-    found: Array = data.qvel[hinges].copy()
-    return found

@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from simulations import UNEQUAL
 
 import mjbiped
 from mjbiped.errors import InputError
+from mjbiped.gaits.passive import find_rolling
 from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, tables_of, width
 from mjbiped.robots.kinds import NAMED, robot_from, robot_named
 from mjbiped.robots.kneed import KneedBiped
@@ -20,9 +22,64 @@ ROBOTS = (mjbiped.Compass(hip_mass=3.0), mjbiped.KneedBiped(), mjbiped.KneedBipe
 ANGLES = st.floats(-0.6, 0.6)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize(
+    "robot",
+    [
+        *ROBOTS,
+        mjbiped.FootedCompass(underside="box", sole=(0.08, 0.13)),
+        mjbiped.RoundCompass(foot_radius=0.3),
+        mjbiped.RoundKneed(hip_mass=2.0, shank_mass=2.0, shank_length=0.6),
+        mjbiped.RimlessWheel(spokes=9, inertia=0.7),
+    ],
+)
 def test_a_description_is_the_robot(robot: Robot) -> None:
     assert robot_from(json.loads(json.dumps(robot.to_dict()))) == robot
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "bad"),
+    [
+        (mjbiped.Compass, "leg_mass", 0.0),
+        (mjbiped.Compass, "leg_mass", "5"),
+        (mjbiped.Compass, "hip_mass", True),
+        (mjbiped.Compass, "upper_length", math.inf),
+        (mjbiped.Compass, "leg_inertia", -1e-9),
+        (mjbiped.Compass, "gravity", None),
+        (mjbiped.KneedBiped, "shank_mass", math.nan),
+        (mjbiped.KneedBiped, "thigh_inertia", -1.0),
+        (mjbiped.KneedBiped, "thigh_centre", 0.6),
+        (mjbiped.KneedBiped, "shank_centre", 0.51),
+        (mjbiped.FootedCompass, "sole", None),
+        (mjbiped.FootedCompass, "sole", (0.0, 0.1)),
+        (mjbiped.FootedCompass, "foot_mass", 4.9),
+        (mjbiped.FootedCompass, "underside", "pad"),
+        (mjbiped.RoundCompass, "foot_radius", 1.0),
+        (mjbiped.RoundKneed, "foot_radius", 0.54),
+        (mjbiped.RimlessWheel, "spokes", 4),
+    ],
+)
+def test_parameters_that_no_robot_can_have_are_named(kind: type[Robot], name: str, bad: object) -> None:
+    with pytest.raises(InputError, match=name):
+        kind(**{name: bad})
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: mjbiped.Compass().mass_matrix([0.1, 0.2, 0.3]), "q: expected"),
+        (lambda: mjbiped.Compass().mass_matrix([math.nan, 0]), "q: nan in it"),
+        (lambda: mjbiped.Compass().coriolis_matrix([0.1, 0.2], 0.3), "dq: expected"),
+        (lambda: mjbiped.Compass().impact([[0.1, 0.2]], [0.1, 0.2]), "q: expected"),
+        (lambda: mjbiped.Compass().swing_foot([]), "q: expected"),
+        (lambda: mjbiped.Compass().gravity_vector([0, 0], math.inf), "slope = inf"),
+        (lambda: mjbiped.KneedBiped().knee_impact([0.1, 0.2, 0.3], [1, 1, 1]), "bent by 5.73 degrees"),
+        (lambda: mjbiped.RoundCompass().model, "rolls"),
+        (lambda: find_rolling(mjbiped.RimlessWheel(), 0.01), "does not roll"),
+    ],
+)
+def test_states_that_no_robot_can_have_are_refused(call: Callable[[], object], words: str) -> None:
+    with pytest.raises(mjbiped.MjbipedError, match=words):
+        call()
 
 
 def test_a_description_without_a_kind_is_a_compass() -> None:

@@ -1,37 +1,18 @@
-"""The biped with knees: what it is made of, and its impacts."""
+"""The biped with knees: what it is made of, the strike of a knee, and the torque that holds the stance knee."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from simulations import UNEQUAL
 
-import mjbiped
+from mjbiped.dynamics.modes import bent_leg
 from mjbiped.errors import InputError
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
+from mjbiped.robots.kneed import KneedBiped, stance_knee_torque
 
-ROBOTS = [
-    KneedBiped(),
-    KneedBiped.halved_rods(),
-    UNEQUAL,
-]
-
-
-def compass_of(robot: KneedBiped) -> Compass:
-    """The compass biped whose legs are this robot's straight ones, by the theorem of parallel axes."""
-    thigh, shank = robot.thigh_mass, robot.shank_mass
-    low, high = robot.shank_length - robot.shank_centre, robot.leg_length - robot.thigh_centre
-    centre = (shank * low + thigh * high) / (shank + thigh)
-    inertia = robot.shank_inertia + robot.thigh_inertia + shank * (low - centre) ** 2 + thigh * (high - centre) ** 2
-    return Compass(shank + thigh, robot.hip_mass, centre, robot.leg_length - centre, inertia, robot.gravity)
-
-
-def test_the_halved_rods_are_the_legs_of_table_one() -> None:
-    halved, compass = compass_of(KneedBiped.halved_rods()), Compass()
-    assert (halved.leg_mass, halved.hip_mass, halved.lower_length) == (compass.leg_mass, 0.0, compass.lower_length)
-    assert halved.leg_inertia == pytest.approx(compass.leg_inertia, rel=1e-15)
+ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -58,41 +39,69 @@ def test_the_knee_impact_is_the_impulse_that_stops_the_knee(robot: KneedBiped) -
         assert robot.kinetic_energy(q_plus, dq_plus) < robot.kinetic_energy(q, dq)
 
 
-def test_a_knee_that_is_bent_strikes_nothing() -> None:
-    with pytest.raises(InputError, match=r"bent by 5.73 degrees: it strikes its stop where it is straight"):
-        KneedBiped().knee_impact([0.1, 0.2, 0.3], [1, 1, 1])
-
-
-def test_defaults_and_names() -> None:
-    robot = KneedBiped()
-    assert mjbiped.KneedBiped is KneedBiped
-    assert robot == KneedBiped(4.5, 0.5, 5.0, 0.5, 0.5, 0.3, 0.09)
-    assert (robot.leg_length, robot.total_mass, robot.weight) == (1.0, 15.0, 15 * 9.81)
-    assert (robot.thigh_inertia, robot.shank_inertia) == (4.5 * 0.25 / 12, 0.5 * 0.25 / 12)
-    assert replace(robot, thigh_mass=1).thigh_inertia == robot.thigh_inertia
-    assert hash(robot) == hash(KneedBiped(thigh_mass=np.float32(4.5)))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("name", "bad", "words"),
-    [
-        ("thigh_mass", 0.0, "from 1e-09"),
-        ("shank_mass", math.nan, "finite"),
-        ("hip_mass", -1.0, "from 0 to"),
-        ("shank_length", "1", "finite"),
-        ("thigh_inertia", -1.0, "from 0 to"),
-        ("gravity", 0.0, "from 0.001"),
-        ("thigh_centre", 0.6, "must lie on the link, at most thigh_length = 0.5 m"),
-        ("shank_centre", 0.51, "must lie on the link, at most shank_length = 0.5 m"),
-    ],
-)
-def test_parameters_outside_their_domain_are_named(name: str, bad: object, words: str) -> None:
-    with pytest.raises(InputError, match=rf"{name} = .*{words}"):
-        KneedBiped(**{name: bad})  # type: ignore[arg-type]
-
-
 def test_the_flexion_is_that_of_the_named_leg() -> None:
     robot = KneedBiped()
     qpos = [robot.posture((0.0, 0.0), stance, (-0.2, 0.3, 0.7), 0.1) for stance in (0, 1)]
     assert robot.flexion(qpos, [0, 1]) == pytest.approx([0.1, 0.1], abs=1e-15)  # the stance leg's
     assert robot.flexion(qpos, [1, 0]) == pytest.approx([0.4, 0.4], abs=1e-15)
+
+
+triples = st.tuples(*[st.floats(-1.2, 1.2)] * 3)
+fast = st.tuples(*[st.floats(-5, 5)] * 3)
+strong = st.tuples(*[st.floats(-60, 60)] * 3)
+
+
+@given(st.sampled_from(ROBOTS), triples, fast, strong, st.floats(-0.3, 0.3), st.booleans(), st.floats(0.0, 1.2))
+@settings(deadline=None, derandomize=True)
+def test_it_is_the_multiplier_of_the_lock(
+    robot: KneedBiped,
+    q: tuple[float, float, float],
+    dq: tuple[float, float, float],
+    torque: tuple[float, float, float],
+    slope: float,
+    locked: bool,
+    flexion: float,
+) -> None:
+    """The chain of four segments, its motors between them, with a row for each joint that keeps its angle."""
+    rates = (dq[0], dq[1], dq[1]) if locked else dq
+    found = stance_knee_torque(robot, q, rates, torque, slope, locked=locked, stance_flexion=flexion)
+    _, lean = bent_leg(robot.thigh_length, robot.shank_length, flexion)
+    angles = np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[2]])
+    turning = np.array([rates[0], *rates])
+    ankle, hip, knee = torque
+    forces = np.array([ankle, 0.0, 0.0, 0.0]) + hip * np.array([0, -1, 1, 0]) + knee * np.array([0, 0, -1, 1])
+    forces -= robot.coriolis_matrix(angles, turning) @ turning + robot.gravity_vector(angles, slope)
+    held = np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])[: 2 if locked else 1]  # thigh on, shank back
+    none = np.zeros((len(held), len(held)))
+    whole = np.block([[robot.mass_matrix(angles), -held.T], [held, none]])
+    multipliers = np.linalg.solve(whole, np.concatenate([forces, np.zeros(len(held))]))[4:]
+    # rounding of some dozens of operations, of the largest force, through a condition number of up to 1e3
+    assert found == pytest.approx(multipliers[0], abs=1e-9 * (1.0 + np.abs(forces).max()))
+
+
+def test_many_instants_at_once_are_each_by_itself() -> None:
+    random = np.random.default_rng(3)
+    q, dq, torque = random.uniform(-1, 1, (3, 2, 5, 3))
+    locked = random.uniform(size=(2, 5)) > 0.5
+    found = stance_knee_torque(KneedBiped(), q, dq, torque, 0.1, locked=locked, stance_flexion=0.2)
+    assert found.shape == (2, 5)
+    for place in np.ndindex(2, 5):
+        alone = stance_knee_torque(
+            KneedBiped(), q[place], dq[place], torque[place], 0.1, locked=locked[place], stance_flexion=0.2
+        )
+        assert alone == found[place]
+
+
+def test_bad_input_is_refused_and_a_torque_that_is_no_number_is_not() -> None:
+    robot, rest = KneedBiped(), (0.0, 0.0, 0.0)
+    with pytest.raises(InputError, match="q: nan in it"):
+        stance_knee_torque(robot, (math.nan, 0.0, 0.0), rest, rest, 0.0, locked=False)
+    with pytest.raises(InputError, match=r"dq: expected shape \(\.\.\., 3\), got \(2,\)"):
+        stance_knee_torque(robot, rest, (0.0, 0.0), rest, 0.0, locked=False)
+    assert np.isnan(stance_knee_torque(robot, rest, rest, (math.nan, 0.0, 0.0), 0.0, locked=False))
+
+
+def test_the_halved_rods_are_the_legs_of_table_one() -> None:
+    thigh, shank = KneedBiped.halved_rods().bodies.leg
+    assert (thigh.mass + shank.mass, thigh.length + shank.length) == (5.0, 1.0)
+    assert thigh.inertia + shank.inertia + 5.0 * 0.25**2 == pytest.approx(5.0 / 12)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Controller, PassiveController
 from controllers import Memory as State
 from mjbiped.dynamics.linkage import Linkage
 from mjbiped.numerics.blocks import Numbers
@@ -50,12 +49,6 @@ def test_both_engines_agree_about_its_step() -> None:
         size = np.abs(one.touchdowns[name]).max()
         np.testing.assert_allclose(one.touchdowns[name], other.touchdowns[name], atol=3e-4 * size)
         assert np.abs(one.touchdowns[name] - straight.touchdowns[name]).max() > 1e-2 * size
-
-
-def test_the_papers_law_walks_with_it() -> None:
-    gait = mjbiped.find_passive_gait(mjbiped.Compass(), slope=math.radians(2.0))
-    walk = mjbiped.walk(AdaptiveController(LeaningCompass(), gait), mjbiped.Terrain.level(), engine="hybrid", steps=10)
-    assert walk.outcome == "finished"
 
 
 @dataclass(frozen=True)
@@ -153,19 +146,3 @@ def test_a_trunk_walks_and_keeps_its_momenta_at_touchdowns(tmp_path: Path) -> No
 def test_mujoco_says_why_it_does_not_build_a_trunk() -> None:
     with pytest.raises(mjbiped.InputError, match=r"of 10 kg, and a TrunkCompass weighs 20 kg; .*engine='hybrid'"):
         mjbiped.walk(Upright(), mjbiped.Terrain.level(), initial=(-0.2, 0.2, 0.0, 1.4, 0.5, 0.0), steps=1)
-
-
-def test_energy_of_a_trunk_is_that_of_its_motion() -> None:
-    class Limp(Upright):
-        def torque(self, memory: State, t: float, q: Numbers, dq: Numbers) -> tuple[float, float, float]:
-            return 0.0, 0.0, 0.0
-
-    start = (-0.2, 0.2, 0.1, 1.4, 0.5, 0.0)
-    walk = mjbiped.walk(
-        Limp(), mjbiped.Terrain.incline(3.0), engine="hybrid", initial=start, steps=1, sample_period=0.02
-    )
-    energies = [
-        TrunkCompass().energy(q, dq, walk.terrain.angle[0])
-        for q, dq in zip(walk.samples["q"], walk.samples["dq"], strict=True)
-    ]
-    np.testing.assert_allclose(energies[:20], energies[0], rtol=1e-9)

@@ -9,7 +9,7 @@ import pytest
 
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.errors import InputError
-from mjbiped.rollout.precompilation import precompile
+from mjbiped.rollout.walk import precompile
 
 WALK = """
 import sys
@@ -22,7 +22,7 @@ class Compiling(event.Listener):
         pass
 
 event.register("numba:compile", Compiling())
-from mjbiped.rollout.precompilation import _walk_a_step
+from mjbiped.rollout.walk import _walk_a_step
 from mjbiped.robots.kinds import NAMED
 _walk_a_step((sys.argv[1], sys.argv[2], NAMED[sys.argv[3]]()))
 print("walked")

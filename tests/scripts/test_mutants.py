@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from scripts import mutants
-from scripts.mutants import EQUIVALENT, ROOMS, ROOT, Verdict
+from scripts.mutants import EQUIVALENT, ROOMS, ROOT
 
 SOURCE = '''"""What it is: 1 + 1."""
 
@@ -91,30 +91,6 @@ def test_a_mutant_is_noticed_in_a_copy_that_is_then_as_it_was(tmp_path: Path, mo
     assert "noticed: 100% of 4 mutants" in argued.output
     (root / "double.py").write_text("def double(x):\n    return x + 1\n")
     assert "test_double.py fails without any mutant" in CliRunner().invoke(mutants.main).output
-
-
-def test_a_copys_packages_are_its_own_by_each_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`mjbiped.controllers` is a link to `controllers`, where mutants of the laws are made."""
-    (tmp_path / "mjbiped").mkdir()
-    (tmp_path / "controllers").mkdir()
-    (tmp_path / "controllers/law.py").write_text("GAIN = 1\n")
-    (tmp_path / "mjbiped/controllers").symlink_to("../controllers")
-    monkeypatch.setattr(mutants, "ROOT", tmp_path)
-    monkeypatch.setattr(mutants, "COPIED", ("mjbiped", "controllers"))
-    copy = mutants.copied(tmp_path / "copy")
-    (copy / "controllers/law.py").write_text("GAIN = 2\n")
-    assert (copy / "mjbiped/controllers/law.py").read_text() == "GAIN = 2\n"
-    assert (tmp_path / "mjbiped/controllers/law.py").read_text() == "GAIN = 1\n"
-
-
-def test_those_argued_to_be_equal_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = next(iter(ROOMS))
-    first, second, third = mutants.mutants_of(module, (ROOT / module).read_text())[:3]
-    found = [Verdict(first, True), Verdict(second, False), Verdict(third, False)]
-    assert mutants.share(found) == pytest.approx(1 / 3)
-    monkeypatch.setattr(mutants, "reason", lambda mutant: "none can be told" if mutant == third else None)
-    assert mutants.share(found) == pytest.approx(1 / 2)
-    assert mutants.share([Verdict(third, False)]) == 1.0
 
 
 @pytest.mark.slow

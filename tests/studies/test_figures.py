@@ -1,4 +1,4 @@
-"""Figures of a study: what stands in them, and which are drawn."""
+"""What figures and summaries of a study show, on rows worked out by hand."""
 
 from __future__ import annotations
 
@@ -10,115 +10,139 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mjbiped.plotting import style as plot_style
-from mjbiped.studies.bins import binned, measured, middle, values_of
-from mjbiped.studies.cell import MEASURES
+from mjbiped.studies.bins import binned, drawings, measure_label, measured, middle, parameter_label, values_of
+from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.figures import draw
-from mjbiped.studies.plan import FINISHED, plan
+from mjbiped.studies.plan import FINISHED, Study, plan
+from mjbiped.studies.summary import best, by_value
+
+GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
+SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
+BASELINE = '[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n'
+FAILED = {"outcome": "failed", **dict.fromkeys(MEASURES)}
+COST = "cost_of_transport"
 
 
-def rows_of(text: str) -> tuple[Any, list[dict[str, Any]]]:
+def rows_of(text: str) -> tuple[Study, list[Row]]:
     """A study and made-up rows: every fifth walk falls, the cost is the cell's number."""
     study = plan(Path("study.toml"), tomllib.loads(text))
     rows = []
     for cell in study.cells:
-        row: dict[str, Any] = {**dict.fromkeys(study.varied), **cell.values, "cell": cell.index}
+        row: Row = {**dict.fromkeys(study.varied), **cell.values, "cell": cell.index}
         row.update({name: float(cell.index) for name in MEASURES}, outcome="fell" if cell.index % 5 == 0 else FINISHED)
         rows.append(row)
     return study, rows
 
 
-GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
-SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
-
-
 @pytest.mark.parametrize(
-    ("text", "names"),
+    ("text", "name"),
     [
-        (GRID + SEEDS, ["map_controller.position_gain_controller.velocity_gain"]),
-        (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', ["line_controller.velocity_gain"]),
-        ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, ["groups_controller.name"]),
-        ("", ["histograms"]),
+        (GRID + SEEDS, "map_controller.position_gain_controller.velocity_gain"),
+        (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', "line_controller.velocity_gain"),
+        ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, "groups_controller.name"),
+        ("", "histograms"),
         pytest.param(
             "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"
             '[plot]\nmeasures = ["finished", "steps", "speed_m_per_s", "largest_slip_m"]',
-            ["map_model.hip_mass_model.leg_mass"],
+            "map_model.hip_mass_model.leg_mass",
             marks=pytest.mark.slow,
         ),
+        (BASELINE, "line_controller.position_gain"),
     ],
 )
-def test_figures_that_are_drawn(text: str, names: list[str], tmp_path: Path) -> None:
+def test_figures_that_are_drawn(text: str, name: str, tmp_path: Path) -> None:
     study, rows = rows_of(text)
-    files = draw(study, rows, tmp_path)
-    assert [file.name for file in files] == [f"{name}.png" for name in names]
-    for file in files:
-        with Image.open(file) as picture:
-            assert picture.width == 1536
-            assert np.ptp(np.asarray(picture.convert("L"))) > 200
-    again = tmp_path / "again"
-    again.mkdir()
-    assert [file.read_bytes() for file in draw(study, rows, again)] == [file.read_bytes() for file in files]
-
-
-def test_a_group_without_the_parameter_is_a_level_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[Any] = []
-    monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: shown.append(figure))
-    study, rows = rows_of('[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n')
+    [file] = draw(study, rows, tmp_path)
+    assert file.name == f"{name}.png"
+    with Image.open(file) as picture:
+        assert picture.width == 1536
+        assert np.ptp(np.asarray(picture.convert("L"))) > 200
+    before = file.read_bytes()
     draw(study, rows, tmp_path)
-    (figure,) = shown
-    cost, *_ = figure.axes
-    lines = {line.get_label(): line for line in cost.lines}
-    passive = rows[-1]["cost_of_transport"]
-    assert np.asarray(lines["passive"].get_ydata()).tolist() == [passive] * 3
-    assert len(lines["adaptive"].get_xdata()) == 3
-    none = [{**row, "outcome": "failed", **dict.fromkeys(MEASURES)} for row in rows]
-    draw(study, none, tmp_path)
-    assert [text.get_text() for text in shown[1].axes[0].texts] == ["no walk finished"]
-    assert "4 walks, 0 finished, 4 could not begin" in shown[1].get_suptitle()
+    assert file.read_bytes() == before
+    draw(study, [{**row, **FAILED} for row in rows], tmp_path)  # nothing finished: other words, no error
+    assert file.read_bytes() != before
 
 
-def test_a_group_without_the_parameter_is_on_maps_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[Any] = []
-    monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: shown.append(figure))
-    study, rows = rows_of(
-        'terrain = { name = "incline", slope_deg = [1, 2] }\n'
-        '[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n'
-    )
-    draw(study, [{**row, "outcome": FINISHED, "peak_ankle_torque_Nm": 0.0} for row in rows], tmp_path)
-    maps = {axes.get_title(loc="left"): axes.collections[0] for axes in shown[0].axes if axes.get_title(loc="left")}
-    passive = maps["cost of transport, absolute\npassive"].get_array()
-    assert passive.count() == 6
-    assert len(set(passive.compressed().tolist())) == 2  # one value for each slope, whatever the gain
-    norm = maps["peak torque, ankle (N m)\npassive"].norm
-    assert norm.vmin < 0.0 < norm.vmax  # colours of nothing but zeros
-
-
-@pytest.mark.slow
-def test_where_nothing_finished(tmp_path: Path) -> None:
-    for text in (GRID, SEEDS, "controller = { position_gain = [2, 4] }"):
-        study, rows = rows_of(text)
-        assert draw(study, [{**row, "outcome": "failed", **dict.fromkeys(MEASURES)} for row in rows], tmp_path)
+def test_a_group_without_the_parameter_is_a_level_line_and_an_even_map() -> None:
+    study, rows = rows_of(BASELINE)
+    [line] = drawings(rows, study.varied, [COST])
+    adaptive, passive = line.measures[COST]
+    assert line.groups.ticks == ("adaptive", "passive")
+    assert passive[0].tolist() == [3.0] * 3
+    assert (adaptive[0, 1:].tolist(), adaptive[3].tolist()) == ([1.0, 2.0], [0, 1, 1])  # the first one fell
+    study, rows = rows_of('terrain = { name = "incline", slope_deg = [1, 2] }\n' + BASELINE)
+    [drawn] = drawings([{**row, "outcome": FINISHED} for row in rows], study.varied, [COST])
+    passive = drawn.measures[COST][1]
+    assert [axis.name for axis in drawn.axes] == ["controller.position_gain", "terrain.slope_deg"]
+    assert passive[0].tolist() == [[6.0] * 3, [7.0] * 3]  # one value for each slope, whatever the gain
 
 
 def test_only_finished_walks_are_measured() -> None:
     _, rows = rows_of(GRID)
-    assert middle(values_of(rows, "cost_of_transport"), "cost_of_transport") == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
+    assert middle(values_of(rows, COST), COST) == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
     assert middle(values_of(rows, FINISHED), FINISHED) == 9 / 12
     assert np.isnan(middle(np.array([np.nan]), "steps"))
     rows[0] |= {"outcome": "failed", "steps": None}
     rows[1] |= {"outcome": "failed"}  # in its second step
     assert middle(values_of(rows, FINISHED), FINISHED) == 8 / 11  # a walk that could not begin is none
-    assert measured([np.array([0.0, np.nan, 1.0, 2.0, 3.0, 4.0])], "steps").tolist() == [[2.0], [1.0], [3.0], [5.0]]
+    assert measured([np.array([0.0, np.nan, 1, 2, 3, 4])], "steps").tolist() == [[2.0], [1.0], [3.0], [5.0]]
+    assert measured([np.array([0.0, 1, 1, 1])], FINISHED).tolist() == [[0.75], [0.75], [0.75], [4.0]]
 
 
 def test_few_values_stand_by_themselves_and_many_in_bins() -> None:
     few = binned([{"x": 8}, {"x": 2}, {"x": None}, {"x": 8}], "x", 5)
-    assert few.bin.tolist() == [1, 0, -1, 1]
-    assert few.ticks == ("2", "8")
+    assert (few.bin.tolist(), few.ticks) == ([1, 0, -1, 1], ("2", "8"))
     many = binned([{"x": float(k)} for k in range(1, 101)], "x", 4)
     assert np.bincount(many.bin).tolist() == [25, 25, 25, 25]
-    assert (many.edges[0], many.edges[-1], many.ticks) == (1.0, 100.0, ())
-    assert not many.log
+    assert (many.edges[0], many.edges[-1], many.ticks, many.log) == (1.0, 100.0, (), False)
     geometric = binned([{"x": 2.0**k} for k in range(20)], "x", 5)
     assert geometric.log
     assert np.bincount(geometric.bin).tolist() == [4, 4, 4, 4, 4]
+
+
+def test_labels_have_units() -> None:
+    assert parameter_label("robot.thigh_centre") == "robot thigh centre (m)"
+    assert parameter_label("terrain.slope_deg.plus_minus") == "terrain slope, ± (°)"
+    assert measure_label("peak_knee_torque_Nm") == "peak torque, swing knee (N m)"
+    assert measure_label("foot_length_99_percent_m") == "foot that holds it 99 % of the time, length (m)"
+
+
+def summed(content: dict[str, Any], results: list[tuple[str, float | None]]) -> tuple[list[Row], Study]:
+    """Rows with these outcomes and costs, and their study."""
+    study = plan(Path("study.toml"), {"engine": "hybrid", **content})
+    rows = [
+        {"cell": cell.index, **cell.values, "outcome": outcome, COST: cost, "peak_ankle_torque_Nm": cost}
+        for cell, (outcome, cost) in zip(study.cells, results, strict=True)
+    ]
+    return rows, study
+
+
+GAINS = {"controller": {"position_gain": [3, 5], "replanning_delay": [0.8, "none"]}}
+
+
+def test_medians_are_of_the_walks_with_each_value_that_finished() -> None:
+    """3 with 0.8, 3 with none, 5 with 0.8, 5 with none."""
+    content = {**GAINS, "plot": {"measures": [COST, "finished"]}}
+    found = by_value(*summed(content, [("finished", 0.1), ("fell", 0.9), ("finished", 0.25), ("finished", 0.5)]))
+    assert {name: [tuple(entry.values()) for entry in entries] for name, entries in found.items()} == {
+        "controller.position_gain": [("3", 2, 0.1, 0.5), ("5", 2, 0.375, 1.0)],
+        "controller.replanning_delay": [("0.8", 2, 0.175, 1.0), ("none", 2, 0.5, 0.5)],
+    }
+
+
+def test_the_best_combination_finishes_most_often_and_is_then_the_cheapest() -> None:
+    found = best(*summed(GAINS, [("fell", 0.01), ("finished", 0.3), ("finished", 0.2), ("finished", 0.4)]))
+    assert found is not None
+    assert found["values"] == {"controller.position_gain": 5, "controller.replanning_delay": 0.8}
+    assert (found["walks"], found["finished"], found[COST], found["first_cell"]) == (1, 1.0, 0.2, 2)
+    assert best(*summed(GAINS, [("fell", None)] * 4)) is None
+
+
+def test_what_is_drawn_is_put_into_ranges_and_is_no_combination() -> None:
+    drawn = {"samples": 9, "terrain": {"name": "random", "rise": {"plus_minus": {"uniform": [0, 0.04]}}}}
+    rows, study = summed(drawn, [("finished", 0.1)] * 9)
+    [(name, entries)] = by_value(rows, study).items()
+    assert name == "terrain.rise.plus_minus"
+    assert sum(entry["walks"] for entry in entries) == 9
+    assert best(rows, study) is None

@@ -12,17 +12,23 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+import own_controllers
+import pandas as pd
 import pytest
+from command_line import run as command
 from dask_cluster import two_workers
 
+import controllers
 import mjbiped
+from mjbiped.control.loading import digest_of
+from mjbiped.engines.mujoco import scene
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records import measures
 from mjbiped.studies import run as running
-from mjbiped.studies.cell import MEASURES, Cell, Row
-from mjbiped.studies.plan import read_study
-from mjbiped.studies.run import machinery, run
-from mjbiped.studies.store import read_table
+from mjbiped.studies.cell import KNEES_MEASURES, MEASURES, Cell, Row
+from mjbiped.studies.plan import plan, read_study
+from mjbiped.studies.run import digest, estimate, machinery, run
+from mjbiped.studies.store import FILE, read_table
 
 ROOT = Path(__file__).parents[2]
 STUDY = """
@@ -36,6 +42,27 @@ name = "random"
 seed = {{ integer = [0, 1000000] }}
 slope_deg = {{ plus_minus = {{ uniform = [0, 6] }} }}
 """
+SLOPES = """
+engine = "hybrid"
+steps = 2
+controller = [{ name = "passive" }, { imitate_slope_deg = -1 }, { replanning_delay = [0.8, "none"] }]
+terrain = { name = "incline", slope_deg = [2, -2] }
+"""
+OWN = """
+engine = "hybrid"
+steps = 2
+controller = [{ name = "laws/spread.py:HipSpread", stiffness = [0.4, 0.5] }, { name = "passive" }]
+terrain = { name = "incline", slope_deg = 2 }
+"""
+KNEES = """
+engine = "hybrid"
+steps = 3
+robot = { kind = ["compass", "halved-rods"] }
+initial = { around = "gait", dq1 = 0.01 }
+disturbances = { control_period = 0.002 }
+terrain = { name = "stairs", rise = 0.02 }
+"""
+in_threads = pytest.mark.usefixtures("studies_in_threads")
 
 
 @pytest.fixture
@@ -45,42 +72,70 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A study whose controller's file is looked for beside it, not in the working directory."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    own_controllers.write(tmp_path, "laws/spread.py", own_controllers.SPREAD)
+    return own_controllers.write(tmp_path, "study.toml", OWN)
+
+
 def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
     """Run a study in a process of its own, as a user does."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    with (folder / "errors").open("wb") as errors:
-        return subprocess.Popen(
-            [sys.executable, "-m", "mjbiped", "sweep", folder / "study.toml", "--quiet", *map(str, words)],
-            env={**os.environ, "PYTHONPATH": path},
-            stderr=errors,
-            start_new_session=True,
-        )
+    program = [sys.executable, "-m", "mjbiped", "sweep", *map(str, (folder / "study.toml", "--quiet", *words))]
+    return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
 
 
-@pytest.mark.usefixtures("studies_in_threads")
+@in_threads
 def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
     study = read_study(file)
     rows, table, *_ = run(study, tmp_path / "out", workers=1)
     assert table == tmp_path / "out" / "study.csv"
     assert [row["cell"] for row in rows] == list(range(24))
     for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
-        done = mjbiped.walk(
-            cell.controller(), cell.terrain(), engine="hybrid", steps=6, robot=mjbiped.Compass(), sample_period=1.0
-        )
+        done = mjbiped.walk(cell.controller(), cell.terrain(), engine="hybrid", steps=6, sample_period=1.0)
         summary = measures.summary(done)
         assert {name: row[name] for name in MEASURES} == {name: summary[name] for name in MEASURES}  # bit by bit
         assert {*summary} == {*MEASURES, "outcome", "verdict", "warnings"}
-        assert row["outcome"] == done.outcome
-        assert row["error"] is None
-        assert row["sample"] == cell.index // 2
+        assert (row["outcome"], row["error"], row["sample"]) == (done.outcome, None, cell.index // 2)
         assert row["terrain.seed"] == dict(done.terrain.parameters)["seed"]
 
 
-@pytest.mark.usefixtures("studies_in_threads")
-def test_cells_are_walked_once_whoever_walks_them(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow
+@in_threads
+def test_rows_of_knees_are_what_the_walks_give(file: Path, tmp_path: Path) -> None:
+    file.write_text(KNEES)
     study = read_study(file)
-    whole = run(study, tmp_path / "whole", workers=2)[1].read_bytes()
-    assert whole.count(b"\n") == 25
+    rows, *_ = run(study, tmp_path, workers=1, trajectories=True)
+    for row, cell in zip(rows, study.cells, strict=True):
+        law, disturbances = cell.controller(), mjbiped.Disturbances(control_period=0.002)
+        assert law.gait is not None
+        first = law.gait.start.copy()
+        first[len(first) // 2] += 0.01
+        given: dict[str, Any] = {
+            "engine": "hybrid",
+            "steps": 3,
+            "initial": first.tolist(),
+            "disturbances": disturbances,
+        }
+        summary = measures.summary(mjbiped.walk(law, mjbiped.Terrain.stairs(rise=0.02), **given))
+        known = [name for name in KNEES_MEASURES if name in summary]
+        assert [row[name] for name in known] == [summary[name] for name in known]
+    assert (rows[0]["peak_knee_torque_Nm"], rows[1]["peak_knee_torque_Nm"] > 1.0) == (None, True)
+    samples = pd.read_parquet(tmp_path / FILE)
+    assert samples.attrs["units"]["q_shank"] == "rad"
+    shanks = samples.groupby("cell")["q_shank"].count()
+    assert (shanks[0], shanks[1] > 100) == (0, True)
+
+
+@in_threads
+@pytest.mark.parametrize("trajectories", [False, True])
+def test_cells_are_walked_once_and_a_study_broken_off_goes_on(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trajectories: bool
+) -> None:
+    study, name = read_study(file), FILE if trajectories else "study.csv"
+    run(study, tmp_path / "whole", workers=2, trajectories=trajectories)
     walked: list[int] = []
     broken_at, real = 9, Cell.row
 
@@ -92,15 +147,16 @@ def test_cells_are_walked_once_whoever_walks_them(file: Path, tmp_path: Path, mo
 
     monkeypatch.setattr(Cell, "row", counting)
     with pytest.raises(KeyboardInterrupt):
-        run(study, tmp_path / "out", workers=1)
+        run(study, tmp_path / "out", workers=1, trajectories=trajectories)
     broken_at = 10**9
-    assert run(study, tmp_path / "out", workers=1)[1].read_bytes() == whole
+    run(study, tmp_path / "out", workers=1, trajectories=trajectories)
+    assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     assert sorted(walked) == list(range(24))
-    run(study, tmp_path / "out", workers=1)
+    run(study, tmp_path / "out", workers=1, trajectories=trajectories)
     assert len(walked) == 24
 
 
-@pytest.mark.usefixtures("studies_in_threads")
+@in_threads
 def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run(read_study(file), tmp_path / "out")
     text = file.read_text()
@@ -114,34 +170,80 @@ def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytes
     with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
         run(read_study(file), tmp_path / "out")
     run(read_study(file), tmp_path / "out", fresh=True)
-
-
-@pytest.mark.usefixtures("studies_in_threads")
-def test_changed_terrain_file_is_refused(file: Path, tmp_path: Path) -> None:
     file.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
     for slope in (1, 2):
         (tmp_path / "trail.toml").write_text(f"segments = [[1, 0], [1, {slope}]]")
         with pytest.raises(InputError, match="content of a terrain file changed") if slope == 2 else nullcontext():
-            run(read_study(file), tmp_path / "out")
+            run(read_study(file), tmp_path / "trail")
 
 
-@pytest.mark.usefixtures("studies_in_threads")
-def test_failed_cells_are_rows(tmp_path: Path) -> None:
-    path = tmp_path / "study.toml"
-    path.write_text("""
-        engine = "hybrid"
-        steps = 2
-        controller = [{ name = "passive" }, { imitate_slope_deg = -1 }, { replanning_delay = 0.5 }]
-        terrain = { name = "incline", slope_deg = [2, -2] }
-    """)
-    rows, table, *_ = run(read_study(path), tmp_path / "out", workers=1)
-    assert [row["outcome"] for row in rows] == ["finished", "failed", "failed", "failed", "finished", "finished"]
-    assert all("no passive gait" in row["error"] for row in rows[1:4])
-    assert rows[1]["steps"] is None
-    assert run(read_study(path), tmp_path / "out")[1] == table  # and not tried again
+@in_threads
+def test_rows_belong_to_a_controllers_file_as_it_was(own: Path, tmp_path: Path) -> None:
+    before = read_study(own)
+    first, table, *_ = run(before, tmp_path / "out", workers=1)
+    kept, laws = table.read_bytes(), {name: digest_of(place) for name, place in before.laws.items()}
+    law = own_controllers.SPREAD.replace("self.spread)", "self.spread) * 2")
+    own_controllers.write(tmp_path, "laws/spread.py", law)
+    with pytest.raises(InputError, match=r"the source of the controller laws/spread\.py:HipSpread changed\. .*--fresh"):
+        run(read_study(own), tmp_path / "out", workers=1)
+    with pytest.raises(MjbipedError, match=r"source of the controller laws/spread\.py:HipSpread is another one"):
+        before.cells[0].row(laws=laws)
+    assert table.read_bytes() == kept
+    again, *_ = run(read_study(own), tmp_path / "out", workers=1, fresh=True)
+    costs = [[row["cost_of_transport"] for row in rows[:2]] for rows in (first, again)]
+    assert len({*costs[0], *costs[1]}) == 4, "walked again, with the edited law"
 
 
-@pytest.mark.usefixtures("studies_in_threads")
+@pytest.mark.slow
+def test_worker_processes_load_a_controllers_file(own: Path, tmp_path: Path) -> None:
+    rows, *_ = run(read_study(own), tmp_path / "out", workers=1)
+    assert [row["outcome"] for row in rows] == ["finished"] * 3
+    law = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
+    own_controllers.write(tmp_path, "laws/spread.py", law)
+    rows, *_ = run(read_study(own), tmp_path / "again", workers=1)
+    assert rows[0]["outcome"] == "failed"
+    assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3" in rows[0]["error"]
+
+
+@in_threads
+def test_failed_cells_are_rows_and_a_table_is_the_same_as_parquet(file: Path, tmp_path: Path) -> None:
+    file.write_text(SLOPES)
+    study = read_study(file)
+    rows, table, *_ = run(study, tmp_path / "out", workers=1)
+    failed = [row["cell"] for row in rows if row["outcome"] == "failed"]
+    assert failed == [1, 2, 3]  # no passive gait uphill, nor to imitate
+    assert all("no passive gait" in rows[cell]["error"] and rows[cell]["steps"] is None for cell in failed)
+    kept, *_ = run(study, tmp_path / "samples", workers=1, trajectories=True)
+    assert kept == rows  # keeping samples changes no walk, to the last bit
+    samples = pd.read_parquet(tmp_path / "samples" / FILE)
+    assert samples.cell.is_monotonic_increasing
+    for cell in study.cells:
+        mine = samples[samples.cell == cell.index].drop(columns="cell").reset_index(drop=True)
+        if cell.index in failed:
+            assert mine.empty
+            continue
+        expected = cell.walk(0.005).to_pandas().samples
+        pd.testing.assert_frame_equal(mine[list(expected.columns)], expected, check_exact=True)
+        assert samples.attrs["units"] == expected.attrs["units"]
+    assert command("sweep", file, "--parquet", "--out", tmp_path / "out").exit_code == 0
+    texts, made = pd.read_csv(table), pd.read_parquet(table.with_suffix(".parquet"))
+    assert made.cost_of_transport.dtype == float
+    assert made["controller.replanning_delay"].dropna().tolist() == ["0.8", "0.8", "none", "none"]
+    pd.testing.assert_frame_equal(texts, made, check_exact=True, check_dtype=False, check_like=False)
+
+
+@pytest.mark.parametrize("option", ["--parquet", "--trajectories"])
+def test_without_pyarrow_nothing_walks(option: str, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith("pyarrow")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    result = command("sweep", file, option)
+    assert result.exit_code == 2
+    assert f"{option} needs PyArrow" in result.stderr
+    assert not file.with_suffix("").exists()
+
+
+@in_threads
 def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study, real = read_study(file), Cell.row
 
@@ -153,14 +255,31 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(Cell, "row", failing)
     with pytest.raises(MjbipedError, match=r"MemoryError: too much.*the same command goes on"):
         run(study, tmp_path / "out", workers=1)
-    monkeypatch.undo()
     rows, _ = read_table(tmp_path / "out" / "study.sqlite")
     assert 20 not in {row["cell"] for row in rows}
-
-
-def test_worker_of_another_version_is_refused(file: Path) -> None:
     with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_one(Cell.row, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
+        running.walk_one(Cell.row, study.cells[0], {"sources": "others", "versions": {}}, 1)
+
+
+def test_the_time_of_a_study_is_inferred_from_some_walks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the number of walks over that of processes; nothing is kept."""
+    now, real = [0.0], Cell.row
+
+    def walked(cell: Cell, **settings: Any) -> Row:
+        now[0] += 1.0
+        return real(cell, **settings)
+
+    monkeypatch.setattr(Cell, "row", walked)
+    monkeypatch.setattr("time.perf_counter", lambda: now[0])
+    study = plan(
+        file, {"engine": "hybrid", "steps": 2, "controller": {"position_gain": {"from": 3, "to": 6, "count": 60}}}
+    )
+    expected = estimate(study, workers=4)
+    assert {name: expected[name] for name in ("walks", "workers", "seconds", "tried")} == {
+        "walks": 60, "workers": 4, "seconds": 60 / 4, "tried": 5,
+    }  # fmt: skip
+    assert expected["bytes"] < estimate(study, trajectories=True)["bytes"]
+    assert [*file.parent.iterdir()] == [file]
 
 
 @pytest.mark.slow
@@ -177,10 +296,9 @@ def _die(*_: object) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_killed_twice_it_ends_with_the_same_table(tmp_path: Path, engine: str) -> None:
+def test_killed_twice_it_ends_with_the_same_table(file: Path, tmp_path: Path, engine: str) -> None:
     samples, steps = (150, 40) if engine == "hybrid" else (6, 4)
-    text = STUDY.format(samples=samples).replace("hybrid", engine).replace("steps = 6", f"steps = {steps}")
-    (tmp_path / "study.toml").write_text(text)
+    file.write_text(STUDY.format(samples=samples).replace("hybrid", engine).replace("steps = 6", f"steps = {steps}"))
     assert start(tmp_path, "--out", tmp_path / "whole", "--workers", 2).wait(timeout=300) == 0
     chance = random.Random(4)
     for _ in range(2):
@@ -194,10 +312,10 @@ def test_killed_twice_it_ends_with_the_same_table(tmp_path: Path, engine: str) -
 
 
 @pytest.mark.slow
-def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
+def test_on_a_cluster_with_a_worker_killed(file: Path, tmp_path: Path) -> None:
     """Two worker processes of Dask; one is killed in the middle, and its work is done by the other."""
     pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
-    (tmp_path / "study.toml").write_text(STUDY.format(samples=100).replace("steps = 6", "steps = 40"))
+    file.write_text(STUDY.format(samples=100).replace("steps = 6", "steps = 40"))
     assert start(tmp_path, "--out", tmp_path / "here").wait(timeout=300) == 0
     with two_workers(tmp_path) as (address, (first, _)):
         process = start(tmp_path, "--out", tmp_path / "there", "--scheduler", address)
@@ -210,3 +328,24 @@ def test_on_a_cluster_with_a_worker_killed(tmp_path: Path) -> None:
         os.kill(first, signal.SIGKILL)
         assert process.wait(timeout=300) == 0
     assert (tmp_path / "there" / "study.csv").read_bytes() == (tmp_path / "here" / "study.csv").read_bytes()
+
+
+COUNTED = ("engines/a.py", "studies/reproduction/cell.py", "studies/cell.py", "../laws/sub/a.py", "../models/a.xml")
+LEFT_OUT = ("cli/a.py", "plotting/a.py", "studies/reproduction/tables.py", "a.txt")
+
+
+@pytest.mark.parametrize("place", [*COUNTED, "../own.py", *LEFT_OUT])
+def test_every_file_that_a_number_depends_on_is_in_the_digest(place: str, tmp_path: Path) -> None:
+    package = tmp_path / "mjbiped"
+    for each in (*COUNTED, "../own.py", *LEFT_OUT):
+        (package / each).parent.mkdir(parents=True, exist_ok=True)
+        (package / each).write_text("1\n")
+    parts = package, [tmp_path / "laws", tmp_path / "own.py"], tmp_path / "models"
+    first, changed = digest(*parts), package / place
+    changed.write_text("2\n")
+    second = digest(*parts)
+    if place in COUNTED:
+        changed.rename(changed.with_stem("moved"))
+    assert len({first, second, digest(*parts)}) == (3 if place in COUNTED else 1 if place in LEFT_OUT else 2)
+    house, laws = Path(mjbiped.__file__).parent, Path(controllers.__file__).parent
+    assert machinery()["sources"] == digest(house, [laws], scene.models_folder())

@@ -226,10 +226,10 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
         ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
         ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
         ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
-        ("treads", {"tread": 1e-3}, "take a shorter length or a longer tread"),
-        ("waves", {"spacing": 0.2}, "at least four times spacing"),
-        ("waves", {"shortest": 6.0}, "less than longest"),
-        ("waves", {"length": 1e5}, "take a shorter length or a longer spacing"),
+        ("treads", {"tread": 1e-3}, "segments: raise tread"),
+        ("waves", {"spacing": 0.2}, "from 4 x spacing"),
+        ("waves", {"shortest": 6.0}, "to longest"),
+        ("waves", {"length": 1e5}, "segments: raise spacing"),
         ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
     ],
 )
@@ -242,8 +242,8 @@ def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict
     ("rows", "length", "message"),
     [
         (None, 9.0, "recorded ground needs an elevation file"),
-        ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; random ground needs 5 m at least"),
-        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "take a shorter length, or a record with fewer samples"),
+        ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; at least 5 m are needed"),
+        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "segments: ask for less"),
     ],
 )
 def test_no_record_is_refused_in_words(rows: str | None, length: float, message: str, tmp_path: Path) -> None:
@@ -251,5 +251,5 @@ def test_no_record_is_refused_in_words(rows: str | None, length: float, message:
     path.write_text(rows or "")
     with pytest.raises(InputError, match=message):
         Terrain.recorded(None if rows is None else path, length=length)
-    with pytest.raises(InputError, match="its ground goes on without end; expected an elevation file"):
+    with pytest.raises(InputError, match="goes on without end; expected an elevation file"):
         Terrain.recorded(Terrain.level())

@@ -1,28 +1,12 @@
 """Files appear whole or not at all."""
 
 import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import mjbiped
-from controllers import PassiveController
 from mjbiped.utils.files import check_writable, saved, written_whole
-
-ROOT = Path(__file__).parents[2]
-WRITER = """
-import sys, time
-from pathlib import Path
-from mjbiped.utils.files import written_whole
-
-with written_whole(Path(sys.argv[1])) as unfinished:
-    unfinished.write_text("half of it")
-    print("writing", flush=True)
-    time.sleep(600.0)
-"""
 
 
 def names(folder: Path) -> list[str]:
@@ -90,44 +74,10 @@ def test_places_that_no_file_can_take_are_refused_first(tmp_path: Path) -> None:
     assert names(tmp_path) == [longest.name, "folder.npz"]
 
 
-def test_records_are_refused_where_no_file_can_be(tmp_path: Path) -> None:
-    ground = mjbiped.Terrain.level()
-    walk = mjbiped.walk(PassiveController(), ground, engine="hybrid", initial="rest", sample_period=None)
-    with pytest.raises(mjbiped.RecordError, match="cannot write"):
-        walk.save(tmp_path / "a\0.npz")
-
-
 @pytest.mark.parametrize("failure", [mjbiped.RecordError, mjbiped.RenderError])
 def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.MjbipedError], tmp_path: Path) -> None:
     with pytest.raises(failure, match=r"cannot write .*: No such file"), saved(tmp_path / "no folder" / "a", failure):
         pytest.fail("entered")
     with pytest.raises(failure, match=r"cannot write .*: disk full"), saved(tmp_path / "a.csv", failure):
         raise OSError("disk full")
-    assert names(tmp_path) == []
-
-
-# ---- processes that end ----------------------------------------------------------------------------------------------
-
-
-def writer(folder: Path) -> subprocess.Popen[str]:
-    """A process in the midst of writing a file."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    process = subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(folder / "walk.npz")],
-        env={**os.environ, "PYTHONPATH": path},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "writing\n"
-    return process
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_an_interrupted_process_leaves_nothing(tmp_path: Path) -> None:
-    process = writer(tmp_path)
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
     assert names(tmp_path) == []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import controllers
 import mjbiped
 import mjbiped.controllers
 from mjbiped.errors import InputError
-from mjbiped.utils.packages import hidden_laws, needed
+from mjbiped.utils.packages import needed
 
 ROOT = str(Path(mjbiped.__file__).parents[1])
 
@@ -24,10 +23,6 @@ def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """Python in a folder, with this checkout behind it."""
     environment = {**os.environ, "PYTHONPATH": ROOT}
     return subprocess.run([sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True)
-
-
-def test_nothing_hides_it_here() -> None:
-    assert hidden_laws() == ""
 
 
 def test_every_law_is_loaded_once_and_has_both_names() -> None:
@@ -53,10 +48,6 @@ def test_a_file_of_that_name_in_the_working_directory_hides_only_the_short_one(t
         f"{tmp_path}/controllers.py hides mjbiped's package `controllers`: import from `mjbiped.controllers`"
         in done.stderr
     )
-
-
-def test_what_is_there_is_imported() -> None:
-    assert needed("math", "data", "this") is math
 
 
 def test_what_is_missing_is_named_with_its_extra() -> None:

@@ -1,19 +1,23 @@
-"""Worker processes: they do the work, none is left behind, and programs that cannot start them are told."""
+"""Long work: workers do it, none is left behind; its progress is a bar on a terminal, and lines elsewhere."""
 
 from __future__ import annotations
 
+import io
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from mjbiped.utils.parallel import processes
+from mjbiped.utils import parallel
+from mjbiped.utils.parallel import processes, progress_bar
 
 
 def test_work_is_done_elsewhere() -> None:
@@ -66,7 +70,6 @@ INDENTED = "".join(f"    {line}\n" for line in BODY.splitlines())
 PROGRAMS = {
     "bare": (HEAD + BODY, False),
     "guarded": (HEAD + 'if __name__ == "__main__":\n' + INDENTED, True),
-    "behind a guard": (HEAD + "def main():\n" + INDENTED + 'if "__main__" == __name__:\n    main()\n', True),
 }
 
 
@@ -80,3 +83,51 @@ def test_a_program_without_a_guard_is_told(text: str, runs: bool, tmp_path: Path
     assert done.stdout == ("3\n" if runs else ""), done.stderr
     assert (done.returncode == 0) == runs
     assert runs or "if __name__ == '__main__'" in done.stderr
+
+
+# ---- progress --------------------------------------------------------------------------------------------------------
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def told(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO, *, shown: bool = True, pause: float = 0.0) -> str:
+    monkeypatch.setattr(sys, "stderr", stream)
+    for _ in progress_bar(range(4), desc="walks", unit="walk", progress=shown):
+        time.sleep(pause)
+    return stream.getvalue()
+
+
+def test_a_bar_nobody_asked_for_is_hidden_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "EVERY", 0.0)
+    for stream in (Terminal(), io.StringIO()):
+        assert told(monkeypatch, stream, shown=False) == ""
+
+
+def test_on_a_terminal_it_is_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "\rwalks: 100%|" in told(monkeypatch, Terminal())
+
+
+def test_elsewhere_it_is_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "EVERY", 0.02)
+    lines = told(monkeypatch, io.StringIO(), pause=0.03).strip("\r").splitlines()
+    assert 1 <= len(lines) <= 4
+    for line in lines:
+        assert re.fullmatch(r"walks: \d of 4 after 00:00, +[\d.]+ ?walk/s, 00:00 left", line)
+
+
+@pytest.mark.parametrize(
+    ("shell", "notebook"),
+    [
+        (SimpleNamespace(config={"IPKernelApp": {}}), True),
+        (SimpleNamespace(config={"TerminalIPythonApp": {}}), False),
+        (None, False),
+    ],
+)
+def test_a_notebook_is_told_by_its_kernel(shell: object, notebook: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
+    assert parallel.in_notebook() == notebook
+    monkeypatch.delitem(sys.modules, "IPython")
+    assert not parallel.in_notebook()

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.errors import RenderError
-from mjbiped.rendering.look import ELEMENTS
+from mjbiped.rendering import ELEMENTS
+from mjbiped.viewing import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing import window as words
-from mjbiped.viewing.player import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing.sources import Replay
 
 

@@ -16,7 +16,7 @@ from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Plan, Terms, make_plan
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.viewing.player import KEYS, Player
+from mjbiped.viewing import KEYS, Player
 from mjbiped.viewing.sources import LiveWalk
 
 
@@ -169,7 +169,7 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
 
 
 def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> None:
-    from mjbiped.rendering.moments import Moments
+    from mjbiped.rendering.scene import Moments
 
     live = LiveWalk(planned(controller))
     live.go_to(2.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
@@ -238,7 +237,7 @@ class Machine:
         self.constants, *below = packed(constants.but(**self.code.law._asdict()))
         self.state, *further = packed(state)
         self._kept = below, further
-        self._advance = engine_code()
+        self._advance = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(engine_address())
 
     def advance(self, state: object) -> None:
         """Walk on; `state` has the pause, and then the numbers that the walk has come to."""
@@ -248,15 +247,8 @@ class Machine:
         take_numbers(state, self.state)
 
 
-def engine_code() -> Callable[[int, int], None]:
-    """`gait_step.advance` as machine code for the addresses of constants and state: one for all robots and laws."""
-    address = engine_address()
-    kind = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
-    return kind(address)
-
-
 def engine_address() -> int:
-    """The address of that machine code."""
+    """The address of `gait_step.advance` as machine code for constants and state: one for all robots and laws."""
     from mjbiped.numerics.machine import compiled
 
     return int(compiled(advance_at, "void(int64, int64)", for_c=True).address)

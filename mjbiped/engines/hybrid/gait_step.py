@@ -11,34 +11,8 @@ import math
 from mjbiped.disturbances.chance import following
 from mjbiped.dynamics.integrate import STAGES
 from mjbiped.dynamics.modes import FREE, RESTING
+from mjbiped.engines.hybrid import guards, impacts
 from mjbiped.engines.hybrid.accounting import accumulate, note_peaks, take_sample
-from mjbiped.engines.hybrid.guards import (
-    BEYOND_END,
-    EDGE,
-    FALLEN,
-    FOOT_DOWN,
-    FOOT_FLAT,
-    FOOT_RELEASED,
-    FOOT_TIPS,
-    KNEE_RELEASED,
-    KNEE_STRIKE,
-    SHORTEST_STEP,
-    first_event,
-    is_tame,
-    lags,
-    watch,
-)
-from mjbiped.engines.hybrid.impacts import (
-    hit_face,
-    lay_down,
-    lay_flat,
-    release_foot,
-    set_down,
-    slide_on,
-    strike_knee,
-    stub,
-    tip_over,
-)
 from mjbiped.engines.hybrid.meeting import FACE_IMPACT, NOTHING, OVER_THE_TOP, TOUCHDOWN, foot_over_ground
 from mjbiped.engines.hybrid.motion import (
     attempt,
@@ -56,7 +30,7 @@ from mjbiped.engines.hybrid.state import (
     State,
     constants_at,
     from_memory,
-    pushes_of,
+    pushes_at,
     state_at,
     to_memory,
     touches,
@@ -64,17 +38,8 @@ from mjbiped.engines.hybrid.state import (
 from mjbiped.numerics.blocks import call, call_for_float, numbers, row
 from mjbiped.rules.termination import Outcome
 
-DIVERGED, FELL, LEFT_TERRAIN, STALLED, UNRESOLVED, WALKING = (
-    int(outcome)
-    for outcome in (
-        Outcome.DIVERGED,
-        Outcome.FELL,
-        Outcome.LEFT_TERRAIN,
-        Outcome.STALLED,
-        Outcome.UNRESOLVED,
-        Outcome.WALKING,
-    )
-)
+DIVERGED, FELL, LEFT_TERRAIN = int(Outcome.DIVERGED), int(Outcome.FELL), int(Outcome.LEFT_TERRAIN)
+STALLED, UNRESOLVED, WALKING = int(Outcome.STALLED), int(Outcome.UNRESOLVED), int(Outcome.WALKING)
 CAUTION, LEAST, GREATEST = 0.8, 0.2, 1.5  # of a step's change of length; measured: few steps are rejected
 # error thresholds below which the length may grow at its full rate, or is kept
 FULL, KEPT = (CAUTION / GREATEST) ** 8, CAUTION**8
@@ -117,7 +82,7 @@ def gait_step(c: Constants, w: State) -> bool:
         w.elapsed = 0.0
         _look_ahead(c, w)
         begin(c, w)
-        watch(w)
+        guards.watch(w)
         w.next_step = min(w.next_step, w.first_step)
     here = foot_over_ground(c, w, numbers(w.y, c.size))
     while _goes_on(c, w):
@@ -129,7 +94,7 @@ def gait_step(c: Constants, w: State) -> bool:
             continue
         _lengthen(c, w, h, error)
         there = foot_over_ground(c, w, numbers(w.out, c.size))
-        event, length = first_event(c, w, h, here, there)
+        event, length = guards.first_event(c, w, h, here, there)
         if event != NOTHING and not is_motion(c, numbers(w.out, c.size)):  # between the stages the law may return NaN
             w.outcome, w.time = DIVERGED, w.clock + w.elapsed
             return False
@@ -155,7 +120,7 @@ def _goes_on(c: Constants, w: State) -> bool:
         return False
     if w.evaluations < w.look and w.evaluations < w.pause:
         return True
-    if w.evaluations >= w.look and lags(c, w):
+    if w.evaluations >= w.look and guards.lags(c, w):
         w.outcome, w.time = UNRESOLVED, w.clock + w.elapsed
         return False
     return bool(w.evaluations < w.pause)
@@ -174,8 +139,8 @@ def _step_length(c: Constants, w: State) -> float:
 def _shorten(c: Constants, w: State, h: float, error: float) -> None:
     """Shorten the step of length h that was rejected; the walk ends if it could hardly be shorter."""
     step = h * (max(LEAST, CAUTION * _eighth_root(1.0 / error)) if error > 1.0 else LEAST)
-    if step < SHORTEST_STEP or not is_motion(c, numbers(w.y, c.size)):
-        w.outcome = UNRESOLVED if math.isfinite(error) and is_tame(c, w) else DIVERGED
+    if step < guards.SHORTEST_STEP or not is_motion(c, numbers(w.y, c.size)):
+        w.outcome = UNRESOLVED if math.isfinite(error) and guards.is_tame(c, w) else DIVERGED
         w.time = w.clock + w.elapsed
     if w.elapsed == 0.0:
         w.first_step = step
@@ -211,34 +176,34 @@ def _reset(c: Constants, w: State, event: int) -> bool:
         if stands_still(c, w):
             return False
         if lands(c, w):
-            return not set_down(c, w)
-        stub(c, w)
-    elif event == FOOT_DOWN:
-        lay_down(c, w)
+            return not impacts.set_down(c, w)
+        impacts.stub(c, w)
+    elif event == guards.FOOT_DOWN:
+        impacts.lay_down(c, w)
         return True
     elif event == FACE_IMPACT:
-        hit_face(c, w)
-    elif event == KNEE_STRIKE:
-        strike_knee(c, w)
+        impacts.hit_face(c, w)
+    elif event == guards.KNEE_STRIKE:
+        impacts.strike_knee(c, w)
         if w.sliding and lands(c, w):  # a straight leg that stands on the ground ahead
             return True
         _look_ahead(c, w)
-    elif event in (OVER_THE_TOP, FOOT_RELEASED):
-        release_foot(c, w, event == OVER_THE_TOP)
-    elif event == KNEE_RELEASED:
+    elif event in (OVER_THE_TOP, guards.FOOT_RELEASED):
+        impacts.release_foot(c, w, event == OVER_THE_TOP)
+    elif event == guards.KNEE_RELEASED:
         w.locked = FREE
         enter_mode(c, w)
-    elif event == EDGE:
-        slide_on(c, w)
-    elif event == FOOT_FLAT:
-        lay_flat(c, w)
-    elif event == FALLEN:
+    elif event == guards.EDGE:
+        impacts.slide_on(c, w)
+    elif event == guards.FOOT_FLAT:
+        impacts.lay_flat(c, w)
+    elif event == guards.FALLEN:
         w.outcome = FELL
-    elif event == BEYOND_END:
+    elif event == guards.BEYOND_END:
         w.outcome = LEFT_TERRAIN
     elif w.elapsed >= c.stall_time:
         w.outcome = STALLED
-    elif event != FOOT_TIPS:  # which `begin` sees
+    elif event != guards.FOOT_TIPS:  # which `begin` sees
         _look_ahead(c, w)
     return False
 
@@ -251,7 +216,7 @@ def begin(c: Constants, w: State) -> None:
         enter_mode(c, w)
         start_step(c, w)
     if c.toe > 0.0 and numbers(w.margins, 1)[0] < 0.0:
-        tip_over(c, w)
+        impacts.tip_over(c, w)
         start_step(c, w)
     note_peaks(c, w, 0)
     note_ground_force(c, w, numbers(w.y, c.size), row(w.k, 0, c.size))
@@ -288,7 +253,7 @@ def _look_ahead(c: Constants, w: State) -> None:
 
 def _begin_or_end_push(c: Constants, w: State) -> None:
     """A push of constant force begins, or ends."""
-    pushes = pushes_of(c)
+    pushes = pushes_at(c.pushes, 0)
     if not w.pushing:
         w.pushing, w.push = True, w.push_impulse / pushes.duration
         w.next_push += pushes.duration

@@ -28,7 +28,7 @@ from mjbiped.engines.hybrid.meeting import (
     write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense
-from mjbiped.engines.hybrid.state import Constants, State, ground_of, hip, linkage_of, swing_foot, touches
+from mjbiped.engines.hybrid.state import Constants, State, hip, linkage_of, swing_foot, touches
 from mjbiped.numerics.blocks import Floats, Numbers, numbers, row
 from mjbiped.rules.termination import FALLEN_HIP
 from mjbiped.terrain.profile import height_of, segment_near
@@ -192,10 +192,9 @@ def on_its_segment(c: Constants, w: State, y: Floats) -> bool:
 def body_ends(c: Constants, w: State, y: Floats) -> int:
     """`FALLEN` if the hip is too low, `BEYOND_END` if it is beyond the ground's end, else `NOTHING`."""
     x, z = hip(c, w, y)
-    ground = ground_of(c)
-    segment = segment_near(ground, x, w.segment)
+    segment = segment_near(c, x, w.segment)
     # the ground of round feet lies higher by their radius, that of feet by the height of their ankles
-    if (z - height_of(ground, segment, x)) * w.cosine < FALLEN_HIP * c.length - c.height:
+    if (z - height_of(c, segment, x)) * w.cosine < FALLEN_HIP * c.length - c.height:
         return FALLEN
     return BEYOND_END if x >= c.end else NOTHING
 

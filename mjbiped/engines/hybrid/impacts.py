@@ -9,28 +9,17 @@ from __future__ import annotations
 
 import math
 
+from mjbiped.dynamics import modes
 from mjbiped.dynamics.equations import load_impact, solve, unfold
 from mjbiped.dynamics.linkage import ROOM, SYSTEM, momentum
-from mjbiped.dynamics.modes import (
-    FLAT,
-    FREE,
-    HEEL,
-    LOCKED,
-    RESTING,
-    TOE,
-    hold_angle,
-    hold_contact,
-    hold_stop,
-    push_contact,
-)
+from mjbiped.dynamics.modes import FLAT, FREE, HEEL, LOCKED, RESTING, TOE
 from mjbiped.engines.hybrid.meeting import level_angle
-from mjbiped.engines.hybrid.motion import enter_mode, hold_edge, push_from_ground, take_angles
+from mjbiped.engines.hybrid.motion import enter_mode, hold_edge, push_from_ground, rub_edge, take_angles
 from mjbiped.engines.hybrid.state import (
     Constants,
     State,
     ahead_of_stance,
     from_memory,
-    ground_of,
     linkage_of,
     pushed,
     stance_foot,
@@ -55,7 +44,7 @@ def strike_knee(c: Constants, w: State) -> None:
     for i in range(n):
         q[i], before[i] = y[i], y[n + i]
     _load(c, w)
-    hold_stop(w, c.thigh, c.shank)
+    modes.hold_stop(w, c.thigh, c.shank)
     solve(w)
     _take(c, w)
     w.locked = LOCKED
@@ -79,7 +68,7 @@ def _load(c: Constants, w: State) -> None:
 
 
 def _take(c: Constants, w: State) -> None:
-    """Take rates and the stance foot's impulse from the solution of an impact; that of a surface acts beside it."""
+    """Take rates and the stance foot's impulse from the solution of an impact."""
     y, result, rates, linkage = numbers(w.y, c.size), numbers(w.right, SYSTEM), numbers(w.ddq, ROOM), linkage_of(c, w)
     before_along, before_normal = momentum(linkage, w, numbers(w.q, ROOM), numbers(w.dq, ROOM))
     for i in range(w.free):
@@ -115,9 +104,10 @@ def lay_flat(c: Constants, w: State) -> None:
     w.foot_x, w.foot_z = stance_foot(c, w, y)
     _load(c, w)
     if w.down != FLAT:
-        hold_edge(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM))
+        rub_edge(c, w)
+        hold_edge(c, w, False)
         numbers(w.right, SYSTEM)[w.size] = 0.0
-    hold_angle(w, c.foot)
+    modes.hold_angle(w, c.foot)
     solve(w)
     if w.down != FLAT:
         _take_pushed(c, w)
@@ -148,18 +138,10 @@ def set_down(c: Constants, w: State) -> bool:
 
 def _hit_edge(c: Constants, w: State, sticks: bool) -> None:
     """Solve the impact of an edge that slides, or sticks; the impulse along the normal comes first, then that along."""
-    linkage, level, dq = linkage_of(c, w), level_angle(c, w, w.landing), numbers(w.dq, ROOM)
-    sine, cosine, right = math.sin(level), math.cos(level), numbers(w.right, SYSTEM)
+    right = numbers(w.right, SYSTEM)
     _load(c, w)
-    hold_contact(linkage, w, dq, sine, cosine)
-    along, normal = pushed(w)
-    push_contact(linkage, w, along, normal)
-    if sticks:
-        hold_contact(linkage, w, dq, cosine, -sine)
-        right[w.size + 1] = 0.0
-    right[w.size] = 0.0
-    if w.edge == FLAT:
-        hold_angle(w, c.foot)
+    hold_edge(c, w, sticks)
+    right[w.size] = right[w.size + 1] = 0.0
     solve(w)
 
 
@@ -196,10 +178,10 @@ def _hit(c: Constants, w: State, stop: bool) -> None:
     """Solve an impact of the swing foot on a surface, and of the knee's stop if the knee rests on it."""
     _load(c, w)
     along, normal = pushed(w)
-    hold_contact(linkage_of(c, w), w, numbers(w.dq, ROOM), along, normal)
+    modes.hold_contact(linkage_of(c, w), w, numbers(w.dq, ROOM), along, normal)
     numbers(w.right, SYSTEM)[w.size] = 0.0  # the surface stops the foot, however it turns
     if stop:
-        hold_stop(w, c.thigh, c.shank)
+        modes.hold_stop(w, c.thigh, c.shank)
     solve(w)
     if stop:
         numbers(w.right, SYSTEM)[c.shank] = numbers(w.right, SYSTEM)[c.thigh]  # to the last digit
@@ -224,12 +206,11 @@ def stub(c: Constants, w: State) -> None:
 
 def slide_on(c: Constants, w: State) -> None:
     """A sliding foot comes to another segment: off a step, on along a change of slope, or, falling, into a riser."""
-    ground = ground_of(c)
     x, z = swing_foot(c, w, numbers(w.y, c.size))
     segment = int(w.slid_segment)
-    segment += 1 if x > ground.x[segment] else -1
+    segment += 1 if x > numbers(c.x, c.segments)[segment] else -1
     w.sliding, w.slid_segment, w.landing = False, -1, segment
-    above = z - height_of(ground, segment, x)
+    above = z - height_of(c, segment, x)
     if above <= -SLID_INTO * c.length:
         w.outcome, w.unmapped = FELL, True
     elif above <= 0.0:
@@ -255,7 +236,7 @@ def set_edge(c: Constants, w: State) -> float:
     y, segment = numbers(w.y, c.size), w.landing
     x, z = swing_foot(c, w, y)
     slope = numbers(c.angle, c.segments)[segment]
-    above, level = (z - height_of(ground_of(c), segment, x)) * math.cos(slope), level_angle(c, w, segment)
+    above, level = (z - height_of(c, segment, x)) * math.cos(slope), level_angle(c, w, segment)
     w.down = TOE if y[c.foot + 1] > level else HEEL
     reach = c.toe if w.down == TOE else c.heel
     share = min((c.height + above) / math.sqrt(reach * reach + c.height * c.height), 1.0)

@@ -17,7 +17,7 @@ from typing import TypeAlias
 from mjbiped.dynamics.integrate import STAGES, value_at
 from mjbiped.dynamics.linkage import END, ROOM
 from mjbiped.dynamics.modes import FLAT
-from mjbiped.engines.hybrid.state import Constants, State, ground_of, linkage_of, stance_foot, swing_foot
+from mjbiped.engines.hybrid.state import Constants, State, linkage_of, stance_foot, swing_foot
 from mjbiped.numerics.blocks import Floats, numbers, row
 from mjbiped.rules.scuffing import swing_foot_collides, swing_foot_is_drawn_in
 from mjbiped.terrain.profile import GROUND_FRICTION, height_of, segment_near
@@ -57,7 +57,7 @@ def segment_under(c: Constants, w: State, x: float) -> int:
     """The terrain's segment under x, but for a foot on a face: that one stays on its side of it."""
     if abs(x - w.face_x) < FACE_WIDTH:
         return int(w.face_segment)
-    w.segment = segment_near(ground_of(c), x, w.segment)
+    w.segment = segment_near(c, x, w.segment)
     return int(w.segment)
 
 
@@ -271,15 +271,14 @@ def _over_the_top(c: Constants, w: State, x: float, _h: float, _event: int) -> b
 
 def _kind(c: Constants, w: State, before: float, after: float) -> int:
     """What a foot that is below ground after the share `before` has met; a face that it hit is noted in the state."""
-    ground = ground_of(c)
     own = foot_over_ground_within(c, w, before)[2]
     other = foot_over_ground_within(c, w, after)[2]
     w.landing = other
     if own == other:
         return TOUCHDOWN
-    face = ground.x[max(own, other)]
-    top = height_of(ground, other, face)
-    if top - height_of(ground, own, face) < CORNER or swing_foot(c, w, numbers(w.spare, c.size))[1] > top - CORNER:
+    face = numbers(c.x, c.segments)[max(own, other)]
+    top = height_of(c, other, face)
+    if top - height_of(c, own, face) < CORNER or swing_foot(c, w, numbers(w.spare, c.size))[1] > top - CORNER:
         return TOUCHDOWN
     w.face_x, w.face_top, w.face_segment = face, top, own
     return FACE_IMPACT
@@ -292,7 +291,7 @@ def level_angle(c: Constants, w: State, segment: int) -> float:
 
 def clearance_of(c: Constants, w: State, y: Floats, segment: int, x: float, z: float) -> float:
     """Height of the swing foot at (x, z) over a segment of the terrain, m; of one that is a body, of its lower edge."""
-    clearance = z - height_of(ground_of(c), segment, x)
+    clearance = z - height_of(c, segment, x)
     if c.foot >= 0:
         rise, _ = _edge_below(c, y[c.foot + 1] - level_angle(c, w, segment))
         clearance -= rise / math.cos(numbers(c.angle, c.segments)[segment])

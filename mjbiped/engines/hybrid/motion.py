@@ -98,7 +98,8 @@ def _move(c: Constants, w: State, given: Floats) -> None:
         return
     load(linkage, w, q, dq)
     if w.down != FLAT:
-        hold_edge(c, w, q, dq)
+        rub_edge(c, w)
+        hold_edge(c, w, False)
     elif touched:
         along, normal = pushed(w)
         hold_contact(linkage, w, dq, along, normal)
@@ -240,20 +241,6 @@ def write_state_at(c: Constants, w: State, x: float) -> None:
         spare[i] = value_at(c, w, i, x)
 
 
-def hold_edge(c: Constants, w: State, q: Numbers, dq: Numbers) -> None:
-    """Hold the edge of the swing foot that is down, which slides with friction, and a stance foot that lies flat."""
-    linkage, level = linkage_of(c, w), level_angle(c, w, w.landing)
-    sine, cosine = math.sin(level), math.cos(level)
-    along, normal = speed(linkage, w, q, dq, END)
-    slip = along * cosine - normal * sine
-    push_from_ground(c, w, GROUND_FRICTION * slip / math.sqrt(slip * slip + SLOW * SLOW))
-    hold_contact(linkage, w, dq, sine, cosine)
-    along, normal = pushed(w)
-    push_contact(linkage, w, along, normal)
-    if w.edge == FLAT:
-        hold_angle(w, c.foot)
-
-
 def push_from_ground(c: Constants, w: State, ratio: float) -> None:
     """Let the ground push the swing foot along its normal, and against the slip by a share of the normal force."""
     slope = numbers(c.angle, c.segments)[w.landing]
@@ -292,3 +279,24 @@ def note_impact(c: Constants, w: State) -> None:
     if along != 0.0 or normal != 0.0:
         note_force(c, w, w.along_now + along / time, w.normal_now + normal / time)
         w.impulse_along = w.impulse_normal = 0.0
+
+
+def hold_edge(c: Constants, w: State, sticks: bool) -> None:
+    """Hold the edge of the swing foot that is down, which the ground pushes or which sticks, and a flat stance foot."""
+    linkage, level, dq = linkage_of(c, w), level_angle(c, w, w.landing), numbers(w.dq, ROOM)
+    sine, cosine = math.sin(level), math.cos(level)
+    hold_contact(linkage, w, dq, sine, cosine)
+    along, normal = pushed(w)
+    push_contact(linkage, w, along, normal)
+    if sticks:
+        hold_contact(linkage, w, dq, cosine, -sine)
+    if w.edge == FLAT:
+        hold_angle(w, c.foot)
+
+
+def rub_edge(c: Constants, w: State) -> None:
+    """Let the ground push that edge along its normal, and with friction against its slip."""
+    level = level_angle(c, w, w.landing)
+    along, normal = speed(linkage_of(c, w), w, numbers(w.q, ROOM), numbers(w.dq, ROOM), END)
+    slip = along * math.cos(level) - normal * math.sin(level)
+    push_from_ground(c, w, GROUND_FRICTION * slip / math.sqrt(slip * slip + SLOW * SLOW))

@@ -24,7 +24,6 @@ from mjbiped.engines.hybrid.state import (
     ahead_of_stance,
     flat_linkage,
     from_memory,
-    ground_of,
     hip,
     linkage_of,
     sole_angle,
@@ -162,9 +161,7 @@ def write_touchdown(c: Constants, w: State, slope: float, dq_before: Floats, est
     to[TOUCHDOWN.support_behind], to[TOUCHDOWN.support_ahead] = c.heel, c.toe
 
 
-DIVERGED, FINISHED, LEFT_TERRAIN = (
-    int(outcome) for outcome in (Outcome.DIVERGED, Outcome.FINISHED, Outcome.LEFT_TERRAIN)
-)
+DIVERGED, FINISHED, LEFT_TERRAIN = int(Outcome.DIVERGED), int(Outcome.FINISHED), int(Outcome.LEFT_TERRAIN)
 
 
 def transfer_support(c: Constants, w: State) -> None:
@@ -172,10 +169,10 @@ def transfer_support(c: Constants, w: State) -> None:
 
     No row tells of a foot that is not on the ground: the walk has then diverged.
     """
-    ground, y, spare = ground_of(c), numbers(w.y, c.size), numbers(w.spare, c.size)
+    y, spare = numbers(w.y, c.size), numbers(w.spare, c.size)
     foot_x, foot_z = swing_foot(c, w, y)
-    segment = segment_stood_on(ground, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
-    if not abs(foot_z - height_of(ground, segment, foot_x)) <= MISSED * c.length + CORNER:
+    segment = segment_stood_on(c, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
+    if not abs(foot_z - height_of(c, segment, foot_x)) <= MISSED * c.length + CORNER:
         w.outcome = DIVERGED
         return
     slope, n = numbers(c.angle, c.segments)[segment], c.angles
@@ -240,7 +237,7 @@ def _stand_on(c: Constants, w: State, segment: int, foot_x: float) -> None:
     w.stance = (w.stance + 1) % c.legs
     slope = numbers(c.angle, c.segments)[segment]
     w.slope, w.sine, w.cosine = slope, math.sin(slope), math.cos(slope)
-    w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(ground_of(c), segment, foot_x), segment
+    w.foot_x, w.foot_z, w.foot_segment = foot_x, height_of(c, segment, foot_x), segment
 
 
 def note_face(c: Constants, w: State, own: int, x: float) -> None:
@@ -249,13 +246,12 @@ def note_face(c: Constants, w: State, own: int, x: float) -> None:
     A foot at the base of a riser lies within rounding of its face, on either side of it. It stays on the side of the
     ground that it stood on until it is clearly elsewhere.
     """
-    ground = ground_of(c)
     w.face_x = math.nan
     for other in (own - 1, own + 1):
-        if 0 <= other < len(ground.x):
-            face = ground.x[max(own, other)]
-            top = height_of(ground, other, face)
-            if abs(x - face) < FACE_WIDTH and top != height_of(ground, own, face):
+        if 0 <= other < c.segments:
+            face = numbers(c.x, c.segments)[max(own, other)]
+            top = height_of(c, other, face)
+            if abs(x - face) < FACE_WIDTH and top != height_of(c, own, face):
                 w.face_x, w.face_top, w.face_segment = face, top, own
 
 

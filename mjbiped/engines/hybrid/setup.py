@@ -18,7 +18,7 @@ from mjbiped.dynamics.linkage import ROOM, room
 from mjbiped.dynamics.modes import FREE, LOCKED, RESTING
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import POSTURE, SAMPLE, TOUCHDOWN, begin_gait_step
-from mjbiped.engines.hybrid.state import Constants, State, pushes_of
+from mjbiped.engines.hybrid.state import Constants, State, pushes_at
 from mjbiped.engines.plan import Plan
 from mjbiped.records.loads import BINS
 from mjbiped.robots.robot import Robot
@@ -130,7 +130,7 @@ def state_of(c: Constants, y: Sequence[float], memory: Sequence[float], place: P
         next_tick: Time of the controller's first tick, s; infinity where it does not tick.
     """
     n, slope = c.angles, c.angle[place[2]]
-    push, impulse = following(pushes_of(c), 0, 0.0)
+    push, impulse = following(pushes_at(c.pushes, 0), 0, 0.0)
     straight = y[c.thigh] == y[c.shank] and y[n + c.thigh] == y[n + c.shank]
     rooms: dict[str, Any] = {
         **room(),

@@ -13,7 +13,6 @@ from mjbiped.disturbances.chance import Pushes
 from mjbiped.dynamics.linkage import BASE, END, HIP, Linkage, Motion, point
 from mjbiped.dynamics.modes import FLAT, LOCKED
 from mjbiped.numerics.blocks import Block, Floats, Numbers, numbers, reader
-from mjbiped.terrain.profile import Profile
 
 
 @dataclass(slots=True)
@@ -293,16 +292,6 @@ def linkage_of(c: Constants, w: State) -> Linkage:
 def flat_linkage(c: Constants) -> Linkage:
     """The robot on a flat foot."""
     return _linkage_at(c.linkages, 0)
-
-
-def ground_of(c: Constants) -> Profile:
-    """The terrain's profile."""
-    return Profile(numbers(c.x, c.segments), numbers(c.z, c.segments), numbers(c.gradient, c.segments), c.segments)
-
-
-def pushes_of(c: Constants) -> Pushes:
-    """Pushes at the hip."""
-    return pushes_at(c.pushes, 0)
 
 
 def to_memory(c: Constants, w: State, y: Numbers) -> None:

@@ -17,9 +17,9 @@ from mjbiped.engines.base import Engine, Run, Show
 from mjbiped.engines.compiling import Costs, can_compile
 from mjbiped.engines.mujoco.callback import walking
 from mjbiped.engines.mujoco.feet import for_feet
-from mjbiped.engines.mujoco.motors import LONGEST, servo_of, take_sample
+from mjbiped.engines.mujoco.motors import take_sample
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SLIDING_WORDS, SQUEEZING_WORDS
-from mjbiped.engines.mujoco.options import MOTOR, Options
+from mjbiped.engines.mujoco.options import MOTOR, SERVO_PACE, Options, servo_of
 from mjbiped.engines.mujoco.scene import check_masses
 from mjbiped.engines.mujoco.simulation import BLOCK, Simulation
 from mjbiped.engines.plan import Initial, Plan, Terms, make_plan
@@ -206,7 +206,7 @@ class Mujoco(Options, Engine):
                     f'stance_knee = "motor": the stop of a {type(plan.robot).__name__} bears its stance knee without a '
                     "motor; leave it out, or take a KneedBiped"
                 )
-            longest = LONGEST / servo_of(plan.robot)[2]
+            longest = SERVO_PACE / servo_of(plan.robot)[2]
             if self.timestep > longest:
                 raise InputError(
                     f"timestep = {self.timestep:g} s: steps of at most {longest:.2g} s follow the servo of "

@@ -242,35 +242,32 @@ def least_normal_force(u: State) -> float:
 
 
 def read_contacts(c: Constants, u: State, readings: Numbers) -> Felt:
-    """Note what the feet feel in the step just resolved; returns what the swing foot does."""
+    """Note what the feet feel in the step just resolved; returns what the swing foot does.
+
+    A swing foot that touches the ground and is able to stand makes a touchdown.
+    """
     leg = swing_leg(c, u)
     stance, swing = felt(c, u, readings, stance_leg(c, u)), felt(c, u, readings, leg)
     able = stands(c, u, swing) if c.feet else leg.knee < 0 or u.locked != 0.0 or u.bent != 0.0
-    u.pressing = stance.pressure + swing.pressure
-    note_contacts(c, u, stance, swing, able)
-    if c.feet:
-        if u.noted:
-            u.support_behind, u.support_ahead = swing.behind, swing.ahead
-        u.moment, u.shear = stance.moment, stance.shear
-        u.flat = 1.0 if min(stance.behind, stance.ahead) > 0.0 else 0.0
-        u.ratio = 0.0  # of single steps, in which one of two contacts may be lost; see `weigh`
-    return swing
-
-
-def note_contacts(c: Constants, u: State, stance: Felt, swing: Felt, able: bool) -> None:
-    """Note what both feet feel; a swing foot that touches the ground and is `able` to stand makes a touchdown."""
-    x, _ = foot_of(swing_leg(c, u), u.q)
+    x, _ = foot_of(leg, u.q)
     noted = u.enabled != 0.0 and able and x > u.foot_x and swing.ground
-    u.noted, u.force, u.ratio = 1.0 if noted else 0.0, stance.pressure, 0.0
+    u.noted, u.ratio = 1.0 if noted else 0.0, 0.0
+    u.force, u.pressing = stance.pressure, stance.pressure + swing.pressure
     if u.clear > CLEAR:
         u.touching = 0.0
     if u.enabled and swing.face:
         u.face_impacts = 1.0
     if noted:
         u.penetration = max(u.penetration, swing.depth)
+        u.support_behind, u.support_ahead = swing.behind, swing.ahead
     elif swing.ground and not u.touching:
         u.stubs += 1.0
         u.touching = 1.0
     if stance.ground and not noted:
         u.penetration = max(u.penetration, stance.depth)
+    if c.feet:
+        u.moment, u.shear = stance.moment, stance.shear
+        u.flat = 1.0 if min(stance.behind, stance.ahead) > 0.0 else 0.0
+    elif stance.ground and not noted:  # of feet with two contacts one may be lost in single steps; see `weigh`
         u.ratio = friction_ratio(stance, u.slope, LIGHT_CONTACT * c.weight)
+    return swing

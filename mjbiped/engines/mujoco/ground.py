@@ -48,6 +48,9 @@ _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deepe
 _RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
 SILL = 4e-3
 """Of lower ground to either side of a riser's face, m, in half of which a foot meets this box in the piece's place."""
+_AHEAD = 20.0  # of the hip in a new window, in leg lengths, while these are few segments
+_TURN = 1.0  # behind the margin, in leg lengths: who turns back and forth does not build at each turn
+_LEAST = 3.0  # ahead of the margin, in leg lengths, of however many segments
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 PLANE = "plane"
@@ -117,6 +120,21 @@ class Ground:
         """The pieces that have a part between two places (m); at least one."""
         first, last = (self._piece_at(self.terrain.segment_at(x)) for x in (start, stop))
         return self.pieces[first : last + 1]
+
+    def window(self, x: float, margin: float, length: float) -> list[Piece]:
+        """The pieces to be built for a hip at x (m); all where their segments are few.
+
+        Args:
+            x: Place of the hip, m.
+            margin: Ground about the hip that is never missing, m.
+            length: Of the robot's legs, m.
+        """
+        starts = self.terrain.x
+        if len(starts) <= FEW_SEGMENTS:
+            return self.pieces
+        few = starts[min(self.terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
+        ahead = max(margin + _LEAST * length, min(margin + _AHEAD * length, few - x))
+        return self.between(x - margin - _TURN * length, x + ahead)
 
     def _piece_at(self, segment: int) -> int:
         """Index of the piece of a segment."""

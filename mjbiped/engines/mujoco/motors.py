@@ -8,15 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import MutableSequence
 
-import numpy as np
-
 from mjbiped.disturbances.chance import following
 from mjbiped.dynamics.modes import bent_leg
 from mjbiped.engines.mujoco.constants import Constants, Leg, angles_of, pushes_at, stance_leg, swing_leg
 from mjbiped.engines.mujoco.feet import least_normal_force, swing_foot_torque
 from mjbiped.engines.mujoco.state import State, effective_step
 from mjbiped.numerics.blocks import Floats, borrowed, call, call_for_float, first, give_back, numbers
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import Outcome
 
@@ -286,42 +283,6 @@ def _add_work(u: State, ankle: float, hip: float, knee: float) -> None:
     u.work_absolute += abs(ankle) + abs(hip) + abs(knee)
     u.work_net += ankle + hip + knee
     u.work_positive += max(ankle, 0.0) + max(hip, 0.0) + max(knee, 0.0)
-
-
-STIFFNESS = 30.0
-"""In weights times leg lengths per rad: 0.3 of those, twice what stairs of 4 cm ask for, bend the knee by 10 mrad."""
-
-LONGEST = 0.75
-"""Greatest product of timestep and natural frequency: critically damped, an explicit step is stable to 0.83."""
-
-
-def servo_of(robot: Robot) -> tuple[float, float, float]:
-    """Stiffness (N m/rad), damping (N m s/rad) and natural frequency (rad/s) of the servo that holds a stance knee.
-
-    A spring and a damper about the flexion of its landing hold the knee in place of its lock: the motor's own loop,
-    which acts at every physics step whatever the controller's period is. The frequency, that of a foot in the air, is
-    its highest, and there it is critically damped. A foot that slides or hops leaves the servo little more than the
-    shank to move: more damping would then be unstable.
-    """
-    stiffness, inertia = STIFFNESS * robot.weight * robot.leg_length, free_inertia(robot)
-    return stiffness, 2.0 * math.sqrt(stiffness * inertia), math.sqrt(stiffness / inertia)
-
-
-def free_inertia(robot: Robot) -> float:
-    """What a torque at a knee accelerates, over its flexion, of a robot in the air whose legs hang straight, kg m²."""
-    bodies = robot.bodies
-    thigh, shank = bodies.leg
-    weights = np.diag([0.0, thigh.inertia, shank.inertia, thigh.inertia, shank.inertia])
-    for mass, levers in (  # of the hip's way forward, then of thigh and shank of each leg
-        (bodies.hip_mass, (1.0, 0.0, 0.0, 0.0, 0.0)),
-        (thigh.mass, (1.0, -thigh.centre, 0.0, 0.0, 0.0)),
-        (shank.mass, (1.0, -thigh.length, -shank.centre, 0.0, 0.0)),
-        (thigh.mass, (1.0, 0.0, 0.0, -thigh.centre, 0.0)),
-        (shank.mass, (1.0, 0.0, 0.0, -thigh.length, -shank.centre)),
-    ):
-        weights += mass * np.outer(levers, levers)
-    between = np.array([0.0, 1.0, -1.0, 0.0, 0.0])
-    return 1.0 / float(between @ np.linalg.solve(weights, between))
 
 
 def lean_on(leg: Leg, u: State) -> None:

@@ -20,16 +20,13 @@ from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-
 from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.collisions import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
-from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, FOOT_RADIUS, Ground, Piece
-from mjbiped.engines.mujoco.scenery import add_section
+from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground, Piece
+from mjbiped.engines.mujoco.scenery import add_arc, add_section
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.shape import ARC
 from mjbiped.terrain.profile import GROUND_FRICTION
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
@@ -187,7 +184,7 @@ def _set_end(spec: mujoco.MjSpec, robot: Robot, limb: Limb, last: Segment) -> No
     tip.size = length * tip.size
     tip.pos = _down(limb, last, end - tip.size[0], y)
     if robot.radius:
-        _add_arc(spec, limb, last, robot.radius, y)
+        add_arc(tip, robot.radius, last.turn, _down(limb, last, end - robot.radius, y))
 
 
 def _set_foot(spec: mujoco.MjSpec, limb: Limb, foot: Foot, last: float, length: float) -> None:
@@ -211,20 +208,6 @@ def _set_foot(spec: mujoco.MjSpec, limb: Limb, foot: Foot, last: float, length: 
         spec.sensor(f"{limb.name}_contact").intprm[2] = CORNERS
         spec.delete(heel)
         spec.delete(toe)
-
-
-def _add_arc(spec: mujoco.MjSpec, limb: Limb, last: Segment, radius: float, y: float) -> None:
-    """Add what is seen of a round foot: its arc, of capsules that touch the ground from above."""
-    tip = spec.geom(f"{limb.name}_tip")
-    thick, body = 0.5 * float(tip.size[0]), tip.parent
-    bends = np.linspace(-ARC, ARC, 13) - last.turn
-    points = np.stack([np.sin(bends), np.full_like(bends, y), -np.cos(bends)], axis=-1)
-    points[:, [0, 2]] *= radius - thick
-    points += _down(limb, last, last.length - radius, 0.0)
-    for number, (start, end) in enumerate(pairwise(points)):
-        arc = body.add_geom(tip.classname, name=f"{limb.name}_arc_{number}", type=mujoco.mjtGeom.mjGEOM_CAPSULE)
-        arc.size[0], arc.fromto, arc.material = thick, [*start, *end], tip.material
-    tip.size *= 0.5
 
 
 def _add_leg(spec: mujoco.MjSpec, first: str, name: str) -> None:
@@ -261,9 +244,6 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
 MARGIN = 2.0
 """Ground about the hip that is never missing, in leg lengths: a leg, and what a fall can go."""
 
-_AHEAD = 20.0  # of the hip in a new window, in leg lengths, while these are few segments
-_TURN = 1.0  # behind the margin, in leg lengths: who turns back and forth does not build at each turn
-_LEAST = 3.0  # ahead of the margin, in leg lengths, of however many segments
 _COARSE = 64
 """Pixels of a texture's edge in models that are stepped: viewers show them, too, and they are compiled in no time."""
 
@@ -308,18 +288,9 @@ class GroundWindows:
     userdata: int = 0
     scenery: bool = False
 
-    def pieces_about(self, x: float) -> list[Piece]:
-        """The pieces to be built for a hip at x (m); all where their segments are few."""
-        starts, length = self.ground.terrain.x, self.robot.leg_length
-        if len(starts) <= FEW_SEGMENTS:
-            return self.ground.pieces
-        few = starts[min(self.ground.terrain.segment_at(x) + FEW_SEGMENTS, len(starts) - 1)]
-        ahead = max(self.margin + _LEAST * length, min(self.margin + _AHEAD * length, few - x))
-        return self.ground.between(x - self.margin - _TURN * length, x + ahead)
-
     def about(self, x: float) -> Scene:
         """Build the scene about a hip at x (m)."""
-        ground, pieces = self.ground, self.pieces_about(x)
+        ground, pieces = self.ground, self.ground.window(x, self.margin, self.robot.leg_length)
         with python_removed():
             spec = scene_spec(self.robot, ground, pieces, timestep=self.timestep)
             spec.nuserdata = self.userdata

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.ground import Ground, Piece
+from mjbiped.robots.shape import ARC
 from mjbiped.utils.mujoco import mujoco
 
 CUT = 0.075
@@ -149,3 +150,21 @@ def _level_lines(from_: Points, to: Points, leg_length: float) -> tuple[Points, 
     left_ends, right_ends = np.concatenate(starts), np.concatenate(stops)
     down = np.array([0.0, _LINE * leg_length])
     return left_ends, right_ends, left_ends - down, right_ends - down
+
+
+def add_arc(tip: mujoco.MjsGeom, radius: float, turn: float, centre: list[float]) -> None:
+    """Add what is seen of a round foot: its arc, of capsules that touch the ground from above.
+
+    Args:
+        tip: What is seen of the end of its leg.
+        radius: Of the foot, m.
+        turn: Angle of the leg's last segment where its joints are at zero, rad.
+        centre: Of the arc, m.
+    """
+    thick, bends = 0.5 * float(tip.size[0]), np.linspace(-ARC, ARC, 13) - turn
+    points = (radius - thick) * np.stack([np.sin(bends), np.zeros_like(bends), -np.cos(bends)], axis=-1) + centre
+    for number, (start, end) in enumerate(pairwise(points)):
+        name = f"{tip.name.removesuffix('_tip')}_arc_{number}"
+        arc = tip.parent.add_geom(tip.classname, name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE)
+        arc.size[0], arc.fromto, arc.material = thick, [*start, *end], tip.material
+    tip.size *= 0.5

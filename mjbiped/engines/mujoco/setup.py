@@ -19,8 +19,8 @@ from mjbiped.engines.mujoco.collisions import ALL
 from mjbiped.engines.mujoco.constants import Constants, Leg
 from mjbiped.engines.mujoco.feet import for_feet
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground
-from mjbiped.engines.mujoco.motors import SPARE, servo_of
-from mjbiped.engines.mujoco.options import MOTOR, Options
+from mjbiped.engines.mujoco.motors import SPARE
+from mjbiped.engines.mujoco.options import MOTOR, Options, servo_of
 from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows, Scene
 from mjbiped.engines.mujoco.state import SIZE, State
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan

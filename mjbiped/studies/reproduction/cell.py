@@ -16,7 +16,7 @@ from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.control.registry import settings_of
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
-from mjbiped.studies.cell import LIMIT, LIMITS, SPARSE, Cell, attempt
+from mjbiped.studies.cell import LIMIT, LIMITS, SPARSE, Cell, Row, attempt
 from mjbiped.studies.reproduction.section_5 import gains_told
 from mjbiped.studies.run import machinery
 from mjbiped.terrain.terrain import Terrain
@@ -84,11 +84,11 @@ def record_path(folder: Path, cell: Cell) -> Path:
     return folder / f"{key(cell)}.npz"
 
 
-def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
+def row(cell: Cell, folder: Path | None = None) -> Row:
     """Walk a cell, and return its key and its row; a record that is kept goes into the folder."""
     law, record = cell.controller().describe(), cell.values.get("record", False)
 
-    def measure(done: Walk) -> dict[str, Any]:
+    def measure(done: Walk) -> Row:
         if record and folder is not None:
             done.save(record_path(folder, cell))
         return {**measures_of(done), **(traced(done) if record else {})}
@@ -108,7 +108,7 @@ def row(cell: Cell, folder: Path | None = None) -> dict[str, Any]:
     }
 
 
-def measures_of(done: Walk) -> dict[str, Any]:
+def measures_of(done: Walk) -> Row:
     """Measure a walk.
 
     Returns:

@@ -12,8 +12,9 @@ from typing import Any
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.studies.cell import LIMIT, Cell
+from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.cell import KEY_DIGITS, LENGTHS, cell, key, record_path, row
+from mjbiped.studies.reproduction.cell import KEY_DIGITS, LENGTHS, cell, key, record_path
 from mjbiped.studies.reproduction.figures import draw
 from mjbiped.studies.reproduction.results import COLUMNS, Choice, Results, Row, row_of, write_rows
 from mjbiped.studies.reproduction.tables import TABLES, render, stored
@@ -126,7 +127,7 @@ def walked(
         # MuJoCo's take the longest, and longer the more steps they have
         todo.sort(key=lambda cell: (cell.values["engine"] != "mujoco", -int(cell.values.get(f"{LIMIT}.steps", 0))))
         ended = len(wanted) - len(todo)
-        walk_cells(partial(row, folder=folder), todo, store.save, ended=ended, workers=workers, progress=progress)
+        walk_cells(partial(cells.row, folder=folder), todo, store.save, ended=ended, workers=workers, progress=progress)
         found = {row["key"]: row_of(row) for row in store.rows()}
     return [found[each] for each in keys]
 

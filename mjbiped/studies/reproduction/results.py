@@ -10,11 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import SimpleNamespace
-from typing import NamedTuple
 
 from mjbiped.studies.reproduction import section_5 as paper
 from mjbiped.studies.reproduction.cell import COSTS, LENGTHS, TRACES
-from mjbiped.studies.reproduction.section_5 import Place
+from mjbiped.studies.reproduction.section_5 import Place, log_ratio, root_mean_square
 
 MEASURES = ("steps", "place", "ankle", "hip", "friction", "least_force", "strikes", "begun", "ended", "rms", "jump")
 TEXTS = ("part", "ground", "pattern", "engine", "method", "slope_source", "gains", "update", "outcome", "error")
@@ -198,48 +197,6 @@ class Choice:
         return walk.cost(self.kind, self.length)
 
 
-class Agreement(NamedTuple):
-    """Agreement with the paper on where methods fail, and on their numbers.
-
-    Attributes:
-        agreeing: Grounds and methods that are walked to the end in both, or in neither.
-        asked: Grounds and methods in all.
-        met: Numbers of the paper's that ours are to the last digit.
-        numbers: Numbers that the paper has.
-        distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
-    """
-
-    agreeing: int
-    asked: int
-    met: int
-    numbers: int
-    distance: float
-
-    @property
-    def rank(self) -> tuple[int, float]:
-        """Sort key, smaller for better ones: first the number of X and numbers that stand where the paper's do."""
-        return -self.agreeing, math.inf if math.isnan(self.distance) else self.distance
-
-    @property
-    def in_kind(self) -> str:
-        """Write how many cells of Table II are X or number as in the paper."""
-        return f"{self.agreeing} of {self.asked}"
-
-
-def agreement(costs: Iterable[tuple[str, str, float]]) -> Agreement:
-    """Compare costs with the paper's Table II.
-
-    Args:
-        costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
-    """
-    both = [(ours, paper.TABLE_2[method][ground]) for method, ground, ours in costs]
-    agreeing = sum(math.isnan(ours) == math.isnan(printed) for ours, printed in both)
-    numbers = [(ours, printed) for ours, printed in both if not math.isnan(printed)]
-    off = [_log(*each) for each in numbers if each[0] > 0.0]
-    distance = root_mean_square(off) if off else math.nan
-    return Agreement(agreeing, len(both), sum(paper.meets(*each) for each in numbers), len(numbers), distance)
-
-
 @dataclass(frozen=True)
 class Results:
     """The rows of a reproduction, read as fits Table II.
@@ -303,10 +260,10 @@ class Results:
         chosen = self.best.places if places is None else places
         return [self._walks.get((engine, method, settings, place), NO_WALK) for place in chosen]
 
-    def agreement(self, engine: str, settings: str) -> Agreement:
+    def agreement(self, engine: str, settings: str) -> paper.Agreement:
         """Compare the energy-based methods' walks with the paper; arguments as in `walks`."""
         walks = [walk for method in paper.ENERGY_BASED for walk in self.walks(method, settings, engine)]
-        return agreement((walk.method, walk.ground, self.best.cost(walk)) for walk in walks if walk.outcome)
+        return paper.agreement((walk.method, walk.ground, self.best.cost(walk)) for walk in walks if walk.outcome)
 
 
 def side_distances(rows: Iterable[Row], pair: Sequence[str]) -> Iterator[Choice]:
@@ -324,19 +281,9 @@ def logs(rows: Iterable[Row]) -> dict[tuple[float | None, str, int, paper.Place]
     By zeta, kind of work, number of steps, and ground as it is read.
     """
     return {
-        (row.delay, kind, steps, row.place_read): _log(getattr(row, name), paper.TABLE_2["adaptive"][row.ground])
+        (row.delay, kind, steps, row.place_read): log_ratio(getattr(row, name), paper.TABLE_2["adaptive"][row.ground])
         for row in select(rows, part="table 2", engine="hybrid", method="adaptive")
         if row.ground in paper.UNEVEN
         for name, (kind, steps) in COSTS.items()
         if steps in LENGTHS
     }
-
-
-def root_mean_square(values: Sequence[float]) -> float:
-    """Compute the root mean square of some values."""
-    return math.sqrt(sum(value**2 for value in values) / len(values))
-
-
-def _log(ours: float, printed: float) -> float:
-    """ln(ours / paper's); infinite where ours does not exist or is not positive."""
-    return math.log(ours / printed) if ours > 0.0 else math.inf

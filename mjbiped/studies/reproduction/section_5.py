@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from itertools import cycle, islice, product
@@ -106,6 +106,58 @@ PRINTED: Sequence[Place] = [Place(*place) for place in SECTION_5["printed"]]
 def meets(ours: float, paper: float) -> bool:
     """Whether a c_mt agrees with a printed one within half a unit of the last digit."""
     return abs(ours - paper) <= 0.5 * 10.0**-DIGITS
+
+
+def root_mean_square(values: Sequence[float]) -> float:
+    """Compute the root mean square of some values."""
+    return math.sqrt(sum(value**2 for value in values) / len(values))
+
+
+def log_ratio(ours: float, printed: float) -> float:
+    """ln(ours / paper's); infinite where ours does not exist or is not positive."""
+    return math.log(ours / printed) if ours > 0.0 else math.inf
+
+
+class Agreement(NamedTuple):
+    """Agreement with the paper on where methods fail, and on their numbers.
+
+    Attributes:
+        agreeing: Grounds and methods that are walked to the end in both, or in neither.
+        asked: Grounds and methods in all.
+        met: Numbers of the paper's that ours are to the last digit.
+        numbers: Numbers that the paper has.
+        distance: Root mean square of ln(ours / paper's) where both have a number; NaN where that is nowhere.
+    """
+
+    agreeing: int
+    asked: int
+    met: int
+    numbers: int
+    distance: float
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Sort key, smaller for better ones: first the number of X and numbers that stand where the paper's do."""
+        return -self.agreeing, math.inf if math.isnan(self.distance) else self.distance
+
+    @property
+    def in_kind(self) -> str:
+        """Write how many cells of Table II are X or number as in the paper."""
+        return f"{self.agreeing} of {self.asked}"
+
+
+def agreement(costs: Iterable[tuple[str, str, float]]) -> Agreement:
+    """Compare costs with the paper's Table II.
+
+    Args:
+        costs: Method, ground, and c_mt, which is NaN where the robot did not come to the end.
+    """
+    both = [(ours, TABLE_2[method][ground]) for method, ground, ours in costs]
+    agreeing = sum(math.isnan(ours) == math.isnan(printed) for ours, printed in both)
+    numbers = [(ours, printed) for ours, printed in both if not math.isnan(printed)]
+    off = [log_ratio(*each) for each in numbers if each[0] > 0.0]
+    distance = root_mean_square(off) if off else math.nan
+    return Agreement(agreeing, len(both), sum(meets(*each) for each in numbers), len(numbers), distance)
 
 
 def terrain_of(place: Place) -> Terrain:

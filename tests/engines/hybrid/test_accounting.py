@@ -34,18 +34,10 @@ def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: f
     assert _turns(ONE, rates(sign * shape), 0, 0.1)
 
 
-@given(st.floats(0.3, 3.0), st.floats(-1.0, 1.0))
-@settings(deadline=None, derandomize=True)
-def test_a_power_far_from_zero_does_not_turn(least: float, lean: float) -> None:
-    power = np.polynomial.Polynomial([least + 1.0 + abs(lean), lean, 1.0])
-    assert not _turns(ONE, rates(power), 0, 0.1)
-
-
-@pytest.mark.parametrize("clearance", [0.04, pytest.param(0.07, marks=pytest.mark.slow)])
-def test_absolute_work_is_that_of_a_fine_quadrature(clearance: float) -> None:
+def test_absolute_work_is_that_of_a_fine_quadrature() -> None:
     # in the first step of either an integration step of some 0.1 s holds a dip of the ankle's power that lasts 0.01 s
     robot = mjbiped.Compass()
-    controller = AdaptiveController(robot, mjbiped.find_reference(robot, clearance=clearance), replanning="additive")
+    controller = AdaptiveController(robot, mjbiped.find_reference(robot, clearance=0.04), replanning="additive")
     walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1, sample_period=2e-5)
     end = walk.touchdowns["time"][0]
     time, torque, rate = (np.asarray(walk.samples[name]) for name in ("time", "torque", "dq"))

@@ -12,14 +12,8 @@ from simulations import hybrid_run
 import mjbiped
 from controllers import BoundedAnkleController
 from mjbiped.control.controller import Unpowered
-from mjbiped.dynamics.equations import load
-from mjbiped.dynamics.linkage import BASE, MASS
-from mjbiped.dynamics.modes import HEEL, TOE
 from mjbiped.engines.hybrid.engine import HybridRun
-from mjbiped.engines.hybrid.gait_step import gait_step
-from mjbiped.engines.hybrid.impacts import tip_over
 from mjbiped.engines.hybrid.setup import raised
-from mjbiped.engines.hybrid.state import linkage_of, stance_foot
 from mjbiped.robots.robot import Robot
 
 FOOTED = mjbiped.FootedCompass()
@@ -74,35 +68,6 @@ def test_a_foot_that_stays_flat_walks_as_a_sole_does(ground: str) -> None:
         times.append(run.state.time)
     np.testing.assert_allclose(states[0], states[1], atol=10 * EXACT)
     assert times[0] == pytest.approx(times[1], abs=EXACT)
-
-
-@pytest.mark.parametrize("edge", [TOE, HEEL])
-def test_a_foot_that_turns_about_its_edge_has_the_energy_that_its_motors_give(edge: int) -> None:
-    run = run_of(Pulse(-5.0 * edge, -1.0, 1.5), tolerance=1e-10)
-    c, w = run.constants, run.state
-    w.moments[0] = -float(edge)
-    tip_over(c, w)
-    w.y[2:4], w.y[6:8] = [0.02 * edge] * 2, [2.0 * edge] * 2
-    first = energy(c, w)
-    w.pause = 30
-    gait_step(c, w)
-    assert w.edge == edge
-    assert w.elapsed > 0.02
-    work = sum(w.y[-2:])
-    assert abs(work) > 0.005
-    assert energy(c, w) == pytest.approx(first + work, rel=1e-9)  # J; tolerance times the steps
-    assert stance_foot(c, w, w.y)[1] > w.foot_z
-    assert w.levers[BASE + 1][2] == (-FOOTED.foot.ahead if edge == TOE else FOOTED.foot.behind)
-
-
-def energy(c: Any, w: Any) -> float:
-    """Kinetic and potential energy, the latter about the edge, J."""
-    linkage, q, dq = linkage_of(c, w), np.array(w.y[:3]), np.array(w.y[4:7])
-    load(linkage, w, w.y[:4], [0.0] * 4)
-    M = np.array(w.matrix)[:3, :3]
-    along, ahead = np.array(w.levers[MASS])[:3], np.array(w.levers[MASS + 1])[:3]
-    height = along @ np.cos(q + w.slope) - ahead @ np.sin(q + w.slope)
-    return 0.5 * float(dq @ M @ dq) + float(linkage.gravity * height)
 
 
 @pytest.mark.parametrize(("pulse", "sign"), [(TOE_PULSE, 1.0), (HEEL_PULSE, -1.0)])

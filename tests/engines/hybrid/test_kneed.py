@@ -1,16 +1,22 @@
-"""A swing foot with a knee that meets the ground and cannot take the robot over: it slides, and strikes faces."""
+"""Swing feet with knees: which touchdowns take the robot over; others slide, and strike faces."""
 
 import math
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from simulations import hybrid_simulation
+from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
-from mjbiped import KneedBiped, Terrain
-from mjbiped.dynamics.modes import FREE, LOCKED
+import mjbiped
+from mjbiped import KneedBiped, RoundKneed, Terrain
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
+from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.guards import on_its_segment
+from mjbiped.engines.hybrid.impacts import slide_on
 from mjbiped.engines.hybrid.motion import enter_mode, rates
-from mjbiped.engines.hybrid.resets import note_face
+from mjbiped.engines.hybrid.resets import lands, note_face
+from mjbiped.engines.hybrid.state import Constants, State
+from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
 Array = NDArray[np.float64]
@@ -110,3 +116,116 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
     assert simulation.outcome is Outcome.FINISHED
     touched = simulation.recorder.touchdowns()
     assert 0.0 < touched["knee_strike"][0] == touched["time"][0] < 1e-3
+
+
+H = 1e-6
+
+
+def bend(c: Constants, w: State, locked: int, bent: float) -> None:
+    """Let the robot stand on a leg that is bent so far, rad, with its swing knee locked or free."""
+    w.locked, w.stance_flexion = locked, bent
+    bend_stance_knee(w, c.upper, c.lower, bent)
+    enter_mode(c, w)
+
+
+def rise_of_the_old_foot(robot: KneedBiped, q: np.ndarray, dq: np.ndarray, bent: float) -> float:
+    """Rate at which the foot that stood leaves the new stance foot upwards after the impact, m/s."""
+    after = robot.rates_after_touchdown(q, dq, bent)  # of the leg that struck, and of the other one
+    _, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
+    segments = np.array([q[0] + lean, q[0] + lean - bent, q[1], q[2]])
+    rates = np.array([after[1], after[1], after[0], after[0]])
+    ends = [robot.swing_foot(segments + side * H * rates)[1] for side in (-1, 1)]
+    return float(ends[0] - ends[1]) / (2 * H)
+
+
+@pytest.mark.parametrize("robot", [KneedBiped(), UNEQUAL])
+def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: KneedBiped) -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
+    c, w, draw = simulation.constants, simulation.state, np.random.default_rng(1)
+    w.foot_x, seen = 0.4, []
+    for _ in range(400):
+        # the swing leg is ahead of the other one, or behind it, and comes down at any rates
+        bent, flexion = draw.choice([0.0, draw.uniform(0.05, 0.8)]), draw.choice([0.0, draw.uniform(0.05, 0.8)])
+        line, thigh = draw.uniform(-0.1, 0.5), draw.uniform(-0.7, 0.2)
+        q, dq = np.array([line, thigh, thigh + flexion]), draw.uniform(-3.0, 3.0, 3)
+        locked = flexion == 0.0
+        dq[2] = dq[1] if locked else dq[2]
+        w.y[:6] = [*q, *dq]
+        bend(c, w, LOCKED if locked else FREE, bent)
+        length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
+        ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
+        straight = locked and bent == 0.0
+        takes = ahead and (straight or rise_of_the_old_foot(robot, q, dq, bent) > 0.0)
+        assert lands(c, w) == takes
+        seen.append((ahead, ahead and straight, takes))
+    # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
+    kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
+    assert min(seen.count(kind) for kind in kinds) > 30
+
+
+EDGE = -0.45
+BACKWARDS = (-0.2, 0.201, 0.201, -2.0, 1.0, 1.0)
+"""The swing foot, 0.4 m behind the other one and barely above level ground, comes down and goes backwards."""
+SLOPE = math.radians(1.0)
+BEHIND = {
+    "down a step": Terrain((-5.0, EDGE), (-0.02, 0.0), (0.0, 0.0)),
+    "down a slope": Terrain((-5.0, EDGE), (-math.tan(SLOPE) * (5.0 + EDGE), 0.0), (-SLOPE, 0.0)),
+    "up a slope": Terrain((-5.0, EDGE), (math.tan(SLOPE) * (5.0 + EDGE), 0.0), (SLOPE, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", BEHIND)
+def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(name: str) -> None:
+    ground = BEHIND[name]
+    simulation = hybrid_simulation(ground, BACKWARDS, sample_period=1e-3, steps=1)
+    simulation.go()
+    feet = KneedBiped().limbs(simulation.recorder.samples()["qpos"])[:, 1, -1]
+    above = feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+    assert above.min() > -1e-7  # ground that a foot slides on is met again at 1e-8 m below it
+    before = np.flatnonzero((feet[:, 0] > EDGE) & (above < 1e-9))
+    beyond = np.flatnonzero(feet[:, 0] < EDGE)
+    assert len(before) > 5
+    assert beyond[0] == before[-1] + 1  # it slid up to the edge
+    assert above[beyond[0]] == pytest.approx(-ground.height_at(EDGE - 1e-9) if name == "down a step" else 0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("place", "segment"), [(-0.5, 0), (-0.1, 2)])
+def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segment: int) -> None:
+    """Of level ground, of which the one in the middle reaches from -0.4 m to -0.2 m, higher than the others."""
+    ground = Terrain((-5.0, -0.4, -0.2), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0))
+    simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
+    c, w = simulation.constants, simulation.state
+    w.sliding, w.slid_segment = True, 1
+    for inside in (-0.4, -0.3, -0.2):
+        assert on_its_segment(c, w, foot_at(inside, 0.01))
+    w.y[:3] = foot_at(place, 0.005)
+    assert not on_its_segment(c, w, w.y)
+    slide_on(c, w)
+    assert (w.outcome, w.impulse_along, w.impulse_normal) == (0, 0.0, 0.0)
+    assert (w.sliding, w.slid_segment, w.landing) == (False, -1, segment)
+
+
+def foot_at(x: float, z: float) -> list[float]:
+    """Angles of a robot on level ground, its knee bent, whose swing foot is at x, z."""
+    line = -0.3
+    way = np.array([math.sin(line), math.cos(line)]) - [x, z]
+    lean, half = math.atan2(*way), math.acos(np.hypot(*way) / KneedBiped().leg_length)  # of two links of equal length
+    return [line, lean - half, lean + half]
+
+
+@pytest.mark.parametrize("robot", [KneedBiped(gravity=400.0), KneedBiped(gravity=400.0, sole=(0.05, 0.15))])
+def test_knees_stand_where_nothing_moves_them(robot: Robot) -> None:
+    """The ground stopped a foot that no motion of the legs could move along the ground's normal: 0 / 0."""
+    walk = mjbiped.walk(Plain(), Terrain.random(seed=1), robot=robot, engine="hybrid", initial="rest", steps=3)
+    assert (walk.outcome, walk.steps) == ("stalled", 0)
+    assert not walk.samples["q"].any()
+    assert not walk.samples["dq"].any()
+
+
+def test_a_foot_beside_the_other_one_has_not_struck_the_ground_ahead() -> None:
+    """On round feet it was ahead by rounding, and the robot was said to have fallen at once."""
+    run = hybrid_run(Plain(), Terrain.incline(-3.0), robot=RoundKneed(), q=(0.0,) * 3, dq=(0.0,) * 3)
+    run.state.pause = 500
+    advance(run.constants, run.state)
+    assert run.ended is Outcome.WALKING
+    assert -0.1 < run.state.y[0] < -1e-4  # it begins to fall backwards

@@ -47,16 +47,8 @@ def interrupted_after(seconds: float, error: type[BaseException] = KeyboardInter
         signal.signal(signal.SIGALRM, before)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("robot", "torque"),
-    [
-        (mjbiped.Compass(), 10.0),
-        (mjbiped.Compass(hip_mass=10.0, leg_inertia=0.0), 100.0),
-        (mjbiped.Compass(lower_length=0.2, upper_length=0.1, gravity=1.62), 1e5),
-    ],
-)
-def test_torque_that_switches_without_end_is_unresolved(robot: mjbiped.Compass, torque: float) -> None:
+def test_torque_that_switches_without_end_is_unresolved() -> None:
+    robot, torque = mjbiped.Compass(), 10.0
     with interrupted_after(60.0, TimeoutError):  # some 0.5 s; it once never ended
         walk = mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
     assert (walk.outcome, walk.fell) == ("unresolved", False)
@@ -116,27 +108,6 @@ def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> Non
     assert walk.outcome == "interrupted"
     assert walk.steps > 0
     assert walk.end[0] >= walk.touchdowns["time"][-1]
-
-
-@pytest.mark.compiled
-def test_compiled_walks_in_threads_can_be_interrupted(controller: AdaptiveController) -> None:
-    mjbiped.walk(controller, Terrain.level(), engine="hybrid", steps=1)
-    # on a busy machine plans take half a second, in which Ctrl-C would break off the tests
-    started = time.perf_counter()
-    with interrupted_after(1.0), pytest.raises(mjbiped.WalksInterrupted) as caught:
-        mjbiped.walk_many(
-            stiff(controller),
-            [Terrain.level()] * 2,
-            engine="hybrid",
-            steps=100_000,
-            sample_period=None,
-            workers=2,
-        )
-    assert time.perf_counter() - started < 4.0
-    for walk in caught.value.walks:
-        assert isinstance(walk, mjbiped.Walk)
-        assert walk.outcome == "interrupted"
-        assert walk.steps > 0
 
 
 def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,17 +18,6 @@ def hybrid(controller: Controller, terrain: Terrain, **arguments: Any) -> mjbipe
     return mjbiped.walk(controller, terrain, engine="hybrid", **arguments)
 
 
-def test_derived_class_is_not_ignored(controller: AdaptiveController) -> None:
-    """A subclass that changes a law must not be walked by the laws of its base."""
-
-    class Limp(AdaptiveController):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, 0.0, 0.0, 0.0
-
-    walk = hybrid(Limp(controller.robot, controller.gait), Terrain.incline(2.0), steps=2)
-    assert not walk.samples["torque"].any()
-
-
 def test_tolerance_converges(controller: AdaptiveController, gait: mjbiped.Gait) -> None:
     """Closed loop, re-planned after every step: a thousand times the accuracy changes nothing that matters."""
     ends = []

@@ -3,24 +3,17 @@
 import copy
 import re
 import textwrap
-import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-from golden_walks import GROUNDS, ROBOTS
 from simulations import put, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.envs.tasks import WalkTask
-from mjbiped.envs.walkers import Walkers
-from mjbiped.records.columns import index_of, tables_of
 from mjbiped.rules.termination import Outcome
 
 Terrain = mjbiped.Terrain
@@ -37,43 +30,10 @@ def test_example_of_the_docstring_runs() -> None:
     """As it stands, with the names that a reader has imported."""
     example = re.search(r"```python\n(.*?)```", Simulation.__doc__ or "", re.DOTALL)
     assert example
-    names: dict[str, Any] = {name: globals()[name] for name in ("AdaptiveController", "mjbiped", "mujoco", "np")}
+    names: dict[str, Any] = {"AdaptiveController": AdaptiveController, "mjbiped": mjbiped, "mujoco": mujoco, "np": np}
     exec(textwrap.dedent(example[1]), names)
     assert names["simulation"].data.time > 0.1
     assert names["simulation"].outcome is Outcome.WALKING
-
-
-EVERY: dict[str, tuple[str, str]] = {
-    "compass": ("adaptive", "level"),
-    "sole": ("adaptive", "mixed"),
-    "kneed": ("adaptive", "mixed"),
-    "footed": ("supervised", "level"),
-    "boxes": ("supervised", "level"),
-    "round": ("passive", "2 down"),
-    "round kneed": ("passive", "2 down"),
-    "wheel": ("passive", "8 down"),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-@pytest.mark.parametrize("name", EVERY)
-def test_plain_steps_drive_every_robot(name: str) -> None:
-    """Contacts are as the step before says: what that makes in six steps of a walk, against steps of stages."""
-    robot, (law, place) = ROBOTS[name], EVERY[name]
-    ground = GROUNDS[place]
-    controller = make_controller(law, robot, {})
-    simulation = mjbiped.Mujoco().simulation(controller, ground, steps=6, robot=robot)
-    with simulation.callbacks():
-        while not simulation.over:
-            steps(simulation, 100)
-    walk = mjbiped.walk(controller, ground, engine=mjbiped.Mujoco(**PLAIN), robot=robot, steps=6)
-    assert (simulation.outcome, walk.outcome, walk.steps) == (Outcome.FINISHED, "finished", 6)
-    rows = simulation._buffers[1][:6]
-    first = index_of(tables_of(type(robot)).touchdowns, "dq")
-    rates = rows[:, first : first + len(robot.angles)]
-    np.testing.assert_allclose(rows[:, 0], walk.touchdowns["time"], rtol=0, atol=5e-4)
-    np.testing.assert_allclose(rates, walk.touchdowns["dq"].reshape(rates.shape), rtol=0, atol=2e-3)
 
 
 @pytest.mark.compiled
@@ -212,72 +172,6 @@ def test_nested_simulations_are_both_driven(compile: bool, controller: AdaptiveC
         for simulation in (inner, other):
             steps(simulation, 300)
     assert state_of(alone) == state_of(outer) == state_of(inner) == state_of(other)
-
-
-@pytest.mark.compiled
-def test_walks_of_many_gains_in_threads_are_as_alone(controller: AdaptiveController) -> None:
-    gains = (5.0, 3.0, 8.0)
-    alone, together = (
-        [started(replace(controller, position_gain=gain), LEVEL, compile=True, **PLAIN) for gain in gains]
-        for _ in range(2)
-    )
-    for simulation in alone:
-        with simulation.callbacks():
-            steps(simulation, 2000)
-    with together[0].callbacks(), together[1].callbacks(), together[2].callbacks():
-        threads = [threading.Thread(target=steps, args=(simulation, 2000)) for simulation in together]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-    ends = [state_of(simulation) for simulation in together]
-    assert ends == [state_of(simulation) for simulation in alone]
-    assert len(set(ends)) == 3
-
-
-def in_threads(*calls: Callable[[], object]) -> None:
-    threads = [threading.Thread(target=call) for call in calls]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-
-
-def test_walks_in_python_in_threads_are_as_alone(controller: AdaptiveController) -> None:
-    """They go on beside each other."""
-    walks: list[mjbiped.Walk] = []
-
-    def walk() -> None:
-        walks.append(mjbiped.walk(controller, LEVEL, steps=1))
-
-    in_threads(walk, walk)
-    walk()
-    assert walks[0] == walks[1] == walks[2]
-
-
-def walkers(threads: int = 1, count: int = 2) -> Walkers:
-    made = Walkers(WalkTask("walk_level", residual=True), count, threads=threads)
-    for index in range(count):
-        made.begin(index, np.random.default_rng(index))
-    return made
-
-
-def test_rows_and_walks_go_on_within_and_between_each_other(controller: AdaptiveController) -> None:
-    alone, made = walkers(), walkers()
-    for _ in range(3):
-        alone.step()
-    simulation = started(controller, LEVEL, **PLAIN)
-    with simulation.callbacks():
-        steps(simulation, 10)
-        made.step()
-        steps(simulation, 10)
-    made.step()
-    assert mjbiped.walk(controller, LEVEL, steps=1, sample_period=None).outcome == "finished"
-    made.step()
-    assert simulation.state.time == pytest.approx(19e-4)
-    np.testing.assert_array_equal(made.felt, alone.felt)
-    for each in (alone, made):
-        each.close()
 
 
 class Constant(Controller):

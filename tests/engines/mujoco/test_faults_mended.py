@@ -7,17 +7,15 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from simulations import make_simulation, put, started, state_of
+from simulations import put, started, state_of
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, PassiveController, SupervisedController
-from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZED, SQUEEZING_WORDS
-from mjbiped.robots.robot import Robot
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 
 SOLE = (0.12, 0.12)
 FLAT = mjbiped.Compass(sole=SOLE)
 LEVEL = mjbiped.Terrain.level()
-ROBOTS = (mjbiped.KneedBiped(), mjbiped.FootedCompass(), mjbiped.FootedCompass(underside="box"))
 PLAIN: dict[str, Any] = {"lands": False, "timestep": 1e-4}
 both = pytest.mark.parametrize("compile", [pytest.param(True, marks=pytest.mark.compiled), False])
 
@@ -42,17 +40,6 @@ def test_a_pad_that_comes_down_along_a_riser_is_not_gripped() -> None:
     assert SQUEEZING_WORDS not in walk.settings["warnings"]
     assert walk.settings["warnings"][INTRUSION_WORDS] == 1  # the step's edge stands beside the toe
     assert walk.touchdowns["intrusion"][0] == pytest.approx(0.008, abs=2e-4)
-
-
-@pytest.mark.slow
-def test_over_that_riser_it_walks_as_the_hybrid_engine_does() -> None:
-    """The third foothold is the one beside the riser."""
-    ground = mjbiped.Terrain.from_segments([(1.298, 0.0, 0.0), (8.0, 0.0, 0.008)])
-    robots = {"mujoco": mjbiped.FootedCompass(sole=SOLE), "hybrid": FLAT}
-    walks = {name: mjbiped.walk(supervised(each), ground, engine=name, steps=7) for name, each in robots.items()}
-    assert {walk.outcome for walk in walks.values()} == {"finished"}
-    np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], atol=1e-3)
-    assert walks["mujoco"].touchdowns["contact_force"].max() < SQUEEZED * FLAT.weight
 
 
 def test_a_box_with_an_edge_beside_its_ankle_stands() -> None:
@@ -81,38 +68,12 @@ def test_a_foot_slaps_in_both_engines_on_ground_of_another_slope(change: float, 
     assert here.touchdowns["slap"][0] > 0.01
 
 
-def test_a_level_walk_has_no_ground_inside_its_feet() -> None:
-    robot = mjbiped.FootedCompass(sole=SOLE)
-    walk = mjbiped.walk(supervised(robot), LEVEL, engine="mujoco", steps=2)
-    assert not walk.touchdowns["intrusion"].any()
-    assert walk.settings["warnings"] == {}
-
-
 def test_states_of_a_controller_have_no_bias() -> None:
     """They are integrated by the mean of both ticks' rates; by the earlier one alone 0.0248 degrees, and 0.04 mm."""
     law = BoundedAnkleController(FLAT, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
     walks = {name: mjbiped.walk(law, LEVEL, engine=name, steps=4) for name in ("mujoco", "hybrid")}
     assert np.abs(walks["mujoco"].samples["slope_estimate"]).max() < math.radians(0.002)
     np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], rtol=0, atol=2e-5)
-
-
-@pytest.mark.parametrize(
-    "robot", [mjbiped.KneedBiped(), mjbiped.FootedCompass(), mjbiped.FootedCompass(underside="box")]
-)
-@pytest.mark.parametrize("ground", ["heightfield", "boxes"])
-def test_mujocos_memory_is_far_from_full(robot: Robot, ground: str) -> None:
-    """With all feet in all ground of as many segments as a scene may have: an error of MuJoCo's ends the process."""
-    rest, terrain = [0.0] * len(robot.angles), mjbiped.Terrain.treads(seed=1, tread=0.05, deviation=0.01, length=2)
-    simulation = make_simulation(
-        PassiveController(), terrain, robot=robot, q=rest, dq=rest, ground=ground, compile=False, **PLAIN
-    )
-    model, data = simulation.model, simulation.data
-    model.geom_contype[:] = model.geom_conaffinity[:] = 15
-    for _ in range(5):
-        data.qpos[1] -= 1e-3
-        mujoco.mj_forward(model, data)
-    assert data.maxuse_con > 0
-    assert data.maxuse_arena < 0.01 * model.narena
 
 
 @both
@@ -144,15 +105,6 @@ def test_what_no_state_holds_is_not_taken_from_another_one(compile: bool) -> Non
             mujoco.mj_step(each.model, each.data)
     assert other.state.qacc[:] == one.state.qacc[:]
     assert (one.state.force > 0.0, other.state.force) == (True, 0.0)
-
-
-@both
-def test_a_walk_whose_data_were_reset_makes_no_steps(compile: bool, controller: AdaptiveController) -> None:
-    """They divided by the length of a step that had not been planned."""
-    simulation = started(controller, LEVEL, compile=compile)
-    simulation.advance(3)
-    mujoco.mj_resetData(simulation.model, simulation.data)
-    assert simulation.advance(3) == 0
 
 
 @pytest.mark.compiled

@@ -1,4 +1,4 @@
-"""Feet that are bodies in MuJoCo: when they stand, what they tell, how they are held, and walks on them."""
+"""What MuJoCo's feet feel, how that is averaged, and feet that are bodies: when they stand, and how they are held."""
 
 import math
 from types import SimpleNamespace
@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from simulations import started
+from standing import begun, constants, standing_at
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.engines.mujoco import feet
 from mjbiped.engines.mujoco.constants import sole_angle
+from mjbiped.engines.mujoco.feet import Felt, felt
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
@@ -23,17 +27,6 @@ SHORT = 1e-4  # s: the engine's longest step with feet
 def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
     law = BoundedAnkleController(robot, GAIT)
     return mjbiped.walk(law, ground, engine="mujoco", steps=steps, **more)
-
-
-@pytest.mark.slow
-def test_a_change_of_slope_lets_the_foot_slap() -> None:
-    ground = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (5.0, 3.0, 0.0)])
-    walk = on(ground, steps=3)
-    slaps, slopes = walk.touchdowns["slap"], walk.touchdowns["slope"]
-    changed = int(np.argmax(slopes > 0.02))
-    assert slopes[changed] == pytest.approx(math.radians(3.0), abs=1e-3)
-    assert slaps[changed] == slaps.max() > 1e-3
-    assert slaps[changed + 1] < 1e-3  # the foot is held parallel to the new ground by then
 
 
 def test_a_foot_on_an_edge_tells_no_slope_unless_the_next_one_says_the_same() -> None:
@@ -94,3 +87,99 @@ def test_a_law_is_told_what_the_record_tells(engine: str, delay: float) -> None:
     assert walk.touchdowns["slope_estimate_before"].tolist() == [0.0]
     np.testing.assert_array_equal(walk.touchdowns["slope_estimate"], walk.touchdowns["support_behind"])
     np.testing.assert_allclose(walk.touchdowns["support_behind"], 0.11, atol=1e-4)
+
+
+forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
+slots = st.lists(st.tuples(st.booleans(), st.floats(-0.7, 0.7), forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
+
+
+def reading(found: bool, tilt: float, force: tuple[float, float], distance: float) -> list[float]:
+    """A slot as MuJoCo fills it: force in the contact's frame, of which the lateral axis is the second."""
+    normal = [math.sin(tilt), 0.0, -math.cos(tilt)]
+    return [float(found), force[0], 17.0, force[1], distance, 0.0, 0.0, 0.0, *normal]
+
+
+def felt_in(readings: list[float], before: int = 0, q: tuple[float, float] = (0.0, 0.0), sole: int = -1) -> Felt:
+    """What a foot under a straight leg feels whose readings begin behind others."""
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    c: Any = SimpleNamespace(slots=len(readings) - before)
+    u: Any = SimpleNamespace(q=[*q, 0.0, 0.0])
+    return felt(c, u, readings, leg)
+
+
+@given(slots, st.integers(0, 3))
+@settings(deadline=None, derandomize=True)
+def test_forces_of_all_contacts_are_added_as_vectors(
+    contacts: list[tuple[bool, float, tuple[float, float], float]], before: int
+) -> None:
+    """The third axis of a contact's frame is the cross product of the other two: the normal and the lateral axis."""
+    readings = [9.0] * before + [number for contact in contacts for number in reading(*contact)]
+    found = felt_in(readings, before)
+    touching = [contact for contact in contacts if contact[0]]
+    total = np.zeros(3)
+    for _, tilt, (pressed, rubbed), _ in touching:
+        normal = np.array([math.sin(tilt), 0.0, -math.cos(tilt)])
+        total += pressed * normal + rubbed * np.cross(normal, [0.0, 1.0, 0.0])
+    assert [found.forward, -found.downward] == pytest.approx(total[[0, 2]].tolist(), abs=1e-12 * 1e3)
+    assert found.pressure == pytest.approx(sum(contact[2][0] for contact in touching))
+    assert found.depth == max([0.0, *(-contact[3] for contact in touching)])
+    assert (found.ground, found.face) == (bool(touching), False)
+
+
+def test_a_face_presses_and_is_no_ground() -> None:
+    """Its forces are none of the ground's, and its depth neither."""
+    face = reading(True, math.radians(91.0), (50.0, 20.0), -1e-3)
+    tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
+    assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
+    assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
+
+
+def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
+    """Of contacts on level ground, by place ahead of the ankle, normal force, and friction; an empty slot is old."""
+    data: list[float] = []
+    for found, x, force, friction in ((1.0, -0.1, 30.0, 5.0), (1.0, 0.12, 70.0, -9.0), (0.0, 0.5, 11.0, 13.0)):
+        data += [found, force, 0.0, friction, -1e-6, 0.3 + x, 0.0, 0.1, 0.0, 0.0, -1.0]
+    borne = felt_in(data, q=(0.3, 0.1), sole=3)
+    assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
+    assert borne.behind == pytest.approx(0.1)
+    assert borne.ahead == pytest.approx(0.12)
+    assert borne.shear == pytest.approx(-4.0)
+
+
+def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
+    """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
+    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
+    u.effective_step, u.torque[0] = 1e-3, 4.0
+    count = math.ceil(c.averaged / 1e-3 - 1e-9)
+    forces = [60.0 + 2.0 * k for k in range(count - 1)]
+    for force in [*forces, 0.0]:
+        u.force = force
+        feet.weigh(c, u, u.torque[0])
+    assert u.normal_force == math.inf  # it ends out of contact: not yet
+    u.force = 100.0
+    feet.weigh(c, u, u.torque[0])
+    average = (sum(forces) + 100.0) / (count + 1)
+    assert u.normal_force == pytest.approx(average)
+    assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
+    assert sum(u.pressure[2:]) == pytest.approx((count + 1) * 1e-3)
+    assert u.stretch == u.impulse == u.ankle_impulse == 0.0
+    u.force = 0.0
+    for k in range(math.ceil(c.airborne / 1e-3 - 1e-9)):
+        assert u.normal_force > 0.0, k
+        feet.weigh(c, u, u.torque[0])
+    assert u.normal_force == 0.0
+
+
+def test_friction_counts_that_lasts() -> None:
+    """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
+    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
+    for step, ratio, expected in (
+        (1e-5, 0.8, 0.0),
+        (1e-3, 0.3, 0.3),
+        (1e-3, 0.4, 0.4),
+        (1e-3, 0.2, 0.4),
+        (1e-5, 0.8, 0.4),
+    ):
+        u.effective_step, u.ratio = step, ratio
+        feet.weigh(c, u, u.torque[0])
+        assert u.friction == expected

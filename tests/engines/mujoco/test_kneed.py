@@ -9,7 +9,7 @@ import pytest
 from simulations import started
 
 import mjbiped
-from controllers import KneedController, PassiveController
+from controllers import PassiveController
 from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.state import State
@@ -25,30 +25,11 @@ def walked(steps: int, terrain: mjbiped.Terrain | None = None, **settings: Any) 
     return mjbiped.walk(PassiveController(), ground, robot=ROBOT, engine=engine, steps=steps, **settings)
 
 
-def test_a_torque_that_is_no_number_is_named() -> None:
-    class Broken(Unpowered):
-        def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
-            return 0.0, math.nan if t > 0.02 else 0.0, 0.0
-
-    found = mjbiped.walk(Broken(), mjbiped.Terrain.incline(2.5), robot=ROBOT, engine="mujoco", steps=1)
-    assert found.outcome == "diverged"
-    assert any("Broken.torque gives nan for the hip torque at t = 0.02 " in text for text in found.warnings)
-
-
 class Constant(Unpowered):
     """Torques too small to matter."""
 
     def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
         return 1e-6, 2e-6, 1e-7
-
-
-def test_motors_hold_their_torques_between_ticks_and_not_those_of_other_joints() -> None:
-    """At the touchdown the ankle and the knee are other ones, and the hip's torque is between the legs in new roles."""
-    samples, _, touchdown, tick = constant(control_period=0.25)
-    held = samples["torque"][(samples["time"] > touchdown - 1e-9) & (samples["time"] < tick - 1e-9)]
-    assert len(held) > 20
-    np.testing.assert_array_equal(held, np.tile([0.0, -2e-6, 0.0], (len(held), 1)))
-    assert not samples["torque"][samples["locked"] == 1, 2].any()
 
 
 def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
@@ -98,18 +79,6 @@ def test_a_stubbed_toe_is_physics() -> None:
     assert inside[~edge].max() < 1e-4
 
 
-LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
-
-
-@pytest.mark.slow
-def test_a_walk_goes_on_after_a_stub() -> None:
-    """The toe, whose knee is bent, strikes the ground beside the stance foot and behind it."""
-    ground = mjbiped.Terrain.from_segments([(0.9, 0.0, 0.0), (20.0, 0.0, 0.05)])
-    found = mjbiped.walk(LAW, ground, engine="mujoco", steps=8)
-    assert found.outcome == "finished"
-    assert found.touchdowns["stubs"].sum() > 0
-
-
 def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> None:
     """Contact steps lead it to the face; in such steps alone, the way down would take six thousand of them."""
     controller = make_controller("adaptive", ROBOT, {})
@@ -145,12 +114,6 @@ def test_steps_that_lead_to_a_gap() -> None:
         assert left == pytest.approx(0.0, abs=1e-9)  # the shortest step
         assert lengths.following == 1e-5
         assert steps < 20
-
-
-def test_the_sooner_gap_decides() -> None:
-    short, long = Lengths(1e-4, 1e-5, True), Lengths(3e-4, 1e-3, True)
-    assert sooner(long, short, 1e-3) == sooner(short, long, 1e-3) == short
-    assert sooner(Lengths(1e-3, 1e-4, False), Lengths(2e-4, 1e-3, False), 1e-3) == Lengths(2e-4, 1e-4, False)
 
 
 def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> None:

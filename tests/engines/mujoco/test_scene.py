@@ -71,12 +71,6 @@ def test_auto_chooses_plane_boxes_and_heightfields() -> None:
     assert kinds["mixed"] == {"mjGEOM_BOX", "mjGEOM_HFIELD"}
 
 
-def test_massless_parts_get_what_the_compiler_needs() -> None:
-    model = scene_of(TERRAINS["level"], robot=mjbiped.Compass(hip_mass=0.0, leg_inertia=0.0)).model
-    assert 0.0 < model.body("hip").mass[0] <= 1e-4
-    assert 0.0 < model.body("left_leg").inertia[1] <= 1e-9
-
-
 def test_risers_are_frictionless_and_foremost() -> None:
     terrain = mjbiped.Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 0.0, 0.03), (2.0, 0.0, -0.03)])
     model = scene_of(terrain).model

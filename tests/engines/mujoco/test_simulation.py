@@ -67,18 +67,6 @@ def test_a_law_that_raises_of_itself_runs_in_python() -> None:
         mjbiped.walk(with_torque(late_error, in_python=True), Terrain.incline(2.0), steps=1)
 
 
-@pytest.mark.compiled
-def test_a_method_of_the_object_itself_is_called() -> None:
-    def torque(memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        return 0.0, 1.0
-
-    controller = PassiveController()
-    object.__setattr__(controller, "torque", torque)
-    simulation = started(controller, Terrain.mixed())
-    simulation.advance(1)
-    assert simulation.data.ctrl[2] == 1.0
-
-
 def test_forward_calls_between_steps_change_nothing(controller: AdaptiveController) -> None:
     """Bitwise, about touchdowns too: whoever looks at the robot may ask MuJoCo where its parts are."""
     plain, disturbed = (started(controller, Terrain.mixed(), steps=2) for _ in range(2))
@@ -122,18 +110,6 @@ def test_resumes_bitwise_from_any_moment(name: str, controller: AdaptiveControll
     assert not whole.over
     assert len(saved) >= 6
     assert_resumes(saved, length, whole, build)
-
-
-def test_swing_foot_passes_until_armed_and_strikes_risers() -> None:
-    """A riser within the rule's reach is passed as if it were not there; one beyond it is struck, and counted."""
-    near = Terrain.from_segments([(0.10, 2.0), (10.0, 2.0, 0.012)])
-    far = Terrain.from_segments([(0.30, 2.0), (10.0, 2.0, 0.05)])
-    walked = mjbiped.walk(PassiveController(), near, steps=1)
-    assert walked.touchdowns["strikes"].sum() == 0
-    struck = mjbiped.walk(PassiveController(), far, steps=1)
-    # after the face impact the foot slides down the face: a touchdown before the riser, less than a step ahead
-    assert struck.touchdowns["strikes"][0] == 1
-    assert struck.touchdowns["x"][0] < 0.30
 
 
 def test_lifted_leg_has_no_ankle_torque_between_ticks(controller: AdaptiveController) -> None:

@@ -1,0 +1,228 @@
+"""What no command takes is refused before anything is computed: status 2, one line that names it, and no file."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from command_line import assert_refused, run
+from time_limits import within
+
+from mjbiped.utils.files import LONGEST
+
+GREAT = "9" * 400
+
+REFUSED = {
+    # numbers and words outside their domains
+    "walk random --seed -1": "'-1'; expected a whole number from 0",
+    "walk --leg-mass 0": "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg",
+    "walk --gravity nan": "'--gravity'",
+    "walk --replanning-delay 1.01": "expected a number from 0.001 to 1 gait periods, or 'none'",
+    "walk --replanning-delay never": "gait periods, or 'none'",
+    "walk --initial-slope-estimate-deg 90": "expected a number from -89.95 to 89.95 degrees",
+    "walk --controller passivity --gain 3": "expected NAME=VALUE",
+    "walk --controller passivity --slope-source map": "'--slope-source'",
+    "walk --steps 0": "'--steps'",
+    "walk --steps 1.5": "'--steps'",
+    "walk --distance 0": "'--distance': '0'; expected a number from 1e-06",
+    "walk --engine bullet": "'--engine'",
+    "walk --initial run": "'gait', 'rest' or four numbers",
+    "walk --initial 1,2,3": "an initial state is four finite numbers",
+    "walk --timestep 0.1": "expected a number from 1e-06 to 0.004 s",
+    "walk --video-size 641x480": "even pixels",
+    "walk --video-size large": "even pixels",
+    "walk --slow-motion 0": "a number from 0.01 to 100",
+    "walk --camera moon": "'--camera'",
+    "walk --gains 3": "--gains",
+    "walk level mixed": "unexpected extra argument",
+    "walk --hide ghost,torques": "valid are torque, force",
+    "walk --flag contactpoints": "did you mean 'contactpoint'?",
+    "walk --start 2 --stop 1": "--start 2 comes after --stop 1; swap them",
+    "walk --sole 0.1,0.1,0.1": "'--sole': '0.1,0.1,0.1'; expected one distance from 0 to 1000 m, or two, behind",
+    "walk --push 2": "expected TIME:IMPULSE",
+    "walk --model-error leg_mass": "expected NAME=FACTOR",
+    f"walk --disturb delay={GREAT}": "delay",
+    f"walk --gain replanning_threshold={GREAT}": "replanning_threshold",
+    f"walk --steps {GREAT}": "--steps",
+    f"walk --push {GREAT}:1": "--push",
+    f"walk --reference clearance={GREAT}": "clearance",
+    # grounds
+    "walk marsh": "unknown terrain 'marsh'",
+    "walk stairs:depth=1": "depth",
+    "walk stairs:rise": "expected key=value",
+    "walk trail.xlsx": "unknown suffix",
+    "walk none.csv": "there is no such file",
+    "walk incline:slope_deg=50": "steeper than the robot can stand on",
+    "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, recorded",
+    "walk random:seed=1 --seed 2": "contradicts",
+    # controllers and their settings
+    "walk --controller pasive": "did you mean 'passive'?",
+    "walk --controller spread.py:HipSpred": "did you mean 'HipSpread'",
+    "walk --controller gone.py:HipSpread": "there is no such file",
+    "walk trail.csv --controller spread.py:HipSpread --gain stifness=1": "did you mean 'stiffness'?",
+    "walk trail.csv --controller spread.py:HipSpread --gain spread=wide": "spread = 'wide': must be a finite",
+    "walk trail.csv --controller imitating.py:Imitating --position-gain 1": "Imitating 'position_gain'",
+    "walk level --controller spread.py:HipSpread": 'give initial="rest" (--initial rest)',
+    "walk --imitate-slope-deg -1": "no passive gait on a slope of -1 degrees",
+    "walk level --controller passive": "no passive gait on a slope of 0 degrees",
+    "walk --controller passive --position-gain 5": "controller passive 'position_gain'",
+    "walk --controller limit-cycle --estimate-update": "controller limit-cycle 'estimate_update'",
+    "walk --controller library --slope-source local": "unknown setting of",
+    "walk --controller energy-constraint --gain mu=2": "gain=5.0, ratio=-2.3, singular_band=0.1",
+    "walk --controller passivity --gain gain=0": "gain = 0.0: must be from 1e-06",
+    "walk --position-gain 3 --gain position_gain=3": "--position-gain is given, too; give one of them",
+    "walk --reference height=1": "valid are speed, clearance, retraction, torque_limit, friction",
+    "walk --reference clearance=-1": "clearance = -1.0: must be",
+    "walk --reference clearance=0.1 --imitate-slope-deg 3": "give one of them",
+    "walk --reference clearance=0.1 --controller kinetic-energy": "needs a passive gait",
+    # robots
+    "walk --robot knee": "unknown robot 'knee'",
+    "walk --robot none.toml": "there is no such file",
+    "walk --robot none.xml": "--robot 'none.xml': there is no such file",
+    "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
+    "walk --robot odd.toml": "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'",
+    "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round; kneed has no such thing",
+    "walk --robot wheel --spokes 4": "'--spokes': '4'; expected a whole number from 5 to 100",
+    "walk --robot kneed --thigh-centre 0.6": "thigh_centre = 0.6: must lie on the link",
+    "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
+    "walk --model-error leg_mass=1 --model-error leg_mass=1": "a name is given twice",
+    # engines
+    "walk --control-period 1.5e-4": "multiple of the timestep",
+    "walk --engine hybrid --no-lands": "--no-lands is for --engine mujoco; hybrid has no such thing",
+    "walk --engine hybrid --timestep 1e-4": "--timestep is for --engine mujoco; hybrid has no such thing",
+    "walk level --stance-knee motor": 'stance_knee = "motor" needs a robot with knees',
+    "compare level --engine hybrid": "No such option",
+    "compare levle": "level",
+    # files to write
+    "walk --out walk.mat": "'walk.mat' must end in .npz",
+    "walk --plot walk.bmp": "must end in .png or .pdf or .svg",
+    "walk --video walk.avi": "must end in .mp4 or .gif",
+    "compare level --out walk.txt": "must end in .npz",
+    "walk --out nowhere/walk.npz": "there is no folder 'nowhere'",
+    "walk --out bare.toml/walk.npz": "there is no folder",
+    f"walk --plot {'x' * 300}.png": "cannot be written",
+    "walk --out /proc/self/walk.npz": "cannot be written",
+    # records to read
+    "render none.npz": "there is no such file",
+    "render broken.npz": "no walk's record",
+    "render walk.npz walk.avi": "must end in .mp4 or .gif",
+    "render walk.npz --no-video": "--no-video needs a --plot",
+    "render walk.npz --plot walk.png --panels torqe": "did you mean 'torque'",
+    "render walk.npz --plot-width column": "'page', 'double', 'single', 'slide'",
+    "stability none.npz": "there is no such file",
+    "view walk.npz --steps 3": "--steps is for walks that are made",
+    "view mixed --hide sky": "sky",
+    "view": "`mjbiped render` draws a record without one",
+    "export a b scene.xml": "2 sources are given, a and b; give one, then FILE",
+    "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
+    "export level robot.urdf": "robot.urdf is of a robot alone; leave 'level' out, or give a record",
+    "export level walk.csv": "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv",
+    "export robot.urdf --seed 3": "--seed is for scenes (.xml); robot.urdf has no such thing",
+    "export walk.npz scene.xml --robot kneed": "--robot is for a TERRAIN; the record walk.npz has no",
+    "report steps.toml": "expected is the folder of its sweep, which is steps unless",
+    "report none.npz": "there is no",
+    "report .": "holds no study.sqlite",
+    "report broken.npz": "no walk's record",
+    "report walk.npz --out page.pdf": ".html",
+    # gaits and maps
+    "gait --slope-deg 0": "no passive gait on a slope of 0 degrees",
+    "gait --robot kneed --slope-deg -1": "walks only downhill",
+    "return-map --robot kneed --scuffing-reach 0.3": "scuffing is for straight legs",
+    "bifurcation --slope-deg 3": "LOW..HIGH",
+    "bifurcation --slope-deg 3..2": "the first below the second",
+    "bifurcation --slope-deg 0..2": "slopes must be above 0",
+    "bifurcation --keep 700": "more than the 600 steps",
+    "bifurcation --slopes 40000 --keep 600": "--keep times --slopes",
+    "bifurcation --robot wheel": "no swing leg",
+    "basin --slope-deg -2": "downhill",
+    "basin --grid 1": "grid",
+    "basin --controller spread.py:HipSpread": "HipSpread imitates no gait",
+    "basin --imitate-slope-deg 3": "controller passive 'imitate_slope_deg'",
+    # studies
+    "sweep none.toml": "there is no such file",
+    "sweep steps.toml --workers 1 --scheduler tcp://x": "--workers is for this machine",
+    "reproduce --workers 0": "workers",
+    "reproduce --out bare.toml": "is a file",
+    "figures bare.toml/folder": "cannot be made: Not a directory; give another folder",
+    "compile spread.py:HipSpread": "is plain Python, of which no machine code is made",
+    "compile adaptive --clear": "--clear deletes all machine code; give it alone",
+}
+
+
+@pytest.mark.usefixtures("no_walk")
+@pytest.mark.parametrize("line", REFUSED, ids=lambda line: line[:60])
+def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    assert_refused(run(*shlex.split(line)), REFUSED[line])
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*") if "__pycache__" not in path.parts} == before
+
+
+TERRAINS = {
+    "a.csv": [("", "the file is empty"), ("0,0\n1,nan\n2,0\n", "line 2: z = nan: must be a finite number"),
+              ("0,0\n2,0\n1,0\n", "sort the rows by x"), ("0,0\n", "expected at least two rows"),
+              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at x = 0")],
+    "a.yaml": [("segments: []\n", "there are no segments")],
+    "a.toml": [("segments = [[-1, 0]]\n", "segment 1: length")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"), [(name, *each) for name, every in TERRAINS.items() for each in every]
+)
+def test_terrain_files_that_are_none(name: str, text: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    result = run("walk", tmp_path / name)
+    assert_refused(result, reason)
+    assert str(tmp_path / name) in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "extra"),
+    [
+        ("pyarrow.parquet", ("walk", "--out", "walk.parquet"), "data"),
+        ("plotly", ("report", "walk.npz"), "report"),
+        ("jinja2", ("report", "walk.npz"), "report"),
+        ("distributed", ("sweep", "steps.toml", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
+    ],
+)
+@pytest.mark.usefixtures("no_walk", "folder", "studies_in_threads")
+def test_a_missing_extra_is_named(
+    module: str, words: tuple[str, ...], extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    assert_refused(run(*words), f"which is not installed: pip install 'mjbiped[{extra}]'")
+
+
+def sparse(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(8 << 30)
+
+
+ODD: dict[str, tuple[Callable[[Path], object], str]] = {
+    "sparse": (sparse, f"is longer than {LONGEST >> 20} MiB"),
+    "pipe": (os.mkfifo, "is a device or a pipe"),
+    "folder": (Path.mkdir, "is a folder"),
+    "no text": (lambda path: path.write_bytes(b"kind = '\xff'"), ""),
+    "brackets": (lambda path: path.write_text("a = " + "[" * 100_000), ""),
+}
+
+
+@pytest.mark.parametrize(
+    "words", ["walk level --robot a.toml", "walk a.toml", "sweep a.toml", "walk --controller a.py:A"]
+)
+@pytest.mark.parametrize("kind", ODD)
+def test_files_that_nobody_means_are_refused_at_once(
+    kind: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    make, said = ODD[kind]
+    make(tmp_path / f"a.{'py' if '.py' in words else 'toml'}")
+    with within(20.0, kind):
+        assert_refused(run(*words.split()), said)

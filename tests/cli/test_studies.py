@@ -1,0 +1,246 @@
+"""`mjbiped sweep`, `reproduce`, `figures`, `report` and `export`: what they write and print, and how they end."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import click
+import mujoco
+import pytest
+from command_line import run
+
+import mjbiped
+from mjbiped.cli import export
+from mjbiped.cli.main import main
+from mjbiped.control.controller import Unpowered
+from mjbiped.exchange.ros import urdf_of
+from mjbiped.plotting.style import new_figure, save_figure
+from mjbiped.studies import run as running
+from mjbiped.studies.cell import Cell
+from mjbiped.studies.reproduction import cell as cells
+from mjbiped.studies.reproduction import figures, section_5
+from mjbiped.studies.reproduction import reproduce as whole
+from mjbiped.utils import parallel as workers
+
+STUDY = """
+engine = "hybrid"
+steps = 3
+controller = [{ name = "passive" }, { position_gain = [3, 6] }]
+terrain = { name = "incline", slope_deg = [2, -2] }
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path, studies_in_threads: None) -> Path:
+    path = tmp_path / "slopes.toml"
+    path.write_text(STUDY)
+    return path
+
+
+def test_a_sweep_leaves_table_figures_summary_and_report(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    result = run("sweep", study)
+    assert result.exit_code == 0, result.stderr
+    folder = tmp_path / "slopes"
+    assert len([*csv.DictReader((folder / "study.csv").read_text().splitlines())]) == 6
+    assert list(folder.glob("*.png"))
+    for shown in (
+        r"finished +5 +83\.3\s",
+        r"of the finished walks +\d+ % ",
+        r"cost of transport, absolute ",
+        r"controller position gain \(1/s\) +walks ",
+        r"\n 3 +2 +0\.03697 +100% ",
+        r"no passive gait on ",
+        r"best: passive, slope deg 2 \(100 % of 1 finished, median cost of transport 0\.0000, first cell 0\)\n",
+        r"6 walks in \d+\.\d s, \S+ walks/s\n",
+    ):
+        assert re.search(shown, result.stdout), shown
+    printed = json.loads(run("sweep", study, "--json").stdout)
+    assert (printed["walks"], printed["outcomes"]) == (6, {"finished": 5, "failed": 1})
+    assert (printed["walks_now"], printed["errors"][0]["first_cell"]) == (0, 1)
+    assert str(folder / "study.csv") in printed["files"]
+    assert run("report", folder).stdout == f"wrote {folder / 'report.html'}\n"
+    assert "--no-video is for the report of a walk" in run("report", folder, "--no-video").stderr
+    study.write_text(STUDY.replace("steps = 3", "steps = 4"))
+    changed = run("sweep", study)
+    assert (changed.exit_code, "study.steps was 3, is 4" in changed.stderr) == (2, True)
+    assert run("sweep", study, "--fresh", "--quiet").output == ""
+
+
+def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path: Path) -> None:
+    result = run("sweep", study, "--dry-run", "--workers", 1)
+    assert re.match(r"6 walks: about \d+ s in 1 process \(", result.stdout)
+    assert list(tmp_path.iterdir()) == [study]
+    assert json.loads(run("sweep", study, "--dry-run", "--json").stdout)["walks"] == 6
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(0.2, "1 s"), (325.0, "5 min 25 s"), (3600.0 * 30 + 60, "30 h 1 min")])
+def test_times_are_told_in_words(seconds: float, said: str) -> None:
+    from mjbiped.cli.studies import estimate_sentence
+
+    expected = {"walks": 9, "seconds": seconds, "workers": 2, "bytes": 2e6, "tried": 3}
+    assert f"9 walks: about {said} in 2 processes (beside" in estimate_sentence(expected)
+
+
+def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(running, "walk_cells", interrupted)
+    result = run("sweep", study, "--out", tmp_path / "out")
+    assert (result.exit_code, "the same command goes on" in result.stderr) == (130, True)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_not_there(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
+    monkeypatch.setattr(workers, "_PATIENCE", 1.0)
+    result = run("sweep", study, "--scheduler", "tcp://127.0.0.1:1")
+    assert (result.exit_code, "no Dask scheduler answers" in result.stderr) == (2, True)
+
+
+def test_a_sweep_over_the_limits_of_a_walk_has_columns_for_both(study: Path, tmp_path: Path) -> None:
+    """What is asked for, and the measure of the same name."""
+    study.write_text('engine = "hybrid"\nsteps = [2, 3]\ndistance = [0.5, 9]\nterrain = { name = "level" }\n')
+    assert run("sweep", study).exit_code == 0
+    rows = list(csv.DictReader((tmp_path / "slopes" / "study.csv").read_text().splitlines()))
+    found = [(row["limit.steps"], row["limit.distance"], row["steps"]) for row in rows]
+    assert found == [("2", "0.5", "2"), ("2", "9", "2"), ("3", "0.5", "2"), ("3", "9", "3")]
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
+    """A reproduction of the adaptive controller with one zeta, of the fitted methods, without MuJoCo and processes."""
+    all_of_table_2 = whole.table_2
+    monkeypatch.setattr(section_5, "DELAYS", (0.6,))
+    adaptive = lambda: [entry for entry in all_of_table_2() if entry.values["method"] == "adaptive"]  # noqa: E731
+    monkeypatch.setattr(whole, "table_2", adaptive)
+    monkeypatch.setattr(whole, "in_mujoco", lambda *_: [])
+    monkeypatch.setattr(section_5, "BLIND", {"PBC": section_5.BLIND["PBC"]})
+    # these take seconds to draw, and have tests of their own
+    for name in ("plot_walk", "plot_figure_5", "plot_figure_6"):
+        monkeypatch.setattr(figures, name, lambda _, path: save_figure(new_figure(1.0), path))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small")
+def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
+    assert result.exit_code == 0
+    for name in (
+        "reproduction.md",
+        "tables/reproduction.md",
+        "reproduction.csv",
+        "reproduction_gains.csv",
+        "reproduction_grounds.csv",
+        "images/reproduction_fig_4_mixed_hybrid.png",
+    ):
+        assert (tmp_path / "page" / name).is_file()
+        assert name in result.stdout.replace("\n", "")
+    assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
+    assert "0.03492" in result.stdout  # c_mt on level ground
+    first = (tmp_path / "page" / "reproduction.md").read_bytes()
+    monkeypatch.setattr(whole, "draw", lambda *_: [])
+    printed = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
+    assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
+    assert printed["failed"] == []
+    assert printed["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
+    assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(printed["checks"][0])
+
+
+@pytest.mark.usefixtures("small")
+def test_an_interrupted_reproduction_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[Cell] = []
+    real = cells.row
+
+    def interrupted(cell: Cell, folder: Path) -> dict[str, object]:
+        begun.append(cell)
+        if len(begun) > 4:
+            raise KeyboardInterrupt
+        return real(cell, folder)
+
+    monkeypatch.setattr(cells, "row", interrupted)
+    result = run("reproduce", "--out", tmp_path, "--workers", 1)
+    assert (result.exit_code, "the same command goes on" in result.stderr) == (130, True)
+    with closing(sqlite3.connect(tmp_path / "walks" / "walks.sqlite")) as database:
+        assert database.execute("SELECT count(*) FROM cells").fetchone() == (4,)
+
+
+def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that fails does not stop the others; the summary tells each command; Ctrl-C keeps those before."""
+    wheel = "gait --robot wheel --slope-deg 5"
+    shown = {
+        "steep": "gait --slope-deg 80",
+        "wheel": wheel,
+        "last": "return-map --robot wheel --slope-deg 5 --points 9",
+    }
+    monkeypatch.setattr(export, "SET", shown)
+    folder = tmp_path / "for slides"
+    result = run("figures", folder, "--plot-width", "single")
+    assert result.exit_code == 2
+    assert "Error: no passive gait on a slope of 80 degrees" in result.stderr
+    assert "mjbiped gait failed" in result.stderr
+    assert f"mjbiped {wheel} --plot '{folder / 'wheel.pdf'}'" in result.stdout
+    assert result.stdout.endswith(f"wrote {folder / 'wheel.pdf'}\nwrote {folder / 'last.pdf'}\n")
+    assert sorted(path.name for path in folder.iterdir()) == ["last.pdf", "wheel.pdf"]
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(main.commands["return-map"], "callback", interrupted)
+    result = run("figures", tmp_path / "again", "--quiet")
+    assert (result.exit_code, "interrupted in mjbiped return-map" in result.stderr) == (130, True)
+    assert [path.name for path in (tmp_path / "again").iterdir()] == ["wheel.pdf"]
+
+
+@pytest.mark.parametrize("name", export.SET)
+def test_the_commands_of_the_set_can_be_read(name: str, tmp_path: Path) -> None:
+    word, *words = export.SET[name].format(folder=tmp_path).split()
+    context = main.commands[word].make_context(word, [*words, "--plot", str(tmp_path / f"{name}.pdf"), "--quiet"])
+    assert isinstance(context, click.Context)
+
+
+def test_the_report_stands_beside_the_record_or_where_it_shall(folder: Path) -> None:
+    assert run("report", "walk.npz", "--no-video").stdout == "wrote walk.html\n"
+    assert run("report", "walk.npz", "--no-video", "--out", "other.html", "--quiet").output == ""
+    assert (folder / "other.html").read_bytes() == (folder / "walk.html").read_bytes()
+
+
+# ---- export ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("folder")
+def test_scenes_and_robots_are_exported() -> None:
+    words = ("random", "scene.xml", "--seed", 4, "--robot", "kneed", "--shank-mass", 0.4, "--initial", "rest")
+    assert run("export", *words).output == "wrote scene.xml\n"
+    assert mujoco.MjModel.from_xml_path("scene.xml").body("left_shank").mass[0] == 0.4
+    assert "random (seed=4" in Path("scene.xml").read_text(encoding="utf-8")
+    passive = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
+    passive.save("passive.npz")
+    assert run("export", "passive.npz", "scene.xml").exit_code == 0
+    start = passive.samples["qpos"][0]
+    assert mujoco.MjModel.from_xml_path("scene.xml").key("start").qpos == pytest.approx(start, abs=1e-15)
+    assert run("export", "robot.urdf", "--robot", "kneed", "--hip-mass", 3).exit_code == 0
+    assert Path("robot.urdf").read_text(encoding="utf-8") == urdf_of(mjbiped.KneedBiped(hip_mass=3.0))
+    assert run("export", "walk.npz", "robot.urdf").exit_code == 0
+    assert Path("robot.urdf").read_text(encoding="utf-8") == urdf_of(mjbiped.Compass())
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "mcap"])
+@pytest.mark.usefixtures("folder")
+def test_tables_of_a_record_and_of_a_walk(suffix: str) -> None:
+    files = [Path(f"a.{suffix}"), *([] if suffix == "mcap" else [Path(f"a_touchdowns.{suffix}")])]
+    wrote = "".join(f"wrote {file}\n" for file in files)
+    assert run("export", "walk.npz", files[0]).output == wrote
+    of_record = [each.read_bytes() for each in files]
+    assert all(of_record)
+    words = ("walk", "level", "--engine", "hybrid", "--steps", 2, "--initial-slope-estimate-deg", 3)
+    assert run(*words, "--out", files[0]).output.endswith(wrote)
+    assert suffix == "mcap" or [each.read_bytes() for each in files] == of_record

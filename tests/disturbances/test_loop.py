@@ -1,0 +1,295 @@
+"""A disturbed control loop of robots with straight legs in both engines, and with knees in the hybrid one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, Controller, KneedController
+from mjbiped import Disturbances, KneedBiped, Terrain, Walk
+from mjbiped.control.controller import Law, Memory
+from mjbiped.disturbances.loop import SampledController
+
+ENGINES = ("mujoco", "hybrid")
+ROBOT = KneedBiped()
+NOISY = Disturbances(
+    angle_noise=0.002,
+    rate_noise=0.02,
+    angle_bias=0.003,
+    rate_bias=-0.01,
+    angle_resolution=0.001,
+    delay=0.004,
+    torque_limit=20.0,
+    motor_bandwidth=30.0,
+    seed=5,
+)
+each_engine = pytest.mark.parametrize("engine", ENGINES)
+each_case = pytest.mark.parametrize(("engine", "knees"), [("mujoco", False), ("hybrid", False), ("hybrid", True)])
+
+
+@cache
+def adaptive(knees: bool = False) -> Any:
+    if knees:
+        return KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
+    robot = mjbiped.Compass()
+    return AdaptiveController(robot, mjbiped.find_passive_gait(robot, math.radians(2.0)))
+
+
+def walked(engine: Any, disturbances: Disturbances | None, knees: bool = False, **given: Any) -> Walk:
+    ground, law = given.pop("ground", Terrain.slopes(change_deg=-0.5)), given.pop("controller", adaptive(knees))
+    return mjbiped.walk(law, ground, engine=engine, disturbances=disturbances, **{"steps": 4, **given})
+
+
+@dataclass(frozen=True)
+class Clock(Controller):
+    """Torques that tell when they were asked for, or what was read: 1e-7 of the robot's, which it does not feel."""
+
+    reading: bool = False
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        if self.reading:
+            return tuple(1e-7 * np.diff(q, prepend=0.0))
+        return 0.0, *(1e-7 * (joint + t) for joint in range(1, len(q)))
+
+
+@dataclass(frozen=True)
+class KneedClock(Clock):
+    joints: ClassVar[tuple[str, ...]] = KneedBiped.joints
+    robot = ROBOT
+
+
+def clocked(engine: str, knees: bool, reading: bool = False, steps: int = 1, **given: Any) -> Walk:
+    """A passive walk with ticks of 5 ms, and samples in each fifth of a tick."""
+    controller = (KneedClock if knees else Clock)(reading)
+    start = {"initial": adaptive(True).gait.start.tolist()} if knees else {}
+    disturbances = Disturbances(**{"control_period": 0.005, **given})
+    ground = Terrain.incline(2.5 if knees else 2.0)
+    return walked(engine, disturbances, controller=controller, ground=ground, steps=steps, sample_period=0.001, **start)
+
+
+@each_engine
+def test_nothing_given_is_no_disturbance(engine: str) -> None:
+    assert walked(engine, None) == walked(engine, Disturbances())
+    assert "disturbances" not in walked(engine, None, steps=1).settings
+
+
+def test_a_control_period_is_the_one_that_mujoco_has() -> None:
+    """Two ways to say the same, but for the work's rule at ticks (`motors.count_work`)."""
+    ours, own = walked("mujoco", Disturbances(control_period=4e-3)), walked(mjbiped.Mujoco(control_period=4e-3), None)
+    for name in ("time", "x", "q", "dq", "slope_estimate"):
+        np.testing.assert_array_equal(ours.touchdowns[name], own.touchdowns[name])
+    assert math.isclose(ours.cost_of_transport, own.cost_of_transport, rel_tol=5e-3)
+
+
+@each_case
+def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees: bool, tmp_path: Any) -> None:
+    first = walked(engine, NOISY, knees)
+    first.save(tmp_path / "walk.npz")
+    again = Disturbances.from_dict(Walk.load(tmp_path / "walk.npz").settings["disturbances"])
+    each = [again, Disturbances(**{**NOISY.to_dict(), "seed": 6})]
+    ground = Terrain.slopes(change_deg=-0.5)
+    together = mjbiped.walk_many(adaptive(knees), ground, engine=engine, steps=4, disturbances=each, workers=2)
+    assert together[0] == first
+    assert together[0] != together[1]
+
+
+@each_case
+def test_plain_python_walks_as_compiled(engine: str, knees: bool) -> None:
+    """Bitwise in MuJoCo; in the hybrid engine the integrator may round products otherwise (docs/hybrid.md)."""
+    law = adaptive(knees)
+
+    class InPython(type(law)):  # type: ignore[misc]  # of either class
+        def law(self) -> Law | None:
+            return None
+
+    ours, theirs = (
+        walked(engine, NOISY, knees, steps=2, controller=each) for each in (law, InPython(law.robot, law.gait))
+    )
+    for name in ("q", "dq", "torque"):
+        # an encoder's step of 1e-3 rad does not decide here
+        tolerance = 0.0 if engine == "mujoco" else 1e-9
+        np.testing.assert_allclose(ours.samples[name], theirs.samples[name], rtol=tolerance, atol=tolerance)
+
+
+@each_case
+def test_no_torque_is_greater_than_the_limit(engine: str, knees: bool) -> None:
+    """Without a limit these walks ask for more."""
+    most = 4.0 if knees else 2.0
+    free, bound = (
+        walked(engine, each, knees, steps=6) for each in (None, Disturbances(torque_limit=most, motor_bandwidth=50.0))
+    )
+    assert free.peak_torque.max() > 1.1 * most
+    assert np.abs(bound.samples["torque"]).max() <= most
+    assert bound.peak_torque.max() <= most
+
+
+@each_case
+@pytest.mark.parametrize("ticks", [1, 20])
+def test_a_delay_shifts_torques_by_whole_ticks(engine: str, knees: bool, ticks: int) -> None:
+    prompt = clocked(engine, knees).samples["torque"][:-6, 1:]
+    late = clocked(engine, knees, delay=ticks * 0.005).samples["torque"][: len(prompt), 1:]
+    shift = 5 * ticks
+    # the samples' times are the ticks' to rounding, so that one of them falls on either side: compared are the others
+    inner = np.arange(len(prompt)) % 5 != 0
+    inner[:shift] = False
+    # the torques differ by rounding of the times alone
+    np.testing.assert_allclose(late[inner], prompt[np.flatnonzero(inner) - shift], rtol=1e-9)
+    assert not late[: shift - 1].any()
+
+
+@each_case
+def test_what_waits_goes_to_the_motor_that_it_was_meant_for(engine: str, knees: bool) -> None:
+    """The hip's torque acts after the touchdown with the other sign; the knee that it was for is locked by then."""
+    walk = clocked(engine, knees, steps=2, delay=0.1)
+    touched, time, torque = walk.touchdowns["time"][0], walk.samples["time"], walk.samples["torque"]
+    before, after = (time > touched - 0.08) & (time < touched), (time > touched + 0.006) & (time < touched + 0.09)
+    later = time > touched + 0.106
+    later[-1] = False  # the last sample is after another touchdown
+    for rows, sign, knee in ((before, 1.0, True), (after, -1.0, False), (later, 1.0, True)):
+        assert (sign * torque[rows, 1] > 0.9e-7).all()
+        assert not knees or ((torque[rows, 2] > 1.9e-7) == knee).all()
+    assert not knees or (torque[after, 2] == 0.0).all()
+
+
+@each_case
+def test_noise_and_bias_of_each_joint_are_as_large_as_they_say(engine: str, knees: bool) -> None:
+    """Of some 120 ticks in one step: five deviations of mean and of deviation are allowed."""
+    noise, bias = 0.01, 0.005
+    noisy, true = (
+        clocked(engine, knees, reading=True, **given).samples
+        for given in ({"angle_noise": noise, "angle_bias": bias, "seed": 1}, {})
+    )
+    error = 1e7 * (noisy["torque"] - true["torque"])[slice(2, 595, 5)]  # one sample in each tick
+    count = len(error)
+    assert (np.abs(error.mean(axis=0) - bias) < 5.0 * noise / math.sqrt(count)).all()
+    assert (np.abs(error.std(axis=0) / noise - 1.0) < 5.0 / math.sqrt(2.0 * count)).all()
+    # joints have nothing to do with one another: five deviations of a correlation
+    assert np.abs(np.corrcoef(error.T)[np.triu_indices(len(error.T), 1)]).max() < 5.0 / math.sqrt(count)
+
+
+@each_engine
+def test_encoders_are_off_by_half_a_step_at_most(engine: str) -> None:
+    step = 0.02
+    read = clocked(engine, False, reading=True, angle_resolution=step).samples
+    joints, shown = np.diff(read["q"], axis=1, prepend=0.0), read["torque"] * 1e7
+    # a reading is a whole number of steps, of an angle up to one tick ago: 5 ms at 3 rad/s
+    np.testing.assert_allclose(shown / step, np.round(shown / step), atol=1e-9)
+    assert np.abs(shown - joints)[2:-2].max() <= 0.5 * step + 0.005 * 3.0
+    at_ticks = np.abs(read["time"] / 0.005 - np.round(read["time"] / 0.005)) < 1e-6
+    if engine == "mujoco":  # samples on a tick are taken after it
+        assert np.abs(shown - joints)[at_ticks][:-2].max() <= 0.5 * step + 1e-9
+
+
+def test_both_engines_hear_the_same_noise() -> None:
+    first, second = (
+        1e7 * clocked(engine, False, reading=True, angle_noise=0.01, seed=9).samples["torque"][2:740:5]
+        for engine in ENGINES
+    )
+    # the noise is the same, number by number; the motions differ by 1e-4 rad and less
+    assert np.abs(first - second).max() < 1e-3
+
+
+@each_engine
+def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
+    """A constant demand: 1 - exp(-2 pi f t), in the mean over each tick of 10 ms."""
+
+    class Constant(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, 1e-6
+
+    period, rate = 0.01, 2.0 * math.pi * 4.0
+    given: Any = {"steps": 1, "ground": Terrain.incline(2.0), "controller": Constant(), "sample_period": 0.005}
+    walk = walked(engine, Disturbances(motor_bandwidth=4.0, control_period=period), **given)
+    expected = 1.0 - np.exp(-rate * period * np.arange(30)) * (1.0 - math.exp(-rate * period)) / (rate * period)
+    # samples in the middle of ticks; the numbers are the same but for rounding
+    np.testing.assert_allclose(walk.samples["torque"][1:61:2, 1] * 1e6, expected, rtol=1e-9)
+
+
+def test_what_a_controller_is_told_is_each_joints_encoder() -> None:
+    """Where there is bias alone each joint's error is known: that of the hip has the sign of the standing leg."""
+
+    class Told(KneedClock):
+        """Keeps what it is told at events, for the test to look at."""
+
+        def on_touchdown(
+            self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]
+        ) -> None:
+            heard.append((*q_before, *q, *dq))
+
+        def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+            heard.append((*q, *dq))
+
+    heard: list[tuple[float, ...]] = []
+    a, r = 0.01, 0.1
+    loop = SampledController(Told(), Disturbances(angle_bias=a, rate_bias=r), 1e-3)
+    memory = [0.0] * loop.memory_size
+    before, after, rates = (0.1, -0.2, 0.3), (-0.2, 0.1, 0.1), (1.0, 2.0, 3.0)
+    loop.start(memory, before, rates)
+    loop.on_knee_strike(memory, 0.4, before, rates)
+    loop.on_touchdown(memory, before, after, rates)
+    loop.on_knee_strike(memory, 0.4, before, rates)
+    left, right = (a, 2.0 * a, 3.0 * a), (a, 0.0, a)  # stance leg, thigh, shank: ankle, plus or minus hip, plus knee
+    expected = [
+        (*np.add(before, left), *np.add(rates, np.multiply(left, r / a))),
+        # the posture is read once at the hip, which is right to left in the new roles
+        (*np.add(before, left), *np.add(after, right), *np.add(rates, np.multiply(right, r / a))),
+        (*np.add(before, right), *np.add(rates, np.multiply(right, r / a))),
+    ]
+    for found, wanted in zip(heard, expected, strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-15)
+
+
+def test_engines_agree_about_the_cost_of_noise() -> None:
+    """Work is counted with the torques that were held; means of those at both ends of a step lose a third of it."""
+    given = Disturbances(angle_noise=0.01, rate_noise=0.02, seed=1)
+    costs = [walked(engine, given, steps=10, ground=Terrain.level()).cost_of_transport for engine in ENGINES]
+    free = walked("hybrid", None, steps=10, ground=Terrain.level()).cost_of_transport
+    assert min(costs) > 1.5 * free
+    assert math.isclose(*costs, rel_tol=5e-3)
+
+
+@pytest.mark.parametrize("knees", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_walks_converge_to_a_controller_that_never_pauses(knees: bool) -> None:
+    """A torque that is held is late by half a period: the error is of first order in it."""
+    walks = [
+        walked("hybrid", each, knees, steps=3 if knees else 6)
+        for each in (None, *(Disturbances(control_period=period) for period in (4e-3, 2e-3, 1e-3)))
+    ]
+    errors = np.abs([walk.end[0] - walks[0].end[0] for walk in walks[1:]])
+    assert errors[0] < 4e-3
+    assert ((errors[:-1] / errors[1:] > 1.5) & (errors[:-1] / errors[1:] < 2.7)).all()
+
+
+@each_engine
+def test_a_torque_that_is_no_number_and_an_exception_are_the_controllers(engine: str) -> None:
+    class Lost(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, math.nan if t > 0.1 else 0.0
+
+    class Broken(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, 1.0 / (t <= 0.1) - 1.0
+
+    given: Any = {"ground": Terrain.incline(2.0)}
+    walk = walked(engine, Disturbances(torque_limit=5.0), controller=Lost(), **given)
+    assert walk.outcome == "diverged"
+    assert "Lost.torque gives nan for the hip torque at t = 0.1" in "".join(walk.warnings)
+    with pytest.raises(mjbiped.WalkStopped, match=r"Broken failed at 0\.\d* s, after 0 steps: ZeroDivisionError"):
+        walked(engine, Disturbances(delay=0.002), controller=Broken(), **given)
+
+
+@pytest.mark.slow
+def test_short_control_periods_are_no_sign_of_torques_that_switch() -> None:
+    """The hybrid engine ends walks that need 100 000 integration steps in a gait step; here ticks ask for more."""
+    given: Any = {"steps": 1, "sample_period": None, "ground": Terrain.level()}
+    walk, free = (walked("hybrid", each, **given) for each in (Disturbances(control_period=5e-6), None))
+    assert walk.outcome == "finished"
+    assert walk.end[0] / 5e-6 > 1.4e5
+    assert math.isclose(walk.end[0], free.end[0], rel_tol=1e-6)

@@ -1,0 +1,188 @@
+"""The committed report: it says what its table says, the table says what is walked, and the prose is true of it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from reproduction_rows import made_row
+
+from mjbiped.studies.cell import Cell
+from mjbiped.studies.reproduction import reproduce as plan
+from mjbiped.studies.reproduction.cell import COSTS, RESOLVED_SLOPE, TRACES
+from mjbiped.studies.reproduction.cell import row as row_as_walked
+from mjbiped.studies.reproduction.claims import walks_of
+from mjbiped.studies.reproduction.reproduce import TABLE
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
+from mjbiped.studies.reproduction.section_5 import (
+    PRINTED,
+    SLOPES,
+    STAIRS,
+    TABLE_3,
+)
+from mjbiped.studies.reproduction.tables import TABLES, distance, pulls, render, section
+from mjbiped.terrain.profile import GROUND_FRICTION
+from scripts.pages import without_tables
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return read_rows((DOCS / TABLE).read_text(encoding="utf-8"))
+
+
+def identity(row: Row) -> tuple[object, ...]:
+    """What a walk is, without what was measured."""
+    parts = (row.part, row.ground, row.pattern, row.first, row.engine, row.method, row.slope_source, row.update)
+    return *parts, repr(row.delay), repr(row.adaptation_gain), repr(row.start_estimate)
+
+
+def test_pages_are_made_of_the_table(rows: list[Row], tmp_path: Path) -> None:
+    for name, page in render(Results(rows)).items():
+        assert (DOCS / name).read_text(encoding="utf-8") == without_tables(page, tmp_path / name)
+    stored, written = ((docs / TABLES).with_suffix("").iterdir() for docs in (DOCS, tmp_path))
+    assert {file.name: file.read_bytes() for file in stored} == {file.name: file.read_bytes() for file in written}
+    assert write_rows(rows) == (DOCS / TABLE).read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_walks_again_give_the_table(rows: list[Row]) -> None:
+    """A share of the hybrid engine's walks, one of each method, ground and part, and some of MuJoCo's."""
+    known = {identity(row): row for row in rows}
+    cells = [*plan.table_2()[::97], *plan.table_3("hybrid")[::3], *plan.start()[::5], plan.figure_5("hybrid")[1]]
+    for cell in (*cells, *plan.table_3("mujoco")[-2:]):
+        compare(cell, known)
+
+
+def compare(cell: Cell, known: dict[tuple[object, ...], Row]) -> None:
+    """Walk a cell again and compare it with its row."""
+    fresh = row_of(row_as_walked(cell))
+    row = known[identity(fresh)]
+    assert (fresh.outcome, fresh.steps, fresh.strikes) == (row.outcome, row.steps, row.strikes)
+    for name in ("place", "ankle", "hip", "friction", "least_force"):
+        # six digits are kept; the rest is for other processors' arithmetic, which 60 steps do not magnify
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5), name
+    for name in COSTS:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=2e-5, nan_ok=True), name
+    for name in ("begun", "ended", "rms"):
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), abs=1e-5, nan_ok=True), name
+    # distances from a line and ways up and down are sums of differences: more of the arithmetic is seen in them
+    for name in TRACES:
+        assert getattr(fresh, name) == pytest.approx(getattr(row, name), rel=1e-3, abs=1e-4, nan_ok=True), name
+
+
+def test_table_is_whole(rows: list[Row]) -> None:
+    """Every walk of the plan has a row, and none failed with an error."""
+    hybrid = [*plan.table_2(), *plan.table_3("hybrid"), *plan.start(), *plan.figure_5("hybrid")]
+    best = Results(rows).best
+    gravity = plan.gravity(best)
+    engines = [sum(row.engine == engine for row in rows) for engine in ("hybrid", "mujoco")]
+    compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
+    assert len(compared) == 3 * (1 + 1 + 2) * len(best.places)
+    assert engines[0] == len(hybrid) + len(gravity) + len(compared)
+    assert engines[1] > 50
+    assert not [row for row in rows if row.outcome == "failed"]
+
+
+def test_prose_is_true_of_the_table(rows: list[Row]) -> None:
+    """The sentences of the template that no number carries."""
+    best = Results(rows).best
+    stairs = {side.stairs[0] for side in side_distances(rows, STAIRS) if math.isfinite(side.distance)}
+    assert stairs == {"descending"}, "stairs fit as descending alone"
+    slopes: dict[str, float] = {}
+    for side in side_distances(rows, SLOPES):
+        slopes[side.slopes[0]] = min(side.distance, slopes.get(side.slopes[0], math.inf))
+    assert min(slopes["accumulating downhill"], slopes["accumulating uphill"]) > 0.3, "added up they are far off"
+    ranked = sorted(slopes, key=lambda pattern: slopes[pattern])
+    assert all(pattern.startswith("down and up in turn") for pattern in ranked[:2]), "beginning downhill"
+    assert best.stairs[0] == "descending"
+    assert best.slopes[0].startswith("down and up")
+    assert best.length == 20, "over few steps"
+    climbing = [
+        r for r in rows if r.part == "table 2" and r.place_read[:2] == PRINTED[1][:2] == ("stair 2", "ascending")
+    ]
+    assert climbing
+    assert not any(row.finished for row in climbing), "nothing walks up stair 2"
+    near = Results(rows).readings[9].distance / best.distance
+    assert near < 1.5, "the next ones are as good"
+    by_gravity = [best.cost(row) for row in rows if row.part == "gravity"]
+    assert len(by_gravity) == 5
+    for ground in ("mixed", "found"):
+        for zeta, walk in walks_of(rows, ground, "mujoco").items():
+            asked = walks_of(rows, ground, "hybrid")[zeta].friction
+            assert walk.outcome in ("finished", "slipped")
+            assert walk.finished or asked > GROUND_FRICTION, "walks end where more friction is asked"
+        forces = {zeta: walk.least_force for zeta, walk in walks_of(rows, ground, "hybrid").items()}
+        assert forces[0.1] < 0.0, "the smallest zeta needs glue"
+        assert min(walk.least_force for walk in walks_of(rows, ground, "mujoco").values() if walk.steps) >= 0.0
+    assert walks_of(rows, "mixed", "mujoco")[0.1].steps == 0, "the smallest zeta ends in the first step"
+    start = {row.delay: row.torque for row in rows if row.part == "start"}
+    whole = walks_of(rows, "mixed", "hybrid")
+    assert start[0.1] == whole[0.1].torque, "the start alone sets the torque of the smallest zeta"
+    assert start[1.0] < whole[1.0].torque
+    costs = {
+        (row.ground, row.delay): best.cost(row)
+        for row in rows
+        if row.part == "table 2"
+        and row.engine == "hybrid"
+        and row.method == "adaptive"
+        and row.place_read in best.places
+    }
+    assert costs["stair 1", 0.8] < costs["stair 1", None], "on stair 1 re-planning saves"
+    assert costs["stair 2", 0.8] > costs["stair 2", None], "on stair 2 it costs"
+
+
+def test_prose_on_figure_5_is_true_of_the_table(rows: list[Row]) -> None:
+    walks = {
+        (row.engine, row.adaptation_gain, row.start_estimate, row.update): row for row in rows if row.part == "figure 5"
+    }
+    assert len(walks) == 2 * 4 * 2 * 2
+    small = math.degrees(RESOLVED_SLOPE)
+    for (engine, gain, start, update), walk in walks.items():
+        other = walks[engine, gain, start, "no" if update == "yes" else "yes"]
+        assert walk.trace_settled == pytest.approx(other.trace_settled, rel=1e-5), "alike before the first change"
+        if update == "yes":
+            assert walk.jump < 0.02, "(27) leaves an error as it is"
+            assert walk.trace_off_time < other.trace_off_time
+            if gain in (0.3, 3.0):
+                assert walk.trace_later < small, "along at once"
+        else:
+            assert walk.begun > 1.0
+            assert (walk.ended > small) == (gain == 0.03), "it does not get there before the next change"
+            fast = walks[engine, 3.0, start, update].trace_off_time
+            assert (walk.trace_off_time > fast) == (gain != 3.0)
+
+
+def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:
+    for engine in ("hybrid", "mujoco"):
+        found, mixed = (distance(walks_of(rows, ground, engine)) for ground in ("found", "mixed"))
+        assert found < 0.1 < mixed
+    assert set(walks_of(rows, "found", "mujoco")) == set(TABLE_3)
+
+
+def test_no_friction_is_given_where_the_ground_pulls() -> None:
+    for forces, said, shown in (
+        ({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512},
+         "with ζ = 0.1 on our mixed ground, and with no re-planning and ζ = 0.2 on the ground that was found",
+         {("mixed", "0.1"): ["−1.46", "0.01", "pulls"], ("mixed", "0.2"): ["0.50", "0.01", "84.4"],
+          ("found", "none"): ["−0.01", "0.01", "pulls"]}),
+        ({}, "with no ζ on our mixed ground, and with no ζ on the ground that was found",
+         {("mixed", "0.1"): ["0.50", "0.01", "84.4"]}),
+    ):  # fmt: skip
+        rows = [
+            made_row(
+                cost, part="table 3", ground=ground, engine=engine, delay=zeta, ankle=torque, friction=84.4,
+                least_force=forces.get((ground, zeta), 0.5) if engine == "hybrid" else 0.01,
+            )
+            for engine in ("hybrid", "mujoco")
+            for ground in ("mixed", "found")
+            for zeta, (torque, cost) in TABLE_3.items()
+        ]  # fmt: skip
+        assert pulls(rows) == said
+        headings = {"mixed": "Our mixed ground", "found": "The ground that was found"}
+        for (ground, zeta), cells in shown.items():
+            lines = section(Results(rows), headings[ground]).splitlines()
+            line = next(line for line in lines if line.startswith(f"| {zeta} |"))
+            assert [cell.strip() for cell in line.split("|")[-4:-1]] == cells

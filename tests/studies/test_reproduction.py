@@ -1,0 +1,442 @@
+"""The reproduction: its grounds, what is measured of its walks, the reading that fits, its figures, and kept walks."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reproduction_rows import changed, made_row
+
+import mjbiped
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.errors import InputError
+from mjbiped.plotting.style import TRUTH
+from mjbiped.records.measures import cost_of_transport
+from mjbiped.studies.cell import FAILED, Cell, attempt
+from mjbiped.studies.reproduction import cell as cells
+from mjbiped.studies.reproduction import reproduce
+from mjbiped.studies.reproduction import section_5 as paper
+from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.studies.reproduction.reproduce import walked
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
+
+ROOT = Path(__file__).parents[2]
+DOWN = mjbiped.Terrain.stairs(rise=-0.02)
+LAW = paper.adaptive(0.8)
+GROUND = mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (3.0, 2.0, -0.02)])
+
+
+class Breaks(Controller):
+    """Raises an error in its second step."""
+
+    memory_size = 1
+
+    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
+        memory[0] += 1.0
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        if memory[0] > 0.0:
+            raise RuntimeError("broken")
+        return 0.0, 0.0
+
+
+# grounds, against profiles written down from the paper's sentence
+
+
+@pytest.mark.parametrize(
+    ("pattern", "heights"),
+    [("descending", [0, -1, -2, -3]), ("ascending", [0, 1, 2, 3]), ("alternating, down first", [0, -1, 0, -1]),
+     ("alternating, up first", [0, 1, 0, 1])],
+)  # fmt: skip
+@pytest.mark.parametrize("first", [0.9, 1.8])
+def test_stairs(pattern: str, heights: list[float], first: float) -> None:
+    terrain = paper.terrain_of(paper.Place("stair 2", pattern, first))
+    for k, height in enumerate(heights):
+        for x in (0.01, first - 0.01) if k == 0 else (first + 1.8 * (k - 1) + 0.01, first + 1.8 * k - 0.01):
+            assert terrain.height(x) == pytest.approx(0.06 * height, abs=1e-12)
+            assert terrain.slope(x) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("pattern", "slopes"),
+    [("accumulating downhill", [0, 1, 2, 3]), ("accumulating uphill", [0, -1, -2, -3]),
+     ("level and downhill in turn", [0, 1, 0, 1]), ("level and uphill in turn", [0, -1, 0, -1]),
+     ("down and up in turn, ±Δ", [1, -1, 1, -1]), ("up and down in turn, ±Δ", [-1, 1, -1, 1]),
+     ("down and up in turn, ±Δ/2", [0.5, -0.5, 0.5, -0.5]), ("up and down in turn, ±Δ/2", [-0.5, 0.5, -0.5, 0.5])],
+)  # fmt: skip
+@pytest.mark.parametrize(("ground", "change", "first"), [("slope 1", 0.3, 1.5), ("slope 2", 1.0, 0.9)])
+def test_slopes(ground: str, change: float, first: float, pattern: str, slopes: list[float]) -> None:
+    terrain, x = paper.terrain_of(paper.Place(ground, pattern, first)), 0.0
+    for k, factor in enumerate(slopes):
+        length = (1.5 if k else first) * math.cos(math.radians(factor * change))
+        assert math.degrees(terrain.slope(x + 0.5 * length)) == pytest.approx(factor * change, abs=1e-12)
+        x += length
+    assert not any(terrain.rises)  # slopes meet without a step
+
+
+def test_every_reading_has_its_own_ground_and_the_papers_tables_are_whole() -> None:
+    every = [paper.terrain_of(place) for place in paper.READINGS]
+    assert len(set(every)) == len(every) == 1 + 2 * 2 * len(paper.STAIR_PATTERNS) + 4 * len(paper.SLOPE_PATTERNS)
+    assert all(terrain.x[-1] > 100 * 0.38 for terrain in every[1:])  # ground for 100 steps
+    assert all(tuple(values) == paper.GROUNDS for values in paper.TABLE_2.values())
+    assert sum(math.isnan(value) for values in paper.TABLE_2.values() for value in values.values()) == 5  # its X
+    assert list(paper.TABLE_3)[1:] == [round(0.1 * k, 1) for k in range(1, 11)]
+
+
+# one walk
+
+
+def test_every_input_has_its_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = {"steps": 7, "engine": "hybrid"}
+    made = [
+        cells.cell(DOWN, LAW, **usual),
+        cells.cell(DOWN, LAW, steps=7, engine="mujoco"),
+        cells.cell(DOWN, paper.adaptive(0.8, adaptation_gain=0.4), **usual),
+        cells.cell(mjbiped.Terrain.stairs(rise=-0.021), LAW, **usual),
+        *(cells.cell(DOWN, LAW, **usual, **more) for more in ({"initial": "rest"}, {"record": True})),
+        cells.cell(DOWN, LAW, steps=8, engine="hybrid"),
+        cells.cell(DOWN, LAW, distance=3.0, engine="hybrid"),
+    ]
+    keys = [*map(cells.key, made)]
+    assert len(set(keys)) == len(keys)
+    assert cells.key(dataclasses.replace(made[0])) == keys[0]
+    monkeypatch.setattr(cells, "machinery", lambda: {"sources": "mended"})
+    assert cells.key(made[0]) != keys[0]
+
+
+def test_one_walk_gives_the_cost_of_every_shorter_one() -> None:
+    cell = cells.cell(DOWN, LAW, steps=7, engine="hybrid")
+    whole = cell.walk()
+    for length in (1, 4, 7):
+        shorter = mjbiped.walk(cell.controller(), DOWN, engine="hybrid", steps=length)
+        for kind in ("absolute", "net", "positive"):  # the same numbers of the same steps: bit by bit
+            assert cells.cost_after(whole, kind, length) == cost_of_transport(shorter, kind)
+    found = cells.measures_of(whole)
+    assert math.isnan(cells.cost_after(whole, "absolute", 8))
+    assert math.isnan(found["absolute_20"])
+    assert (found["steps"], found["absolute_end"]) == (7, cells.cost_after(whole, "absolute"))
+    assert found["least_force"] == shorter.touchdowns["normal_force"].min() / (10.0 * 9.81)
+
+
+def test_error_is_a_result() -> None:
+    for slope, steps, words in ((2.0, 1, "broken"), (-3.0, None, "downhill")):
+        ground = mjbiped.Terrain.incline(slope)
+        walk = partial(mjbiped.walk, Breaks(), ground, engine="hybrid", steps=3)
+        found = attempt(walk, cells.measures_of)
+        assert (found["outcome"], found.get("steps")) == (FAILED, steps)
+        assert words in found["error"]
+
+
+# traces, on records whose numbers are put in by hand, and on walks whose truth is known
+
+
+def walk_of(controller: AdaptiveController) -> mjbiped.Walk:
+    return mjbiped.walk(controller, GROUND, engine="hybrid", steps=7, initial="rest")
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    return walk_of(controller)
+
+
+def test_known_model_and_slope_leave_no_error(walk: mjbiped.Walk) -> None:
+    found = cells.traced(walk)
+    assert set(found) == set(cells.TRACES)
+    # the integration's tolerance, 1e-8, over some steps, in degrees
+    assert max(found[f"trace_{name}"] for name in ("settled", "later", "error", "z1", "z2")) < 1e-5
+    assert found["trace_travel"] < 1e-6 * len(walk.samples["time"])  # a sum over all samples
+    assert found["trace_off_time"] == 0.0
+    assert 0.0 < found["trace_straight"] < 0.2 < found["trace_bent"]  # N m
+
+
+def test_errors_of_the_estimate_by_hand(walk: mjbiped.Walk) -> None:
+    """1° until a time, then -0.05°, which is below epsilon, and once 0.5° in between."""
+    time = walk.samples["time"]
+    on_other_ground = walk.touchdowns["time"][walk.touchdowns["x"] > 1.0][0]
+    early, late = time < 1.0, int(np.searchsorted(time, on_other_ground + 0.2))
+    error = np.where(early, 1.0, -0.05)
+    error[late] = 0.5
+    samples = {**walk.samples, "slope_estimate": walk.samples["slope"] + np.radians(error)}
+    found = cells.traced(dataclasses.replace(walk, samples=samples))
+    assert math.radians(0.05) < cells.RESOLVED_SLOPE < math.radians(0.5)
+    wanted = {
+        "off_time": np.diff(time)[: early.sum()].sum() + time[late + 1] - time[late],
+        "settled": 0.05,
+        "later": 0.5,
+        "travel": 1.05 + 2 * 0.55,
+        "error": math.sqrt(np.diff(time) @ error[:-1] ** 2 / (time[-1] - time[0])),
+    }
+    assert {name: found[f"trace_{name}"] for name in wanted} == pytest.approx(wanted, rel=1e-9)
+
+
+def test_straight_lines_and_bent_ones_by_hand(walk: mjbiped.Walk) -> None:
+    """Torques that are linear in time have no distance from a line; one sample by d aside has nearly d."""
+    torque = np.outer(walk.samples["time"], [3.0, -2.0]) + 1.0
+    plain = cells.traced(dataclasses.replace(walk, samples={**walk.samples, "torque": torque}))
+    assert max(plain["trace_straight"], plain["trace_bent"]) < 1e-10  # rounding of numbers of order 10
+    begun = walk.touchdowns["time"]
+    torque[int(np.searchsorted(walk.samples["time"], 0.5 * (begun[0] + begun[1]))), 1] += 0.3  # of a step on the gait
+    moved = cells.traced(dataclasses.replace(walk, samples={**walk.samples, "torque": torque}))
+    assert 0.28 < moved["trace_straight"] < 0.3
+    assert moved["trace_bent"] < 1e-10
+
+
+def test_tracking_errors_are_those_at_the_touchdowns(controller: AdaptiveController) -> None:
+    """Without re-planning a step begins as far off the gait as the touchdown left it."""
+    walk = walk_of(dataclasses.replace(controller, replanning_delay=None))
+    found, start = cells.traced(walk), controller.gait.start
+    z1 = start[:2] - walk.touchdowns["q"][:-1]
+    z2 = start[2:] - walk.touchdowns["dq"][:-1] + controller.position_gain * z1
+    # from rest both legs are upright; the first sample is up to 5 ms later
+    assert found["trace_z1"] >= 0.95 * math.degrees(max(np.abs(z1).max(), np.abs(start[:2]).max()))
+    assert found["trace_z2"] >= np.abs(z2).max() * 0.9
+    assert not {"trace_straight", "trace_bent"} & set(found)  # which steps follow the gait, no plan says
+
+
+def test_what_is_not_there_is_left_out(walk: mjbiped.Walk) -> None:
+    none = {name: column[:0] for name, column in walk.touchdowns.items()}
+    assert cells.traced(dataclasses.replace(walk, touchdowns=none)) == {}
+    level = {**walk.settings, "terrain": mjbiped.Terrain.level().to_dict()}
+    assert "trace_later" not in cells.traced(dataclasses.replace(walk, settings=level))
+    with pytest.raises(InputError, match="PassiveController"):
+        cells.traced(mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1))
+
+
+# the reading of Table II, on tables whose answer is known
+
+PAPER = paper.TABLE_2["adaptive"]
+
+
+def read(ground: str, pattern: str, first: float, factor: float, delay: float | None = 0.8, **others: object) -> Row:
+    """A walk whose c_mt is the paper's times a factor, of whatever kind and length."""
+    return made_row(factor * PAPER[ground], ground=ground, pattern=pattern, first=first, delay=delay, **others)
+
+
+@pytest.fixture
+def rows() -> list[Row]:
+    factors = {
+        ("stair", "down"): (1.1, 1.1), ("stair", "up"): (1.3, 1.3),
+        ("slope", "down"): (1.02, 1 / 1.02), ("slope", "up"): (0.9, 1.0),
+    }  # fmt: skip
+    return [
+        read(f"{kind} {k + 1}", pattern, 0.9, pair[k], delay=delay)
+        for (kind, pattern), pair in factors.items()
+        for k in range(2)
+        for delay in (0.8, None)
+    ]
+
+
+def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
+    found = Results(rows).readings
+    assert len(found) == 2 * 3 * len(cells.LENGTHS) * 2 * 2
+    best = found[0]
+    assert (best.stairs, best.slopes) == (("down", 0.9), ("down", 0.9))
+    assert best.distance == pytest.approx(math.sqrt((2 * math.log(1.1) ** 2 + 2 * math.log(1.02) ** 2) / 4), rel=1e-12)
+    assert [choice.distance for choice in found] == sorted(choice.distance for choice in found)
+    assert (best.places[0], {ground for ground, *_ in best.places}) == (("level", "", 0.0), set(paper.GROUNDS))
+    better = [changed(r, net_45=PAPER[r.ground]) if r.pattern == "up" and r.delay is None else r for r in rows]
+    best = Results(better).best
+    assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
+    assert best.delay is None
+
+
+def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
+    nothing = dict.fromkeys(cells.COSTS, math.nan)
+    lost = [changed(r, **nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
+    found = Results(lost).readings
+    assert (found[0].stairs[0], found[-1].distance) == ("up", math.inf)
+    sides = {side.stairs[0]: side.distance for side in side_distances(lost, paper.STAIRS)}
+    assert sides == pytest.approx({"down": math.inf, "up": math.log(1.3)}, rel=1e-12)
+
+
+def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
+    walks, places = list(rows), Results(rows).best.places
+    for method in ("PBC", "ECC", "KETC"):
+        for source in paper.SLOPE_SOURCES:
+            for place in places:
+                printed = paper.TABLE_2[method][place[0]]
+                fails = math.isnan(printed) and source == "local"
+                value = math.nan if fails else 1.05 * (0.03 if math.isnan(printed) else printed)
+                mine = read(*place, 1.0, delay=None, method=method, slope_source=source)
+                walks.append(changed(mine, **dict.fromkeys(cells.COSTS, value)))
+    results = Results(walks)
+    found = {source: results.agreement("hybrid", source) for source in results.sources}
+    assert next(iter(found)) == "local"
+    assert (found["local"].agreeing, found["local"].asked) == (15, 15)
+    assert {a.agreeing for source, a in found.items() if source != "local"} == {10}  # the paper's five X are walked
+    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found.values())
+    text = write_rows(read_rows(write_rows(walks)))  # of six digits
+    assert write_rows(read_rows(text)) == text
+
+
+# figures
+
+
+def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
+    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
+    for second, truths in ((walk, 1), (other, 2)):
+        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
+        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
+        for axes in figure.axes:
+            lines = [line for line in axes.lines if "from" in str(line.get_label())]
+            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
+            for line in lines:
+                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
+            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
+
+
+def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
+    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
+    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
+    assert "no re-planning" in titles[2]
+    low, high = figure.axes[1].get_ylim()
+    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
+    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
+    labels = [line.get_label() for line in figure.axes[0].lines]
+    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)
+
+
+# kept walks
+
+
+def results(folder: Path, planned: list[Cell], workers: int = 1, *, fresh: bool = False) -> list[dict[str, object]]:
+    return [vars(each) for each in walked(planned, folder, fresh=fresh, workers=workers)]
+
+
+@pytest.mark.usefixtures("studies_in_threads")
+def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for failed walks, and for those whose record is lost."""
+    grounds = [mjbiped.Terrain.stairs(rise=-0.01), mjbiped.Terrain.incline(-3.0), mjbiped.Terrain.level()]
+    laws = [LAW, {"controller.name": "passive"}, LAW]
+    pairs = zip(grounds, laws, strict=True)
+    planned = [cells.cell(ground, law, steps=2, engine="hybrid", record=law is LAW) for ground, law in pairs]
+    begun: list[Cell] = []
+    real = cells.row
+
+    def counting(cell: Cell, folder: Path) -> dict[str, object]:
+        begun.append(cell)
+        if len(begun) == 3:
+            raise KeyboardInterrupt
+        return real(cell, folder)
+
+    monkeypatch.setattr(cells, "row", counting)
+    with pytest.raises(KeyboardInterrupt):
+        results(tmp_path, [*planned, planned[0]])
+    found = results(tmp_path, planned)
+    assert begun == [*planned, *planned[1:]]  # the third was broken off, and the second had failed
+    assert [each["outcome"] for each in found] == ["finished", "failed", "finished"]
+    assert "downhill" in str(found[1]["error"])
+    kept = [cells.record_path(tmp_path, planned[k]) for k in (0, 2)]
+    first = mjbiped.Walk.load(kept[0])
+    assert (first.steps, len(first.samples["time"]) > 200) == (2, True)  # every 5 ms of 1.5 s
+    kept[0].unlink()
+    assert repr(results(tmp_path, planned)) == repr(found)
+    assert begun[5:] == planned[:2]
+    assert mjbiped.Walk.load(kept[0]) == first
+    results(tmp_path, [], fresh=True)
+    assert not any(path.exists() for path in kept)
+
+
+def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(mjbiped.InputError, match="cannot make"):
+        walked([], tmp_path / "file" / "walks")
+    (tmp_path / "walks.sqlite").write_text("something else" * 100)
+    with pytest.raises(mjbiped.RecordError, match=r"no table of mjbiped's.*--fresh"):
+        walked([], tmp_path)
+
+
+@pytest.mark.slow
+def test_results_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
+    grounds = [mjbiped.Terrain.stairs(rise=rise) for rise in (-0.02, 0.0, 0.01)]
+    planned = [cells.cell(ground, LAW, steps=3, engine="mujoco") for ground in grounds]
+    one = results(tmp_path / "one", planned)
+    assert repr(results(tmp_path / "two", planned, workers=2)) == repr(one)
+    assert repr(one[0]) == repr(vars(row_of(cells.row(planned[0]))))
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+import mjbiped
+from mjbiped.studies.reproduction.cell import cell
+from mjbiped.studies.reproduction.reproduce import walked
+
+if __name__ == "__main__":
+    ground, law = mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}
+    cells = [cell(ground, law, engine="mujoco", steps=2)]
+    cells += [cell(ground, law, engine="mujoco", distance=place) for place in (1000.0, 1001.0)]
+    try:
+        walked(cells, Path(sys.argv[1]), workers=1)
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGINT])
+def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed or interrupted after the first walk, the finished one stays and no process is left."""
+    program, table = tmp_path / "program.py", tmp_path / "walks" / "walks.sqlite"
+    program.write_text(PROGRAM)
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    with (tmp_path / "errors").open("wb") as errors:
+        process = subprocess.Popen(
+            [sys.executable, str(program), str(table.parent)],
+            env={**os.environ, "PYTHONPATH": path},
+            stderr=errors,
+            start_new_session=True,
+        )
+    wait_until(lambda: count(table) > 0, 240.0, "nothing was kept")
+    os.kill(process.pid, kind)
+    status = process.wait(timeout=60)
+    assert status == (130 if kind == signal.SIGINT else -signal.SIGKILL)
+    wait_until(lambda: not alive(process.pid), 30.0, "a worker outlived its parent")
+    if kind == signal.SIGINT:
+        assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
+    first = cells.cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="mujoco")
+    monkeypatch.setattr(reproduce, "walk_cells", lambda _, todo, *__, **___: pytest.fail("again") if todo else None)
+    assert results(table.parent, [first])[0]["steps"] == 2
+
+
+def wait_until(reached: Callable[[], bool], seconds: float, otherwise: str) -> None:
+    end = time.monotonic() + seconds
+    while not reached():
+        assert time.monotonic() < end, otherwise
+        time.sleep(0.1)
+
+
+def count(table: Path) -> int:
+    """Rows of a table that another process writes; none where there is no table yet."""
+    try:
+        with closing(sqlite3.connect(f"file:{table}?mode=ro", uri=True)) as database:
+            return int(database.execute("SELECT count(*) FROM cells").fetchone()[0])
+    except sqlite3.OperationalError:
+        return 0
+
+
+def alive(session: int) -> bool:
+    """Whether a process of a session is left: the workers."""
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            return True
+    return False
