@@ -1,0 +1,171 @@
+"""Bipeds in space against SymPy, MuJoCo's bodies, and the planar robots that they become when their legs come together."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+import sympy
+
+import mjbiped
+from mjbiped.robots.space import Array, exchanged, joined
+from mjbiped.robots.three_d import Compass3D, InSpace, Kneed3D, pull_of
+
+ROBOTS = (Compass3D(hip_mass=1.5, hip_width=0.17), Kneed3D(hip_width=0.12))
+each_robot = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.kind)
+
+
+def drawn(robot: InSpace, seed: int) -> tuple[Array, Array]:
+    """Pitch angles and roll of all segments, and their rates."""
+    rng, n = np.random.default_rng(seed), max(robot.in_space) + 1
+    return rng.normal(0.0, 0.3, n), rng.normal(0.0, 1.0, n)
+
+
+def bodies_of(robot: InSpace) -> list[tuple[float, list[tuple[int, float]], float, float, float, int]]:
+    """Mass, levers by segment, lateral place, inertia across and along, and segment of each body, from the description."""
+    leg, n = robot.bodies.leg, len(robot.bodies.leg)
+    share = [robot.axial_inertia * segment.mass / sum(each.mass for each in leg) for segment in leg]
+    made, up = [], []
+    for k, (segment, axial) in enumerate(zip(reversed(leg), reversed(share), strict=True)):
+        made.append((segment.mass, [*up, (k, segment.length - segment.centre)], 0.0, segment.inertia, axial, k))
+        up.append((k, segment.length))
+    pelvis = robot.hip_mass * robot.hip_width**2 / 12
+    made.append((robot.hip_mass, list(up), robot.hip_width / 2, pelvis, 0.0, -1))
+    down = list(up)
+    for k, (segment, axial) in enumerate(zip(leg, share, strict=True)):
+        made.append((segment.mass, [*down, (n + k, -segment.centre)], robot.hip_width, segment.inertia, axial, n + k))
+        down.append((n + k, -segment.length))
+    return made
+
+
+@each_robot
+def test_equations_are_lagrange_s(robot: InSpace) -> None:
+    """SymPy derives them from the places of the bodies and their angular velocities, by rotation matrices."""
+    q, dq = drawn(robot, 1)
+    n = len(q) - 1
+    angles, rates = sympy.symbols(f"q:{n + 1}"), sympy.symbols(f"v:{n + 1}")
+    gx, gz, gy = sympy.symbols("gx gz gy")
+    roll = sympy.rot_axis1(-angles[-1])
+    pitch = [sympy.rot_axis2(-angle) for angle in angles[:-1]]
+    upright, axle, g = sympy.Matrix([0, 0, 1]), sympy.Matrix([0, 1, 0]), robot.gravity
+    kinetic = potential = sympy.Integer(0)
+    for mass, levers, lateral, across, along, segment in bodies_of(robot):
+        local = sum((lever * pitch[k] * upright for k, lever in levers), lateral * axle)
+        place = roll * local
+        velocity = place.jacobian(angles) * sympy.Matrix(rates)
+        kinetic += mass * velocity.dot(velocity) / 2
+        potential -= mass * g * place.dot(sympy.Matrix([gx, gy, -gz]))
+        rotation = roll if segment < 0 else roll * pitch[segment]
+        spin = rotation.T * sum((rotation.diff(a) * v for a, v in zip(angles, rates, strict=True)), sympy.zeros(3))
+        w = sympy.Matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
+        inertia = (across, 0, 0) if segment < 0 else (across, across, along)
+        kinetic += sum(i * each**2 for i, each in zip(inertia, w, strict=True)) / 2
+    numbers = {**dict(zip(angles, q, strict=True)), **dict(zip(rates, dq, strict=True))}
+    mass_matrix = sympy.hessian(kinetic, rates).subs(numbers)
+    bias = [
+        sum(sympy.diff(kinetic, v, a) * w for a, w in zip(angles, rates, strict=True)) - sympy.diff(kinetic, b)
+        for v, b in zip(rates, angles, strict=True)
+    ]
+    pull = [[sympy.diff(potential, angle, component).subs(numbers) for component in (gx, gz, gy)] for angle in angles]
+    linkage = robot.in_space[n]
+    np.testing.assert_allclose(linkage.mass_matrix(q), np.array(mass_matrix, dtype=float), rtol=0, atol=1e-12)
+    wanted = np.array([each.subs(numbers) for each in bias], dtype=float)
+    np.testing.assert_allclose(linkage.coriolis_forces(q, dq), wanted, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(linkage.gravity_forces(q), np.array(pull, dtype=float), rtol=0, atol=1e-11)
+
+
+def scene(robot: InSpace) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """The robot as MuJoCo's bodies on a floating pelvis without yaw: x, y, z, roll, then the segments, left leg first."""
+    leg, parts = robot.bodies.leg, []
+    share = [robot.axial_inertia * segment.mass / sum(each.mass for each in leg) for segment in leg]
+    for side, y in (("left", robot.hip_width / 2), ("right", -robot.hip_width / 2)):
+        xml, place = f'<site name="{side}" pos="0 0 {-leg[-1].length}"/>', 0.0
+        for k in reversed(range(len(leg))):
+            each, above = leg[k], leg[k - 1].length if k else 0.0
+            inertial = f'<inertial pos="0 0 {-each.centre}" mass="{each.mass}" diaginertia="{each.inertia} {each.inertia} {share[k]}"/>'
+            xml = f'<body pos="0 {0.0 if k else y} {-above}"><joint type="hinge" axis="0 1 0"/>{inertial}{xml}</body>'
+        parts.append(xml)
+    pelvis = robot.hip_mass * robot.hip_width**2 / 12
+    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    hip = f'{slides}<joint type="hinge" axis="1 0 0"/><inertial pos="0 0 0" mass="{robot.hip_mass}" diaginertia="{pelvis} {pelvis} {pelvis}"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><compiler angle="radian"/><option gravity="0 0 {-robot.gravity}"/>'
+        f"<worldbody><body>{hip}{''.join(parts)}</body></worldbody></mujoco>"
+    )
+    return model, mujoco.MjData(model)
+
+
+def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoco.MjData, Array]:
+    """The scene in a state with the right foot at rest, and the map from rates of angles to MuJoCo's rates.
+
+    The right leg stands, the left one swings: towards the swing side is +y. MuJoCo's joint angles are each relative to
+    the segment above.
+    """
+    model, data = scene(robot)
+    n = len(robot.bodies.leg)
+    to_joints = np.zeros((model.nv, 2 * n + 1))
+    to_joints[3, -1] = 1.0
+    for k in range(n):
+        to_joints[4 + k, n + k] = to_joints[4 + n + k, n - 1 - k] = 1.0
+        if k:
+            to_joints[4 + k, n + k - 1] = to_joints[4 + n + k, n - k] = -1.0
+    data.qpos[:] = to_joints @ q
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jacSite(model, data, jacobian, None, model.site("right").id)
+    to_joints[:3] = -(jacobian @ to_joints)
+    data.qvel[:] = to_joints @ dq
+    mujoco.mj_forward(model, data)
+    return model, data, to_joints
+
+
+@each_robot
+def test_mass_matrix_and_impact_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
+    """The impact is that of a free robot whose swing foot is stopped; rates after it are those of the other roles."""
+    q, dq = drawn(robot, 2)
+    linkage = robot.in_space[len(q) - 1]
+    model, data, to_joints = floating(robot, q, dq)
+    full, jacobian = np.zeros((model.nv, model.nv)), np.zeros((3, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    np.testing.assert_allclose(to_joints.T @ full @ to_joints, linkage.mass_matrix(q), rtol=0, atol=1e-11)
+    mujoco.mj_jacSite(model, data, jacobian, None, model.site("left").id)
+    weights = np.linalg.solve(full, jacobian.T)
+    stopped = data.qvel - weights @ np.linalg.solve(jacobian @ weights, jacobian @ data.qvel)
+    rates = np.linalg.lstsq(to_joints[3:], stopped[3:], rcond=None)[0]
+    after, found = linkage.touchdown(q, dq)
+    np.testing.assert_allclose(after, exchanged(q), rtol=0, atol=0)
+    np.testing.assert_allclose(found, exchanged(rates), rtol=0, atol=1e-11)
+    place = data.site("left").xpos - data.site("right").xpos
+    np.testing.assert_allclose(linkage.swing_foot(q), place, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("robot", "planar"),
+    [(Compass3D(hip_width=1e-9), mjbiped.Compass()), (Kneed3D(hip_width=1e-9), mjbiped.KneedBiped())],
+)
+def test_legs_that_come_together_walk_in_the_plane(robot: InSpace, planar: mjbiped.Compass) -> None:
+    rng, n, slope = np.random.default_rng(3), len(planar.angles), 0.1
+    q, dq = rng.normal(0.0, 0.2, n), rng.normal(0.0, 1.0, n)
+    state = np.append(q, 0.0), np.append(dq, 0.0)
+    chain = planar.chains[n]
+    found = robot.in_space[n].accelerations(np.zeros(n + 1), *state, pull_of(slope))
+    np.testing.assert_allclose(found[:-1], chain.accelerations(np.zeros(n), q, dq, slope), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(robot.energy(*state, slope), planar.energy(q, dq, slope), rtol=1e-12)
+    two = (np.append(q[:2], 0.0), np.append(dq[:2], 0.0))
+    np.testing.assert_allclose(
+        robot.impact(*two)[1][:2], planar.rates_after_touchdown(q[[0, 1, 1][:n]], dq[[0, 1, 1][:n]])[:2], atol=1e-9
+    )
+    if n == 3:
+        groups = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+        straight = q[[0, 1, 1]]
+        struck = joined(robot.in_space[3], groups, np.append(straight, 0.0), state[1])
+        np.testing.assert_allclose(struck[:2], planar.knee_impact(straight, dq)[1], rtol=0, atol=1e-9)
+
+
+def test_gravity_s_direction() -> None:
+    np.testing.assert_allclose(pull_of(0.1), [math.sin(0.1), math.cos(0.1), 0.0], rtol=0, atol=1e-15)
+    assert np.linalg.norm(pull_of(0.1, -0.2)) == pytest.approx(1.0, abs=1e-15)
+    assert pull_of(0.1, -0.2)[2] < 0.0
