@@ -98,10 +98,8 @@ def pull_of(slope: float, lateral: float = 0.0) -> Array:
     """
     normal = np.array([np.tan(slope), 1.0, np.tan(lateral)])
     normal /= np.linalg.norm(normal)
-    # the heading lies in the ground, and in the vertical plane of the heading
-    forward = np.sin(np.arctan(np.tan(slope)))
-    aside = np.sqrt(max(0.0, 1.0 - forward**2 - normal[1] ** 2))
-    return np.array([forward, normal[1], np.copysign(aside, lateral)])
+    # the heading lies in the ground, and in the vertical plane along x
+    return np.array([np.sin(slope), normal[1], normal[2] * np.cos(slope)])
 
 
 def spatial(
