@@ -95,15 +95,6 @@ def test_touchdowns_against_the_equations(found: Stability, walk: mjbiped.Walk) 
     assert found.slope_change.sum() == pytest.approx(math.radians(1))
 
 
-def test_paper_s_inequality_25_with_sharp_constants(found: Stability) -> None:
-    """(25) holds by construction where alpha is finite and the angles' error did not grow in the touchdown."""
-    same = np.linalg.norm(found.start[1:, :2], axis=1) <= np.linalg.norm(found.end[:-1, :2], axis=1)
-    level = found.slope_change[1:] == 0.0
-    assert same.any()
-    assert (found.ratio[1:][same & level] <= found.condition[1:][same & level]).all()
-    assert (found.condition_floor <= np.nan_to_num(found.condition, nan=np.inf)).all()
-
-
 def test_exact_estimate_stays_exact_with_the_update_and_re_planning(
     controller: AdaptiveController, uneven: mjbiped.Terrain
 ) -> None:
