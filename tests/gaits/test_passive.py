@@ -120,6 +120,8 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
     np.testing.assert_allclose(dq, gait.start[2:], rtol=1e-13)  # rounding
     np.testing.assert_allclose(np.concatenate(gait.reference(gait.period)[:2]), gait.end, atol=1e-12)  # integration
     assert gait.horizon == pytest.approx(1.375 * gait.period, rel=1e-12)  # rounding
+    with pytest.raises(ValueError, match="read-only"):
+        gait.start[0] = 0.0
     last, _, _ = gait.reference(gait.horizon)
     for late in (gait.horizon * (1 + 1e-12), gait.horizon + 1, 1e6):
         q, dq, ddq = gait.reference(late)
