@@ -95,6 +95,18 @@ def test_touchdowns_against_the_equations(found: Stability, walk: mjbiped.Walk) 
     assert found.slope_change.sum() == pytest.approx(math.radians(1))
 
 
+def test_ratios_and_bounds_are_those_of_21_to_26(found: Stability) -> None:
+    before, after = (np.linalg.norm(eta, axis=1) for eta in (found.end, found.start))
+    np.testing.assert_allclose(found.ratio[1:], before[1:] / before[:-1])
+    np.testing.assert_allclose(found.impact_ratio[1:], after[1:] / before[:-1])
+    contraction = np.linalg.norm(found.transition, 2, axis=(1, 2))
+    np.testing.assert_allclose(found.condition[1:], found.impact_gain[1:] * contraction[1:])
+    np.testing.assert_allclose(found.condition_floor, math.sqrt(51.0) * contraction)
+    of_estimates = [np.linalg.norm(found.errors[found.step == step, 4:6], axis=1) for step in range(found.steps)]
+    np.testing.assert_allclose(found.estimate_rise, [norms.max() - norms[0] for norms in of_estimates], atol=1e-15)
+    assert found.estimate_rise.max() > 1e-3
+
+
 def test_exact_estimate_stays_exact_with_the_update_and_re_planning(
     controller: AdaptiveController, uneven: mjbiped.Terrain
 ) -> None:
