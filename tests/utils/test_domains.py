@@ -91,6 +91,8 @@ def test_the_other_checks() -> None:
         refuse(lambda name=name: known_name("terrain", name, ("level", "incline")), "valid are level, incline")  # type: ignore[misc]
 
 
+LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleController, PassivityController)
+
 # ---- nonsense is refused everywhere ----------------------------------------------------------------------------------
 
 NONSENSE: tuple[object, ...] = (
