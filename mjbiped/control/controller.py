@@ -220,9 +220,8 @@ class Controller(ABC):
     def describe(self) -> dict[str, Any]:
         """Name and parameters in plain JSON types, for the record of a walk."""
         description: dict[str, Any] = {"name": type(self).__name__}
-        own: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(self) if dataclasses.is_dataclass(self) else ()
-        for field in own:
-            value = getattr(self, field.name)
+        fields: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(self) if dataclasses.is_dataclass(self) else ()
+        for name, value in ((field.name, getattr(self, field.name)) for field in fields):
             if isinstance(value, Gait):
                 value = value.describe()
             elif isinstance(value, Robot):
@@ -233,7 +232,7 @@ class Controller(ABC):
                 value = float(value)  # NumPy's
             elif not isinstance(value, bool | int | float | str | None):
                 value = repr(value)
-            description[field.name] = value
+            description[name] = value
         return description
 
 

@@ -84,7 +84,7 @@ def test_power_of_passivity_based_and_kinetic_energy_control(
     error = surplus(robot, state, tilt)
     # the law weakens for rates below
     held = min(1.0, float(dq[0] ** 2 + weight * dq[1] ** 2) / kinetic.slowest**2)
-    laws: list[tuple[KnownSlopeController, float]] = [(passivity, -gain * error * (dq @ dq))]
+    laws: list[tuple[KnownSlopeController, float]] = [(passivity, -gain * error * float(dq @ dq))]
     for controller, promised in (*laws, (kinetic, -gain * error * held)):
         scale = 1.0 + abs(promised) + 2.0 * robot.weight * np.abs(dq).sum()
         rate = power(controller, memory_on(controller, tilt), state) - bare @ dq
