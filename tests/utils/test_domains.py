@@ -19,7 +19,11 @@ from time_limits import within
 import mjbiped
 from controllers import (
     AdaptiveController,
+    EnergyConstraintController,
+    KineticEnergyController,
+    LimitCycleController,
     PassiveController,
+    PassivityController,
 )
 from mjbiped.engines.mujoco.engine import LEG
 from mjbiped.errors import InputError
