@@ -20,7 +20,7 @@ from mjbiped.rendering.marks import (
     arc_sweep,
     draw_marks,
 )
-from mjbiped.rendering.scene import Moment, Pair, tracked_posture
+from mjbiped.rendering.scene import Moment, Pair, beside_posture
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -90,6 +90,17 @@ def test_soles_lie_along_the_ground_under_either_foot() -> None:
         np.testing.assert_allclose(toe, foot + 0.15 * along, atol=1e-6)
 
 
+@pytest.mark.parametrize(("torque", "place"), [(-1.0, 1.0 / 95.0), (-90.0, 0.15), (90.0, -0.05)])
+def test_on_a_sole_the_force_stands_on_the_centre_of_pressure(torque: float, place: float) -> None:
+    """It is the torque over the normal force, within the sole."""
+    robot, scene = mjbiped.Compass(sole=(0.05, 0.15)), mujoco.MjvScene(MODEL, maxgeom=MOST_GEOMS)
+    at = moment(torque=(torque, 0.0), slope=0.0, force=(0.0, 95.0))
+    draw_marks(scene, at, robot, SCALES, {"force"})
+    shaft = of_colour([scene.geoms[k] for k in range(scene.ngeom)], rgb(FORCE_COLOUR))[2]
+    _, tip = ends(shaft)
+    assert tip[0] - foot_of(ROBOT, at.qpos[:2], at.qpos[2])[0] == pytest.approx(place, abs=1e-6)
+
+
 def arc(torque: Pair, colour: tuple[float, float, float]) -> tuple[float, float]:
     """Angle that an arc goes round, clockwise, and its width."""
     at = moment(torque=torque)
@@ -147,7 +158,9 @@ def test_the_estimate_is_a_line_through_the_foot() -> None:
 
 def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
     foot = np.array(foot_of(ROBOT, moment().qpos[:2], moment().qpos[2]))
-    at = moment(reference=tracked_posture(ROBOT, tuple(foot), 0, moment().slope, (0.1, -0.3), 0.0))
+    slope, qpos = moment().slope, np.array(moment().qpos)
+    *_, reference = beside_posture(ROBOT, mjbiped.Terrain.level(), qpos, 0, slope, (0.1, -0.3))
+    at = moment(reference=reference)
     stance, swing = of_colour(marks(at, "ghost"), rgb(GHOST_COLOUR))
     hip = foot + np.array((math.sin(0.1 + at.slope), math.cos(0.1 + at.slope)))
     for leg, angle in ((stance, 0.1), (swing, -0.3)):

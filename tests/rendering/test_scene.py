@@ -26,6 +26,9 @@ def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Wa
     moments, times = Moments(walk), walk.samples["time"]
     for index in (0, 333, 2000, len(times) - 1):
         assert moments.at(float(times[index])).qpos == tuple(walk.samples["qpos"][index])
+    between = 0.25 * times[333] + 0.75 * times[334]
+    expected = 0.25 * walk.samples["qpos"][333] + 0.75 * walk.samples["qpos"][334]
+    assert moments.at(float(between)).qpos == pytest.approx(expected, abs=1e-12)
     for time in np.linspace(0.0, times[-1], 50).tolist():
         moment = moments.at(time)
         x, z = walk.robot.limbs(moment.qpos)[moment.stance, -1].tolist()
@@ -104,6 +107,8 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
         moment = moments.at(time)
         for leg, trace in enumerate(moment.traces):
             assert trace[-1] == pytest.approx(walk.robot.limbs(moment.qpos)[leg, -1])
+            before = moments.at(max(0.0, time - 2.0)).qpos
+            assert np.hypot(*(trace[0] - walk.robot.limbs(before)[leg, -1])) < 0.05
             assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
