@@ -37,7 +37,7 @@ WANTED = 0.95
 _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 _WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
 ROOMS = {
-    "controllers/adaptive.py": ("control_laws/test_kneed.py",),
+    "controllers/adaptive.py": ("control_laws/test_adaptive.py", "control_laws/test_kneed.py"),
     _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py", _WALKS, _EQUATIONS),
     _HYBRID + "guards.py": (
         "engines/hybrid/test_events.py",
@@ -64,7 +64,7 @@ ROOMS = {
     _MUJOCO + "motors.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed_stance.py", _WALKS),
     _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py", _WALKS),
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
-    "mjbiped/envs/walkers.py": ("envs/test_walkers.py",),
+    "mjbiped/envs/walkers.py": ("envs/test_episodes.py",),
     "mjbiped/gaits/optimisation.py": ("gaits/test_steps.py", "gaits/test_optimised.py"),
     "mjbiped/gaits/reference.py": (
         "gaits/test_steps.py",

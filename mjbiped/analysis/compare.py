@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import interp1d
 
 from mjbiped.analysis import divergence
 from mjbiped.analysis.divergence import Divergence
@@ -175,8 +176,6 @@ def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
         own = (others > other_start) & (others < other_end)
         if own.sum() < 2:
             continue
-        at = time[inside] - start + other_start
-        for joint in range(torque.shape[1]):
-            known = np.interp(at, others[own], other_torque[own, joint], left=math.nan, right=math.nan)
-            difference[inside, joint] = torque[inside, joint] - known
+        known = interp1d(others[own], other_torque[own], axis=0, bounds_error=False)
+        difference[inside] = torque[inside] - known(time[inside] - start + other_start)
     return time, difference

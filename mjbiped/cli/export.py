@@ -105,13 +105,9 @@ def report(
       mjbiped report walk.npz --no-video --out pages/walk.html
       mjbiped report out/random_ground
     """  # noqa: D301 (click reads the backspace)
-    from mjbiped.reports.page import check_installed
     from mjbiped.reports.study import report_study
     from mjbiped.reports.walk import report_walk
 
-    check_installed()
-    if not source.exists():
-        raise InputError(f"there is no {shown(str(source))}: expected a walk's record (.npz), or the folder of a sweep")
     if source.suffix.lower() == ".toml":
         raise InputError(
             f"{shown(str(source))} is a study's file: expected is the folder of its sweep, which is "
@@ -121,12 +117,8 @@ def report(
     if study and no_video:
         raise click.UsageError("--no-video is for the report of a walk; that of a study has no video.")
     page = out or to_write(source / "report.html" if study else source.with_suffix(".html"), ".html")
-    if study:
-        report_study(source, page)
-        results.written["report"] = str(page)
-    else:
-        draw = partial(report_walk, Walk.load(source), video=not no_video, progress=not results.quiet)
-        results.write("report", page, draw)
+    walked = partial(report_walk, video=not no_video, progress=not results.quiet)
+    results.write("report", page, partial(report_study, source) if study else partial(walked, Walk.load(source)))
     results.end({}, [])
 
 

@@ -28,23 +28,15 @@ LONGEST_LINE = 1000
 """Greatest number of characters in an error message."""
 
 _COMMANDS = {
-    "walk": "walks:walk",
-    "compare": "walks:compare",
-    "gait": "gaits:gait",
-    "reference": "gaits:reference",
-    "return-map": "maps:return_map",
-    "bifurcation": "maps:bifurcation",
-    "basin": "maps:basin",
-    "stability": "gaits:stability",
-    "figures": "export:figures",
-    "render": "walks:render",
-    "export": "export:export",
-    "view": "walks:view",
-    "report": "export:report",
-    "sweep": "studies:sweep",
-    "robustness": "studies:robustness",
-    "reproduce": "studies:reproduce",
-    "compile": "studies:compile_",
+    name: f"{module}:{name.replace('-', '_')}"
+    for module, names in {
+        "walks": "walk compare render view",
+        "gaits": "gait reference stability",
+        "maps": "return-map bifurcation basin",
+        "export": "export report figures",
+        "studies": "sweep robustness reproduce compile",
+    }.items()
+    for name in names.split()
 }
 """Where each command is, as "module:name" of this package."""
 

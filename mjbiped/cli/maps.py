@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from mjbiped.cli import options
 from mjbiped.cli.commands import Choice, Given, command, filled, span
-from mjbiped.cli.main import INTERRUPTED
 from mjbiped.cli.results import Plotted, Summary
 from mjbiped.cli.walkers import controller_of, robot_of, scuffing_of
 from mjbiped.control.loading import FORMS
@@ -208,7 +207,7 @@ def basin(
         if controlled
         else partial(basin_of_attraction, robot, slope)
     )
-    began, status, trouble = time.perf_counter(), 0, ""
+    began = time.perf_counter()
     try:
         found = walk(
             stance_rates=np.linspace(*(stance_rates or rates[0]), count),
@@ -218,15 +217,12 @@ def basin(
             threads=threads,
             progress=not results.quiet,
         )
-    except BasinInterrupted as stop:
-        found, status, trouble = stop.basin, INTERRUPTED, "the map was interrupted"
-    except BasinStopped as stop:
-        found, status, trouble = stop.basin, 1, str(stop)
+    except (BasinInterrupted, BasinStopped) as stop:
+        found = stop.basin
+        results.stopped(stop, "; what was not computed counts as undecided")
     seconds = time.perf_counter() - began
     columns = ("slope", "start", "stance_rates", "swing_rates", "fates", "steps", "peak_torque")
     results.keep(found, *columns, fate_names=[fate.name.lower() for fate in Fate])
-    if trouble:
-        results.fail(status, f"{trouble}; what was not computed counts as undecided")
     results.draw("gaits:plot_basins", [found])
     results.end(_basin_summary(found, seconds))
 

@@ -83,6 +83,10 @@ class Results:
         self.failures.append(message)
         self.status = max(self.status, status)
 
+    def stopped(self, stop: BaseException, kept: str) -> None:
+        """Note that a computation was interrupted or failed, and what is kept of it."""
+        self.fail(INTERRUPTED if isinstance(stop, KeyboardInterrupt) else 1, f"{str(stop) or 'interrupted'}{kept}")
+
     def end(
         self,
         summary: Mapping[str, object],

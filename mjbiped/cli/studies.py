@@ -171,7 +171,7 @@ def reproduce(
 
 
 @command("compile")
-def compile_(
+def compile(
     controllers: tuple[str, ...] = (),
     /,
     *,

@@ -14,7 +14,7 @@ import numpy as np
 import mjbiped
 from mjbiped.cli import options
 from mjbiped.cli.commands import Choice, Command, Given, command, filled, to_write
-from mjbiped.cli.main import INTERRUPTED, end
+from mjbiped.cli.main import end
 from mjbiped.cli.options import Video
 from mjbiped.cli.results import Drawn, Plotted
 from mjbiped.cli.walkers import engine_of, mujoco_of, next_ground, walker
@@ -73,17 +73,15 @@ def walk(
     physics = engine_of(engine, walker_options)
     if video is not None and not results.quiet and _no_gl():
         click.echo("Warning: there is no OpenGL platform for the video; all else will be written.", err=True)
-    status, trouble = 0, ""
+    stop: mjbiped.WalkInterrupted | mjbiped.WalkStopped | None = None
     try:
         done = mjbiped.walk(law, ground, engine=physics, progress=not results.quiet, **walker_options)
-    except mjbiped.WalkInterrupted as stop:
-        done, status, trouble = stop.walk, INTERRUPTED, f"the walk was interrupted after {stop.walk.steps} steps"
-    except mjbiped.WalkStopped as stop:
-        done, status, trouble = stop.walk, 1, str(stop)
+    except (mjbiped.WalkInterrupted, mjbiped.WalkStopped) as error:
+        stop, done = error, error.walk
     done = replace(done, settings={**done.settings, "command": click.get_current_context().obj})
     results.save(done, out)
-    if trouble:
-        results.fail(status, trouble + (f"; what was walked is in {out}" if results.written else ""))
+    if stop is not None:
+        results.stopped(stop, f"; what was walked is in {out}" if results.written else "")
     else:
         results.draw_walk(done)
         results.write("video", video, partial(pictures.render, done, progress=not results.quiet))
@@ -128,8 +126,7 @@ def compare(
     except (mjbiped.WalkStopped, mjbiped.WalkInterrupted) as stop:
         write(*stop.before, stop.walk)
         kept = f"; what was walked is in {' and '.join(results.written.values())}" if results.written else ""
-        status = 1 if isinstance(stop, mjbiped.WalkStopped) else INTERRUPTED
-        results.fail(status, f"{stop} (engine {stop.walk.settings['engine']}){kept}")
+        results.stopped(stop, f" (engine {stop.walk.settings['engine']}){kept}")
         results.end({}, [])
     write(done.mujoco, done.hybrid)
     results.draw("comparison:plot_comparison", done)

@@ -111,7 +111,7 @@ class Controller(ABC):
             and motors hold their torques in between; None: the law is continuous, and the engine says how often it is
             asked.
         with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
-        with_file: Class of controllers NAME:FILE that a file describes, with the fields `file` and `sha256`, or None.
+        with_file: Class of controllers NAME:FILE that a file describes, with the fields `file` and `sha256`.
         follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
             passive gaits alone.
         support: Index in the memory of two numbers that an engine in which feet can tip writes just before
@@ -220,8 +220,8 @@ class Controller(ABC):
     def describe(self) -> dict[str, Any]:
         """Name and parameters in plain JSON types, for the record of a walk."""
         description: dict[str, Any] = {"name": type(self).__name__}
-        for field in dataclasses.fields(self) if dataclasses.is_dataclass(self) else ():
-            value = getattr(self, field.name)
+        fields: tuple[dataclasses.Field[Any], ...] = dataclasses.fields(self) if dataclasses.is_dataclass(self) else ()
+        for name, value in ((field.name, getattr(self, field.name)) for field in fields):
             if isinstance(value, Gait):
                 value = value.describe()
             elif isinstance(value, Robot):
@@ -232,7 +232,7 @@ class Controller(ABC):
                 value = float(value)  # NumPy's
             elif not isinstance(value, bool | int | float | str | None):
                 value = repr(value)
-            description[field.name] = value
+            description[name] = value
         return description
 
 

@@ -265,7 +265,8 @@ def _hindrance(model: CompassStep, goal: Goal, broken: Mapping[str, float]) -> s
                 "less clearance or another speed"
             )
         goal = freely
-    for lower in _lower(goal):
+    for share in (0.75, 0.5, 0.25, 0.0) if goal.clearance else ():
+        lower = replace(goal, clearance=share * goal.clearance)
         found, _ = _best(model, lower)
         if found is not None:
             return f"with a clearance of {lower.clearance:.3g} m there is one; ask for less clearance"
@@ -274,9 +275,3 @@ def _hindrance(model: CompassStep, goal: Goal, broken: Mapping[str, float]) -> s
     name = max(broken, key=broken.__getitem__)
     sole = "" if model.robot.sole is None else ", or give the robot a longer sole"
     return f"the best one breaks the constraint '{name}'; ask for another speed, or allow more friction{sole}"
-
-
-def _lower(goal: Goal) -> list[Goal]:
-    """The goal with less and less clearance, down to none; nothing if it has none."""
-    shares = (0.75, 0.5, 0.25, 0.0) if goal.clearance else ()
-    return [replace(goal, clearance=share * goal.clearance) for share in shares]

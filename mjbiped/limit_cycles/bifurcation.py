@@ -245,9 +245,8 @@ class BifurcationDiagram:
         tolerance = domains.Domain(0.0, 1e3, "m").check("tolerance", tolerance)
         lengths = self.step_lengths
         result = np.zeros(len(lengths), dtype=np.int64)
-        for count in (32, 28, 24, 20, 16, 14, 12, 10, 8, 7, 6, 5, 4, 3, 2, 1):  # the least that fits is the last
-            if count < lengths.shape[1]:
-                result[np.abs(lengths[:, count:] - lengths[:, :-count]).max(axis=1) < tolerance] = count
+        for count in range(min(32, lengths.shape[1] - 1), 0, -1):  # the least that fits is the last
+            result[np.abs(lengths[:, count:] - lengths[:, :-count]).max(axis=1) < tolerance] = count
         return result
 
 

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from mjbiped.errors import RenderError
-from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, width
+from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, style, width
 from mjbiped.plotting.panels import (
     draw_over_time,
     head,
@@ -29,20 +29,7 @@ from mjbiped.plotting.panels import (
     titled,
     wrapped,
 )
-from mjbiped.plotting.style import (
-    BLUE,
-    C_MT,
-    GROUND,
-    GUIDE,
-    ORANGE,
-    PLANNED,
-    SHADE,
-    TRUTH,
-    VERMILLION,
-    drawn,
-    figure_png,
-    note_at,
-)
+from mjbiped.plotting.style import C_MT, GUIDE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, Values, check_panels, lines_of, without_zeros
 from mjbiped.terrain.terrain import Terrain
@@ -98,7 +85,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
         grid = _draw_rows(part, walk, rows)
         titled(grid[0], next(letters), "Time lapse")
         labelled(grid[-1], "x (m);  under the ground: step height and slope, positive downhill")
-        legs = (BLUE, 1.8, "stance leg"), (ORANGE, 1.2, "swing leg")
+        legs = (style.BLUE, 1.8, "stance leg"), (style.ORANGE, 1.2, "swing leg")
         legend_above(grid[0], handles=[Line2D([], [], color=c, linewidth=thick, label=leg) for c, thick, leg in legs])
 
     def draw_histories(part: FigureBase) -> None:
@@ -134,7 +121,7 @@ def time_lapse_picture(walk: Walk) -> bytes:
     with drawn(None) as figure:
         figure.set_figheight(_height(rows) + _BETWEEN_ROWS)
         _draw_rows(figure, walk, rows)[-1].set_xlabel("x (m)")
-    return figure_png(figure)
+    return style.figure_png(figure)
 
 
 def _title(walk: Walk) -> str:
@@ -161,9 +148,9 @@ def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across:
     for axes, (angle, rate, motion, plans, gait) in zip(grid, every, strict=False):
         axes.plot(*motion.T, color=angle.colour, linewidth=0.8, label=angle.name)
         for planned in plans:
-            axes.plot(*planned.T, label="re-planned reference", **PLANNED)
+            axes.plot(*planned.T, label="re-planned reference", **style.PLANNED)
         if gait is not None:
-            axes.plot(*gait.T, label="imitated gait", **TRUTH, linewidth=1.4)
+            axes.plot(*gait.T, label="imitated gait", **style.TRUTH, linewidth=1.4)
         axes.plot(*motion[0], "k.", markersize=6, label="start")
         axes.set(xlabel=f"angle {angle.symbol} (rad)", ylabel=f"rate {rate.symbol} (rad/s)")
         titled(axes, next(letters), f"Phase portrait, {angle.name}")
@@ -261,7 +248,7 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
         inside = (qpos[:, 0] >= row.start) & (qpos[:, 0] <= row.stop)
         limbs = walk.robot.outline(qpos[inside])
         stands = np.arange(limbs.shape[1]) == stance[inside, None]
-        for is_stance, leg, share in ((False, ORANGE, 0.7), (True, BLUE, 1.0)):
+        for is_stance, leg, share in ((False, style.ORANGE, 0.7), (True, style.BLUE, 1.0)):
             look: dict[str, Any] = {"colors": color or leg, "linewidths": share * thick, "capstyle": "round"}
             layer = 4 + 2 * (alpha == 1.0) + is_stance
             lines = LineCollection(list(limbs[stands == is_stance]), zorder=layer, alpha=alpha, **look)
@@ -283,7 +270,7 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
 def _draw_ground(axes: Axes, terrain: Terrain, row: Row) -> None:
     """Fill the ground, mark changes of slope and steps, and label both where there is room."""
     x, z = terrain.outline(row.start, row.stop)
-    axes.fill_between(x, z, row.low, color=GROUND, linewidth=0, zorder=1)
+    axes.fill_between(x, z, row.low, color=style.GROUND, linewidth=0, zorder=1)
     axes.plot(x, z, color=SHADE, linewidth=0.9, zorder=3)
     if row.start < terrain.end < row.stop:
         axes.axvline(terrain.end, color=VERMILLION, linestyle=":", linewidth=1.0)

@@ -113,16 +113,15 @@ class Moments:
         share = min(1.0, max(0.0, (time - times[latest]) / between)) if between > 0.0 else 0.0
         before = samples["qpos"][latest]
         qpos = before + share * (samples["qpos"][following] - before)
-        feet: list[Pair] = [(x, z) for x, z in self._robot.limbs(qpos)[:, -1].tolist()]
-        slope = float(samples["slope"][latest])
-        q, dq, torque = (samples[name][latest] for name in ("q", "dq", "torque"))
-        stance = int(samples["stance"][latest])
+        slope, stance = float(samples["slope"][latest]), int(samples["stance"][latest])
         locked = bool(samples["locked"][latest]) if "locked" in samples else False
-        bent = float(self._robot.flexion(before, stance))
+        q, dq, torque = (samples[name][latest] for name in ("q", "dq", "torque"))
         force = (math.nan, math.nan)
         if self._sound[latest]:
+            bent = float(self._robot.flexion(before, stance))
             force = self._robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=bent)
         tracked = None if self._reference is None else self._reference.at(time, locked=locked)
+        feet, ground, reference = beside_posture(self._robot, self._walk.terrain, qpos, stance, slope, tracked)
         return Moment(
             time=time,
             step=1 + int(np.searchsorted(touchdowns, time - _SAME)),
@@ -132,8 +131,8 @@ class Moments:
             slope_estimate=float(samples["slope_estimate"][latest]),
             torque=tuple(torque.tolist()),
             force=force,
-            reference=tracked and tracked_posture(self._robot, feet[stance], stance, slope, tracked, bent),
-            ground=ground_under(self._walk.terrain, feet),
+            reference=reference,
+            ground=ground,
             traces=tuple(self._trace(leg, time, foot) for leg, foot in enumerate(feet)),
         )
 
@@ -144,26 +143,29 @@ class Moments:
         return np.vstack([points[low:high], foot])
 
 
-def ground_under(terrain: Terrain, feet: Sequence[Pair]) -> tuple[Pair, ...]:
-    """Height (m) and slope (rad) of the ground under each foot at x, z (m)."""
-    return tuple((terrain.height_at(x), terrain.slope_at(x)) for x, _ in feet)
-
-
-def tracked_posture(
-    robot: Robot, foot: Pair, stance: int, slope: float, tracked: Sequence[float], bent: float
-) -> tuple[float, ...] | None:
-    """Posture `qpos` with the angles that a controller tracks; None where these are no finite numbers.
+def beside_posture(
+    robot: Robot, terrain: Terrain, qpos: Points, stance: int, slope: float, tracked: Sequence[float] | None
+) -> tuple[list[Pair], tuple[Pair, ...], tuple[float, ...] | None]:
+    """Return the places of the feet, the ground under them, and the posture that a controller tracks on its foot.
 
     Args:
         robot: The robot.
-        foot: Place of the stance foot, x and z in m.
+        terrain: The ground.
+        qpos: Posture, see `Robot.places`.
         stance: Number of the stance leg.
         slope: Slope of the ground, rad.
-        tracked: Angles from the ground's normal, stance leg first, rad.
-        bent: Flexion of the stance knee, rad.
+        tracked: Tracked angles from the ground's normal, stance leg first, rad; None without a reference.
+
+    Returns:
+        x and z of each foot, m; height (m) and slope (rad) under each; a posture, or None without finite angles.
     """
-    posture = robot.posture(foot, stance, [angle + slope for angle in tracked], bent)
-    return posture if all(map(math.isfinite, posture)) else None
+    feet: list[Pair] = [(x, z) for x, z in robot.limbs(qpos)[:, -1].tolist()]
+    ground = tuple((terrain.height_at(x), terrain.slope_at(x)) for x, _ in feet)
+    reference = None
+    if tracked is not None and all(map(math.isfinite, tracked)):
+        angles = [angle + slope for angle in tracked]
+        reference = robot.posture(feet[stance], stance, angles, float(robot.flexion(qpos, stance)))
+    return feet, ground, reference
 
 
 class PosedScene:

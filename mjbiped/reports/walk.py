@@ -205,11 +205,7 @@ def _over_ground(walk: Walk) -> Shown:
     for leg, side in legs:  # the page moves these two
         now_x, now_z = _sticks(walk.robot, qpos[:1], side[:1])
         colour = SIGNALS[f"q_{leg}"].colour
-        look = {
-            "mode": "lines+markers",
-            "line": {"color": colour, "width": 5},
-            "marker": {"size": 7, "color": colour},
-        }
+        look = {"mode": "lines+markers", "line": {"color": colour, "width": 5}, "marker": {"size": 7, "color": colour}}
         traces.append(curve(f"{leg} leg now", now_x[:-1], now_z[:-1], **look))
     words = "step %{customdata[0]}, %{customdata[1]:.3f} s<br>x %{x:.3f} m, z %{y:.4f} m<br>slope %{customdata[2]:.2f}°"
     mark = {"mode": "markers", "marker": {"size": 9, "color": SHADE, "symbol": "triangle-up"}}
@@ -244,12 +240,7 @@ def _phases(walk: Walk, keep: NDArray[np.int64]) -> Shown:
         if gait is not None:
             traces.append(curve("imitated gait", *small(gait.T), line=line("slope", width=2)))
         ring = {"size": 12, "color": "white", "line": {"width": 3, "color": angle.colour}}
-        now = {
-            "mode": "markers",
-            "meta": "now",
-            "showlegend": False,
-            "marker": ring,
-        }  # the page moves it
+        now = {"mode": "markers", "meta": "now", "showlegend": False, "marker": ring}  # the page moves it
         traces.append(curve("now", *small(motion[:1].T), **now))
         x = {"title": {"text": f"angle {angle.symbol} (rad)"}, **include(motion[:, 0], room=_ROOM)}
         y = {"title": {"text": f"rate {rate.symbol} (rad/s)"}, **include(motion[:, 1], room=_ROOM)}

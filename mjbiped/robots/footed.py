@@ -114,9 +114,8 @@ class FootedCompass(Compass):
 
     def outline(self, qpos: ArrayLike) -> Array:
         """Lines that figures draw of each leg: its limbs, then along the sole to the heel and to the toe."""
-        limbs, places = self.limbs(qpos), np.asarray(qpos, dtype=np.float64)
-        angles, foot = places[..., 2:4] + places[..., 4:6], self.foot
-        along = np.stack([np.cos(angles), -np.sin(angles)], axis=-1)
+        limbs, foot = self.limbs(qpos), self.foot
+        along = (limbs[..., -1, ::-1] - limbs[..., -2, ::-1]) * [-1.0, 1.0] / self.ankle_height
         ends = [limbs[..., -1, :] + distance * along for distance in (-foot.behind, foot.ahead)]
         return np.concatenate([limbs, np.stack(ends, axis=-2)], axis=-2)
 

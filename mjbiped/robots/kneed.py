@@ -233,29 +233,24 @@ def stance_knee_torque(
     for name, given in (("q", q), ("dq", dq), ("torque", torque)):
         if np.shape(given)[-1:] != (3,):
             raise InputError(f"{name}: expected shape (..., 3), got {np.shape(given)}")
-    leading = np.broadcast_shapes(
-        *(np.shape(given)[:-1] for given in (q, dq, torque)),
-        *(np.shape(given) for given in (slope, locked, stance_flexion)),
-    )
-
-    def spread(values: ArrayLike, *more: int) -> Array:
-        return np.broadcast_to(np.asarray(values, dtype=np.float64), (*leading, *more))
-
+    by_instant = (np.asarray(each, dtype=np.float64)[..., None] for each in (slope, locked, stance_flexion))
+    given = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (q, dq, torque)), *by_instant)
+    leading, (lean, held, flexion) = given[0].shape, (each[..., 0] for each in given[3:])
     # of all four segments, stance shank first
-    angles = domains.ANGLE.array("q", spread(q, 3), (*leading, 3))[..., [0, 0, 1, 2]]
-    rates = domains.RATE.array("dq", spread(dq, 3), (*leading, 3))[..., [0, 0, 1, 2]]
-    ankle, hip, knee = np.moveaxis(spread(torque, 3), -1, 0)
-    lean = domains.ANGLE.array("slope", spread(slope), leading)
-    flexion = domains.ANGLE.array("stance_flexion", spread(stance_flexion), leading)
+    angles = domains.ANGLE.array("q", given[0], leading)[..., [0, 0, 1, 2]]
+    rates = domains.RATE.array("dq", given[1], leading)[..., [0, 0, 1, 2]]
+    ankle, hip, knee = np.moveaxis(given[2], -1, 0)
+    lean = domains.ANGLE.array("slope", lean, lean.shape)
+    flexion = domains.ANGLE.array("stance_flexion", flexion, lean.shape)
     upper, lower = (segment.length for segment in robot.bodies.leg)
     angles[..., :2] += np.arctan2(upper * np.sin(flexion), lower + upper * np.cos(flexion))[..., None]
     angles[..., 1] -= flexion
     # the equations, and a row for each knee: the swing knee's is zero where it is free
-    whole, equations = robot.chains[4], np.zeros((*leading, 6, 6))
+    whole, equations = robot.chains[4], np.zeros((*lean.shape, 6, 6))
     equations[..., :4, :4] = whole.mass_matrix(angles)
-    equations[..., 4, :2], equations[..., 5, 2:4] = (1.0, -1.0), np.multiply.outer(spread(locked), (-1.0, 1.0))
+    equations[..., 4, :2], equations[..., 5, 2:4] = (1.0, -1.0), np.multiply.outer(held, (-1.0, 1.0))
     equations[..., :4, 4:] = -np.swapaxes(equations[..., 4:, :4], -1, -2)
-    equations[..., 5, 5] = spread(locked) == 0.0
-    right = np.concatenate([np.stack([ankle, -hip, hip - knee, knee], -1), np.zeros((*leading, 2))], -1)
+    equations[..., 5, 5] = held == 0.0
+    right = np.concatenate([np.stack([ankle, -hip, hip - knee, knee], -1), np.zeros((*lean.shape, 2))], -1)
     right[..., :4] -= whole.pull(angles, rates, lean)
     return np.asarray(-np.linalg.solve(equations, right[..., None])[..., 4, 0])

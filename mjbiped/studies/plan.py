@@ -70,7 +70,7 @@ class Study:
 
     cells: tuple[Cell, ...]
     varied: tuple[str, ...]
-    declared: Mapping[str, Any]
+    declared: Mapping[str, object]
     drawn: frozenset[str] = frozenset()
     plot_parameters: tuple[str, ...] = ()
     plot_measures: tuple[str, ...] = ()

@@ -93,7 +93,7 @@ class Plan(_Checked):
         scuffing: The rule of all walks.
     """
 
-    declared: Mapping[str, Any]
+    declared: Mapping[str, object]
     folder: Path
     controllers: Mapping[str, Cell]
     engines: Sequence[str]

@@ -51,7 +51,7 @@ class Robustness:
         """Findings in one engine, in the order of the file."""
         return [each for each in self.findings if each["engine"] == engine]
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, object]:
         """Summarise the study and all findings in plain types."""
         plan, limits, margins = self.plan, self.plan.limits, self.plan.margins
         return {
@@ -112,7 +112,7 @@ class Robustness:
             "errors": [*errors],
         }
 
-    def _random(self, engine: str, controller: str, ground: str) -> dict[str, Any] | None:
+    def _random(self, engine: str, controller: str, ground: str) -> Findings | None:
         """Findings on a random ground; None where no walk was made there."""
         survival, settled = (self.survival(engine, controller, ground, settled=each) for each in (False, True))
         if survival is None or settled is None:

@@ -13,7 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -131,7 +130,7 @@ def opened(
         yield Store(path, tuple(columns), database)
 
 
-def read_table(path: Path) -> tuple[list[Row], dict[str, Any]]:
+def read_table(path: Path) -> tuple[list[Row], dict[str, object]]:
     """Read the rows and the identity of a study's table that another process may be writing.
 
     Returns:
@@ -175,7 +174,7 @@ def _rows(database: sqlite3.Connection) -> list[Row]:
     return [dict(zip(names, values, strict=True)) for values in found]
 
 
-def _identity(database: sqlite3.Connection) -> dict[str, Any]:
+def _identity(database: sqlite3.Connection) -> dict[str, object]:
     return {kind: json.loads(value) for kind, value in database.execute("SELECT kind, value FROM identity")}
 
 

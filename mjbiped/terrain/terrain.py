@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
@@ -103,7 +104,12 @@ class Terrain(Presets):
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
         domains.check_text("name", self.name)
-        object.__setattr__(self, "parameters", _frozen_pairs(self.parameters))
+        pairs = _frozen(self.parameters)
+        if not isinstance(pairs, tuple) or not all(
+            isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs
+        ):
+            raise InputError(f"parameters = {shown(pairs)}: expected pairs of a name and a value")
+        object.__setattr__(self, "parameters", pairs)
 
     def __repr__(self) -> str:
         """One line without the profile, which can be long; `to_dict` contains it."""
@@ -355,23 +361,14 @@ def _listed(name: str, values: object) -> tuple[Any, ...]:
 
 def _asked(ask: Callable[[float], float], x: object) -> float | NDArray[np.float64]:
     """Ask at one place or at each of an array."""
-    try:
+    places: NDArray[Any] = np.array(None)
+    with suppress(ValueError, TypeError):  # rows of unequal length
         places = np.asarray(x)
-    except (ValueError, TypeError) as error:
-        raise InputError(f"x = {shown(x)}: must be numbers in m") from error
     if places.dtype.kind not in "iuf":
         raise InputError(f"x = {shown(x)}: must be numbers in m")
     if not places.ndim:
         return ask(float(places))
     return np.array([ask(float(place)) for place in places.flat], dtype=np.float64).reshape(places.shape)
-
-
-def _frozen_pairs(pairs: object) -> tuple[tuple[str, Any], ...]:
-    """Check parameters, which are pairs of a name and a value."""
-    listed = [_listed("a terrain's parameter", pair) for pair in _listed("parameters", pairs)]
-    if not all(len(pair) == 2 and isinstance(pair[0], str) for pair in listed):
-        raise InputError(f"parameters = {shown(pairs)}: expected pairs of a name and a value")
-    return tuple((name, _frozen(value)) for name, value in listed)
 
 
 def _frozen(value: object) -> Any:

@@ -15,19 +15,9 @@ from mjbiped.engines.mujoco.engine import Mujoco, MujocoRun, stepped
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
+from mjbiped.rendering import scene
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.scene import (
-    APART,
-    TRACE,
-    Moment,
-    Moments,
-    Pair,
-    PosedScene,
-    fit_cameras,
-    ground_under,
-    place,
-    tracked_posture,
-)
+from mjbiped.rendering.scene import Moment, Moments, Pair, PosedScene, beside_posture
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
 
@@ -175,9 +165,9 @@ class LiveWalk:
         if self.scales.torque < torque < math.inf:
             self.scales = self.scales._replace(torque=float(torque))
         for way, foot in zip(self._ways, self._feet(), strict=True):
-            if not way or math.dist(foot, way[-1][1]) > APART * self.robot.leg_length:
+            if not way or math.dist(foot, way[-1][1]) > scene.APART * self.robot.leg_length:
                 way.append((self.time, foot))
-            while way[0][0] < self.time - TRACE:
+            while way[0][0] < self.time - scene.TRACE:
                 way.popleft()
 
     def _feet(self) -> list[Pair]:
@@ -186,27 +176,25 @@ class LiveWalk:
 
     def moment(self) -> Moment:
         """Return the present instant; the force is the mean since the last call."""
-        simulation, controller, feet = self.run.simulation, self._plan.controller, self._feet()
+        simulation, controller, tracked = self.run.simulation, self._plan.controller, None
         u, memory, qpos = simulation.state, simulation.memory, simulation.data.qpos[self._order]
         if self._span > 0.0:
             force = self._impulse / self._span
             self._force, self._span, self._impulse = (force.real, force.imag), 0.0, 0j
-        reference, stance = None, int(u.stance)
         if isinstance(controller, Tracking):
             tracked, _ = controller.tracked(memory, self.time - u.transfer_time)
-            bent = float(self.robot.flexion(qpos, stance))
-            reference = tracked_posture(self.robot, feet[stance], stance, u.slope, tracked, bent)
+        feet, ground, reference = beside_posture(self.robot, self.terrain, qpos, int(u.stance), u.slope, tracked)
         return Moment(
             time=self.time,
             step=self.steps + 1,
             qpos=tuple(qpos.tolist()),
-            stance=stance,
+            stance=int(u.stance),
             slope=u.slope,
             slope_estimate=controller.slope_estimate(memory),
             torque=tuple(u.torque[: len(self.robot.joints)]),
             force=self._force,
             reference=reference,
-            ground=ground_under(self.terrain, feet),
+            ground=ground,
             traces=tuple(
                 np.array([*(point for _, point in way), foot]) for way, foot in zip(self._ways, feet, strict=True)
             ),
@@ -218,11 +206,11 @@ class LiveWalk:
         if self._seen is not simulation.model:
             self._seen = simulation.model
             self.model = copy.copy(simulation.model)
-            fit_cameras(self.model, self.robot.leg_length)
+            scene.fit_cameras(self.model, self.robot.leg_length)
             self.data = mujoco.MjData(self.model)
         mujoco.mj_copyData(self.data, self.model, simulation.data)
         self.data.userdata[:] = 0.0  # so no callback takes it for a walk
-        place(self.model, self.data)
+        scene.place(self.model, self.data)
 
 
 def contact_force(model: mujoco.MjModel, data: mujoco.MjData, foot: str) -> complex:

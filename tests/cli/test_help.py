@@ -32,8 +32,8 @@ from mjbiped.utils import domains
 from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
-    "walk", "compare", "gait", "reference", "return-map", "bifurcation", "basin", "stability", "figures", "render",
-    "export", "view", "report", "sweep", "robustness", "reproduce", "compile",
+    "walk", "compare", "render", "view", "gait", "reference", "stability", "return-map", "bifurcation", "basin",
+    "export", "report", "figures", "sweep", "robustness", "reproduce", "compile",
 ]  # fmt: skip
 COMMANDS: Mapping[str, click.Command] = main.commands
 

@@ -22,6 +22,7 @@ from mjbiped.control.registry import controller_names, make_controller
 from mjbiped.engines.base import Run
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Array
+from mjbiped.robots.robot import Robot
 
 Q, DQ = (-0.19, 0.19), (1.1, 0.8)
 GROUND = mjbiped.Terrain.incline(2.0)
@@ -86,7 +87,7 @@ def test_description_is_json_whatever_the_parameters(robot: mjbiped.Compass, gai
 
 
 @pytest.mark.parametrize("robot", [mjbiped.Compass(), mjbiped.KneedBiped()])
-def test_the_passive_controller_has_no_torque_for_each_joint_of_any_robot(robot: mjbiped.Robot) -> None:
+def test_the_passive_controller_has_no_torque_for_each_joint_of_any_robot(robot: Robot) -> None:
     driver, zeros = Unpowered().driving(robot), (0.0,) * len(robot.joints)
     assert driver.joints == robot.joints
     assert tuple(driver.torque([], 0.3, zeros, zeros)) == zeros
@@ -163,7 +164,8 @@ class Silent(PassiveController):
 
 class Answering(PassiveController):
     def law(self) -> Law:
-        return super().law()._replace(torque=lambda *_: (0.0, 0.0))
+        torque: Any = lambda *_: (0.0, 0.0)  # noqa: E731
+        return super().law()._replace(torque=torque)
 
 
 CALLS = itertools.count()

@@ -60,8 +60,7 @@ def test_the_laws_are_equations_14_and_17_and_theorem_1_holds(
     robot: Compass, state: Array, t: float, slope: float, estimate: float, given_gains: tuple[float, float, float]
 ) -> None:
     k1, k2, gamma = given_gains
-    gains = {"position_gain": k1, "velocity_gain": k2, "adaptation_gain": gamma}
-    controller = replace(PAPER, robot=robot, **gains)
+    controller = replace(PAPER, robot=robot, position_gain=k1, velocity_gain=k2, adaptation_gain=gamma)
     memory, q, dq = started(controller, *OFF), state[:2], state[2:]
     memory[:2] = [1.1 * math.sin(estimate), 0.9 * math.cos(estimate)]  # off the unit circle, as (17) leaves them
     q_r, dq_r, ddq_r = np.array(controller.reference(memory, t)).reshape(3, 2)
@@ -79,7 +78,8 @@ def test_the_laws_are_equations_14_and_17_and_theorem_1_holds(
     norm = np.linalg.norm(inverse, 2)
     of_rates = 1e-13 * gamma * np.abs(z2).max() * norm * (np.abs(gc).sum() + np.abs(gs).sum())
     np.testing.assert_allclose(found[2:], rates, rtol=0, atol=of_rates + 1e-300)
-    np.testing.assert_allclose(controller.tracking_errors(memory, t, q, dq), [*z1, *dz1, *z2], rtol=1e-14, atol=1e-14)
+    errors = np.array(controller.tracking_errors(memory, t, q.tolist(), dq.tolist()))
+    np.testing.assert_allclose(errors, [*z1, *dz1, *z2], rtol=1e-14, atol=1e-14)
     # the derivative of Va along the motion: the slope's errors cancel (15), (16)
     ddq = acceleration(robot, q, dq, slope, found[:2])
     error = np.array([math.sin(slope), math.cos(slope)]) - memory[:2]
@@ -264,12 +264,9 @@ def test_the_update_27_finds_every_change_of_slope_and_keeps_the_estimates_error
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_changes_up_to_the_threshold_leave_the_estimate_untouched_and_a_switch_all(sign: float) -> None:
     swing, change = 0.25, 0.125  # powers of two: differences are exact
-    for settings_, changed in (
-        ({"update_threshold": change}, False),
-        ({"update_threshold": math.nextafter(change, 0.0)}, True),
-        ({"update_threshold": 0.0, "estimate_update": False}, False),
-    ):
-        controller = replace(PAPER, **settings_)
+    below = math.nextafter(change, 0.0)
+    for threshold, update, changed in ((change, True, False), (below, True, True), (0.0, False, False)):
+        controller = replace(PAPER, update_threshold=threshold, estimate_update=update)
         for sine, angle in ((0.3, math.asin(0.3)), (1.7, math.pi / 2), (-1e9, -math.pi / 2)):
             memory = started(controller, CYCLE[:2], CYCLE[2:])
             memory[:2] = [sine, 0.8]  # off the unit circle, as the adaptive law may have left them
@@ -295,7 +292,8 @@ def test_values_outside_their_domain_are_refused_by_name(name: str, value: Any) 
 
 
 def test_description_is_json_and_complete() -> None:
-    controller = replace(PAPER, replanning_delay=None, position_gain=np.float32(5.0))
+    number: Any = np.float32(5.0)
+    controller = replace(PAPER, replanning_delay=None, position_gain=number)
     description = controller.describe()
     assert json.loads(json.dumps(description, allow_nan=False)) == description
     assert set(description) == {"name", *(field.name for field in fields(controller))}

@@ -17,6 +17,7 @@ from mjbiped.robots.compass import Array, Compass
 ROBOT = Compass()
 GAIT = find_passive_gait(ROBOT, math.radians(2))
 PAPER = AdaptiveController(ROBOT, GAIT)
+CYCLE: list[float] = GAIT.start.tolist()
 
 
 @dataclass
@@ -97,7 +98,7 @@ UNEVEN = Ground([0.5, 1.2], [0, 3, -2])
 
 
 def test_on_uneven_ground_the_estimate_follows_every_change_of_slope_at_once() -> None:
-    steps = walk(PAPER, UNEVEN, 6, GAIT.start)
+    steps = walk(PAPER, UNEVEN, 6, CYCLE)
     assert sorted({round(math.degrees(step.slope), 9) for step in steps}) == [-2.0, 0.0, 3.0]
     for step in steps:
         # with a true estimate (27) gives the true slope; what is left is the integration's error, 1e-9 per step
@@ -112,7 +113,7 @@ def test_on_uneven_ground_the_estimate_follows_every_change_of_slope_at_once() -
 
 def test_a_wrong_estimate_is_found_out_by_walking() -> None:
     """Starting with "level" on 3 degrees: the estimate converges by (17), and by (27) keeps its error over a change."""
-    steps = walk(PAPER, Ground([0.9], [3, 1]), 4, GAIT.start)
+    steps = walk(PAPER, Ground([0.9], [3, 1]), 4, CYCLE)
     # the slope under the step that an estimate belongs to
     true = [math.radians(3), *(step.slope for step in steps)]
     errors = [abs(true[0])]
@@ -129,7 +130,7 @@ def test_a_wrong_estimate_is_found_out_by_walking() -> None:
 
 def test_without_the_update_only_the_adaptive_law_finds_the_new_slope() -> None:
     """Fig. 5 of the paper: both arrive, (27) at once."""
-    plain = walk(replace(PAPER, estimate_update=False), Ground([0.5], [0, 3]), 5, GAIT.start)
+    plain = walk(replace(PAPER, estimate_update=False), Ground([0.5], [0, 3]), 5, CYCLE)
     change = next(k for k, step in enumerate(plain) if step.slope > 0)
     assert abs(plain[change].estimate_after - plain[change].slope) > 0.04  # the whole 3 degrees are missing
     assert abs(plain[-1].estimate_after - plain[-1].slope) < 1e-3  # and gone after three steps
@@ -137,7 +138,7 @@ def test_without_the_update_only_the_adaptive_law_finds_the_new_slope() -> None:
 
 
 def test_without_replanning_the_error_decays_within_the_step() -> None:
-    steps = walk(replace(PAPER, replanning_delay=None), UNEVEN, 6, GAIT.start)
+    steps = walk(replace(PAPER, replanning_delay=None), UNEVEN, 6, CYCLE)
     changed = [step for step in steps if step.first_error > 0.01]
     assert len(changed) == 2
     for step in changed:

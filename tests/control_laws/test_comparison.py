@@ -66,7 +66,7 @@ def centre_of_mass(robot: Compass, q: Array) -> tuple[float, Array]:
     """Its place ahead of the stance foot along the ground, m, from the masses' places, and its derivative by q."""
     stance, swing = robot.leg_mass * (robot.lower_length + robot.leg_length), robot.leg_mass * robot.upper_length
     stance += robot.hip_mass * robot.leg_length
-    place = stance * math.sin(q[0]) - swing * math.sin(q[1])
+    place: float = stance * math.sin(q[0]) - swing * math.sin(q[1])
     by_q = np.array([stance * math.cos(q[0]), -swing * math.cos(q[1])])
     return place / robot.total_mass, by_q / robot.total_mass
 
@@ -84,7 +84,8 @@ def test_power_of_passivity_based_and_kinetic_energy_control(
     error = surplus(robot, state, tilt)
     # the law weakens for rates below
     held = min(1.0, float(dq[0] ** 2 + weight * dq[1] ** 2) / kinetic.slowest**2)
-    for controller, promised in ((passivity, -gain * error * (dq @ dq)), (kinetic, -gain * error * held)):
+    laws: list[tuple[KnownSlopeController, float]] = [(passivity, -gain * error * float(dq @ dq))]
+    for controller, promised in (*laws, (kinetic, -gain * error * held)):
         scale = 1.0 + abs(promised) + 2.0 * robot.weight * np.abs(dq).sum()
         rate = power(controller, memory_on(controller, tilt), state) - bare @ dq
         assert rate == pytest.approx(promised, abs=1e-10 * scale)

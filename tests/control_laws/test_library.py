@@ -4,13 +4,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import mjbiped
 from controllers import AdaptiveController, LibraryController
 from mjbiped.analysis.replay import recorded_controller, replayed
-from mjbiped.control.controller import Law
 from mjbiped.controllers.room import CLIMBING
 from mjbiped.errors import InputError
 
@@ -53,21 +51,6 @@ def test_a_height_change_brings_the_climbing_gait_for_some_steps(library: Librar
         after = 0.95 * expected.period  # past the transition
         q, dq, ddq = expected.reference(after)
         assert library.reference(list(memory), after) == (*q, *dq, *ddq)
-
-
-@pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-7), ("mujoco", 0.0)])
-def test_compiled_and_in_python_it_walks_the_same(library: LibraryController, engine: str, tolerance: float) -> None:
-    """Bitwise in MuJoCo; the hybrid engine itself rounds otherwise in Python, and chooses its steps by that."""
-
-    class InPython(LibraryController):
-        def law(self) -> Law:
-            return None  # type: ignore[return-value]  # as a controller in plain Python does
-
-    given = {each: getattr(library, each) for each in LibraryController.__dataclass_fields__ if each in vars(library)}
-    edge = 0.5 * library.gait.step_length
-    ground = mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (50.0, 0.0, 0.03)])
-    walks = [mjbiped.walk(each, ground, engine=engine, steps=3) for each in (library, InPython(**given))]
-    np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
 
 
 def test_it_survives_treads_that_its_economical_gait_does_not(robot: mjbiped.Compass) -> None:

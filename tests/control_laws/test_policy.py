@@ -71,21 +71,6 @@ def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
             np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
 
 
-class Plain(PolicyController):
-    """Without laws to be compiled."""
-
-    def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
-        return super().torque(memory, t, q, dq)
-
-
-def test_it_is_compiled_and_plain_python_is_bitwise_the_same(policy: PolicyController) -> None:
-    compiled, plain = (
-        mjbiped.walk(each, mjbiped.Terrain.mixed(), steps=2) for each in (policy, Plain(policy.robot, policy.gait))
-    )
-    for name, column in compiled.samples.items():
-        np.testing.assert_array_equal(column, plain.samples[name], err_msg=name)
-
-
 def test_its_slope_is_the_turn_of_the_ground(policy: PolicyController) -> None:
     ground = mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 3.0, 0.0)])
     walk = mjbiped.walk(policy, ground, engine="hybrid", steps=3)

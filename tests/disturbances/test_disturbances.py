@@ -34,7 +34,8 @@ def walk(engine: Any = "hybrid", **given: Any) -> mjbiped.Walk:
 
 
 def study(**settings: Any) -> Any:
-    return plan(Path("study.toml"), {"steps": 3, "terrain": {"name": "level"}, "disturbances": settings})
+    given = {"steps": 3, "engine": "hybrid", "terrain": {"name": "level"}, "disturbances": settings}
+    return plan(Path("study.toml"), given)
 
 
 REFUSED: list[tuple[Any, str]] = [
@@ -102,7 +103,6 @@ def test_a_model_error_is_a_factor_of_what_the_robot_is() -> None:
     assert model.leg_inertia == robot.leg_inertia
 
 
-@pytest.mark.slow
 def test_a_study_varies_disturbances_and_a_summary_has_them() -> None:
     found = study(delay=[0.0, 0.05], torque_limit="none")
     assert found.varied == ("disturbances.delay",)

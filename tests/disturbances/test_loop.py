@@ -162,10 +162,8 @@ def test_what_waits_goes_to_the_motor_that_it_was_meant_for(engine: str, knees: 
 def test_noise_and_bias_of_each_joint_are_as_large_as_they_say(engine: str, knees: bool) -> None:
     """Of some 120 ticks in one step: five deviations of mean and of deviation are allowed."""
     noise, bias = 0.01, 0.005
-    noisy, true = (
-        clocked(engine, knees, reading=True, **given).samples
-        for given in ({"angle_noise": noise, "angle_bias": bias, "seed": 1}, {})
-    )
+    noisy = clocked(engine, knees, reading=True, angle_noise=noise, angle_bias=bias, seed=1).samples
+    true = clocked(engine, knees, reading=True).samples
     error = 1e7 * (noisy["torque"] - true["torque"])[slice(2, 595, 5)]  # one sample in each tick
     count = len(error)
     assert (np.abs(error.mean(axis=0) - bias) < 5.0 * noise / math.sqrt(count)).all()

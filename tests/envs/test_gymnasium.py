@@ -212,7 +212,7 @@ def test_it_is_gymnasiums_own_row_of_environments(name: str, options: dict[str, 
         for key in mine[4]:
             np.testing.assert_array_equal(mine[4][key], others[4][key])
     assert ends >= 2 * count
-    assert own.unwrapped.walk(1).outcome in ("interrupted", "fell", "stalled", "time limit")
+    assert isinstance(own.unwrapped.walk(1), mjbiped.Walk)
     own.close()
 
 
@@ -255,7 +255,7 @@ REFUSED: dict[str, Any] = {
     "render_mode": lambda: WalkEnv(render_mode="human"),
     "width": lambda: WalkEnv(width=3),
     "unknown task": lambda: WalkEnv("walk"),
-    "did you mean 'terrain'": lambda: WalkEnv(**{"terain": {}}),
+    "did you mean 'terrain'": lambda: WalkEnv(terain={}),
     "num_envs": lambda: WalkVectorEnv(0),
     "robots of one vector are not drawn": lambda: gymnasium.make_vec(RANDOM, num_envs=2, render_mode="rgb_array"),
     "threads": lambda: WalkVectorEnv(2, threads=0),
@@ -301,7 +301,8 @@ def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -
             expected, _ = plain.reset(options={"reset_mask": done})
         np.testing.assert_array_equal(observed, expected)
     assert ends >= 6
-    assert [each.outcome for each in env.env_method("walk")] == ["interrupted"] * 3
+    walks: list[Any] = env.env_method("walk")
+    assert [walk.outcome for walk in walks] == ["interrupted"] * 3
     assert env.env_is_wrapped(object) == [False] * 3
     with pytest.raises(InputError, match="give settings when"):
         env.set_attr("task", 1)

@@ -79,6 +79,17 @@ def test_diagram_agrees_with_the_cascade() -> None:
             assert count == 2**born, degree
 
 
+def test_counts_are_the_least_after_which_steps_repeat_themselves() -> None:
+    """Up to 32; of the last two motions one is longer, and one is known for too few steps."""
+    periods = [*range(1, 33), 33, 40]
+    angle = 0.2 + 0.001 * (np.arange(64) % np.array(periods)[:, None])
+    states = np.stack([-angle, angle, angle, angle], axis=-1)
+    slopes, outcomes = np.linspace(0.01, 0.02, len(periods)), ("walking",) * len(periods)
+    counts = BifurcationDiagram(TABLE_ONE, slopes, states, angle, outcomes).counts()
+    assert counts.tolist() == [*range(1, 33), 0, 0]
+    assert BifurcationDiagram(TABLE_ONE, slopes, states[:, :2], angle, outcomes).counts().tolist() == [1] + [0] * 33
+
+
 def test_robot_is_lost_beyond_the_aperiodic_walks() -> None:
     assert 3.54 < math.degrees(diagram().lost) < 3.61  # this grid's steps; docs/gaits.md has a finer one
     after = diagram().slopes >= diagram().lost

@@ -124,7 +124,8 @@ def test_a_note_is_forgotten_before_the_code_that_it_is_of(files: list[Path]) ->
 def test_without_a_home_it_is_beside_the_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache.root() == tmp_path / "mjbiped" / "machine_code"
+    for _ in range(2):  # made, and found
+        assert cache.root() == tmp_path / "mjbiped" / "machine_code"
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null/nobody")
     assert cache.root().is_relative_to(Path(cache.__file__).parent)
 

@@ -7,8 +7,6 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import mjbiped
@@ -17,11 +15,12 @@ from mjbiped.rendering.marks import (
     FORCE_COLOUR,
     GHOST_COLOUR,
     MOST_GEOMS,
+    Pen,
     Scales,
     arc_sweep,
     draw_marks,
 )
-from mjbiped.rendering.scene import Moment, Pair, tracked_posture
+from mjbiped.rendering.scene import Moment, Pair, beside_posture
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -91,6 +90,17 @@ def test_soles_lie_along_the_ground_under_either_foot() -> None:
         np.testing.assert_allclose(toe, foot + 0.15 * along, atol=1e-6)
 
 
+@pytest.mark.parametrize(("torque", "place"), [(-1.0, 1.0 / 95.0), (-90.0, 0.15), (90.0, -0.05)])
+def test_on_a_sole_the_force_stands_on_the_centre_of_pressure(torque: float, place: float) -> None:
+    """It is the torque over the normal force, within the sole."""
+    robot, scene = mjbiped.Compass(sole=(0.05, 0.15)), mujoco.MjvScene(MODEL, maxgeom=MOST_GEOMS)
+    at = moment(torque=(torque, 0.0), slope=0.0, force=(0.0, 95.0))
+    draw_marks(scene, at, robot, SCALES, {"force"})
+    shaft = of_colour([scene.geoms[k] for k in range(scene.ngeom)], rgb(FORCE_COLOUR))[2]
+    _, tip = ends(shaft)
+    assert tip[0] - foot_of(ROBOT, at.qpos[:2], at.qpos[2])[0] == pytest.approx(place, abs=1e-6)
+
+
 def arc(torque: Pair, colour: tuple[float, float, float]) -> tuple[float, float]:
     """Angle that an arc goes round, clockwise, and its width."""
     at = moment(torque=torque)
@@ -118,12 +128,11 @@ def test_arcs_turn_as_the_torque_and_grow_with_it(colour: tuple[float, float, fl
     assert sizes[-1][0] == pytest.approx(math.radians(300.0))
 
 
-@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-def test_the_sweep_is_monotone(one: float, other: float) -> None:
-    low, high = sorted((one, other))
-    assert arc_sweep(low) <= arc_sweep(high)
-    assert abs(arc_sweep(one)) <= math.radians(300.0)
-    assert arc_sweep(5.0) == arc_sweep(1.0)
+def test_the_sweep_grows_with_the_torque_up_to_300_degrees() -> None:
+    sweeps = [arc_sweep(share) for share in np.linspace(-1.2, 1.2, 25)]
+    assert sweeps == sorted(sweeps)
+    assert (sweeps[0], sweeps[-1]) == (-math.radians(300.0), math.radians(300.0))
+    assert arc_sweep(0.25) == pytest.approx(math.radians(150.0))  # the area is the torque
 
 
 @pytest.mark.parametrize("force", [(0.0, 98.1), (30.0, 80.0), (-30.0, 120.0)])
@@ -149,7 +158,9 @@ def test_the_estimate_is_a_line_through_the_foot() -> None:
 
 def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
     foot = np.array(foot_of(ROBOT, moment().qpos[:2], moment().qpos[2]))
-    at = moment(reference=tracked_posture(ROBOT, tuple(foot), 0, moment().slope, (0.1, -0.3), 0.0))
+    slope, qpos = moment().slope, np.array(moment().qpos)
+    *_, reference = beside_posture(ROBOT, mjbiped.Terrain.level(), qpos, 0, slope, (0.1, -0.3))
+    at = moment(reference=reference)
     stance, swing = of_colour(marks(at, "ghost"), rgb(GHOST_COLOUR))
     hip = foot + np.array((math.sin(0.1 + at.slope), math.cos(0.1 + at.slope)))
     for leg, angle in ((stance, 0.1), (swing, -0.3)):
@@ -188,3 +199,15 @@ def test_shadows_fade_as_the_foot_rises() -> None:
 def test_a_full_scene_gets_no_more() -> None:
     assert len(marks(moment(), room=10)) == 10
     assert len(marks(moment(torque=(10.0, 10.0)))) < MOST_GEOMS
+
+
+def test_nothing_of_a_geom_comes_from_what_was_in_its_memory() -> None:
+    fields = ("category", "objtype", "objid", "segid", "emission", "specular", "shininess")
+    scene = mujoco.MjvScene(MODEL, maxgeom=2)
+    for geom, value in zip(scene.geoms, (3, 5), strict=True):
+        for name in fields:
+            setattr(geom, name, value)
+    for _ in range(2):
+        Pen(scene, 1.0).blob(0j, 0.0, np.ones(3), 0.0, FORCE_COLOUR)
+    one, other = ([getattr(geom, name) for name in fields] for geom in scene.geoms)
+    assert one == other

@@ -66,18 +66,21 @@ def test_nor_does_one_with_knees(engine: str, tmp_path: Path) -> None:
         assert name == "passive" or done.stdout == "walked\n"
 
 
+TOES = "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
+
+
 @pytest.mark.parametrize(
-    ("given", "word"), [({"controllers": ["adaptif"]}, "adaptive"), ({"engines": ["mj"]}, "hybrid")]
+    ("controller", "engine", "words"),
+    [
+        ("adaptif", "hybrid", "adaptive"),
+        ("adaptive", "mj", "hybrid"),
+        ("toes.py:Toes", "hybrid", "drives toe: robots have ankle and hip and knee, or ankle and hip"),
+    ],
 )
-def test_unknown_names_are_refused_with_those_there_are(given: dict[str, list[str]], word: str) -> None:
-    with pytest.raises(InputError, match=word):
-        precompile(**given)  # type: ignore[arg-type]
-
-
-def test_a_controller_of_no_robot_is_refused(tmp_path: Path) -> None:
-    own = tmp_path / "toes.py"
-    own.write_text(
-        "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
-    )
-    with pytest.raises(InputError, match="drives toe: robots have ankle and hip and knee, or ankle and hip"):
-        precompile([f"{own}:Toes"])
+def test_what_cannot_be_compiled_is_refused(
+    controller: str, engine: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "toes.py").write_text(TOES)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=words):
+        precompile([controller], engines=[engine])

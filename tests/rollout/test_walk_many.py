@@ -96,25 +96,6 @@ def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
     )
 
 
-class Varied(PassiveController):
-    """Laws of one kind with parameters of another."""
-
-    def __init__(self, given: Any) -> None:
-        self.given = given
-
-    def law(self) -> Law:
-        return super().law()._replace(parameters=self.given)
-
-
-def test_one_that_the_others_callbacks_are_not_for() -> None:
-    """Words do not fit into a record of numbers: that one needs Python's callbacks."""
-    numbers = PassiveController().law().parameters
-    controllers = [Varied(numbers), Varied("words"), Varied(numbers)]
-    given: dict[str, Any] = {"steps": 1}
-    walks = mjbiped.walk_many(controllers, Terrain.incline(2.0), workers=2, **given)
-    assert walks == [mjbiped.walk(each, Terrain.incline(2.0), **given) for each in controllers]
-
-
 class Wrong(PassiveController):
     def law(self) -> Law:
         return super().law()._replace(torque=making_a_list)
@@ -308,18 +289,3 @@ def test_walks_inside_a_controller_are_refused() -> None:
         mjbiped.walk(Nesting(), Terrain.incline(2.0), steps=1)
     with pytest.raises(mjbiped.WalksStopped, match="inside another"):
         mjbiped.walk_many(Nesting(), Terrain.incline(2.0), steps=1)
-
-
-def test_others_callbacks_are_left_alone(controller: AdaptiveController) -> None:
-    """They act on other models alone."""
-
-    def theirs(*_: object) -> None:
-        raise AssertionError("called with data of ours")
-
-    mujoco.set_mjcb_control(theirs)
-    try:
-        walks = mjbiped.walk_many(controller, [Terrain.level()] * 2, steps=1)
-        assert mujoco.get_mjcb_control() is theirs
-    finally:
-        mujoco.set_mjcb_control(None)
-    assert walks[0] == walks[1] == mjbiped.walk(controller, Terrain.level(), steps=1)

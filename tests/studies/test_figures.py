@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import LogNorm, Normalize
 from PIL import Image
 
+from mjbiped.plotting import style
 from mjbiped.studies.bins import binned, drawings, measure_label, measured, middle, parameter_label, values_of
 from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.figures import draw
 from mjbiped.studies.plan import FINISHED, Study, plan
-from mjbiped.studies.summary import best, by_value
+from mjbiped.studies.summary import best, by_value, summarised
 
 GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
 SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
@@ -78,6 +80,23 @@ def test_a_group_without_the_parameter_is_a_level_line_and_an_even_map() -> None
     assert passive[0].tolist() == [[6.0] * 3, [7.0] * 3]  # one value for each slope, whatever the gain
 
 
+def test_words_and_colours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What could not begin is told, and colours of values far apart are logarithmic."""
+    shown: list[Any] = []
+    monkeypatch.setattr(style, "save_figure", lambda figure, _: shown.append(figure))
+    study, rows = rows_of(BASELINE)
+    draw(study, [{**row, **FAILED} for row in rows], Path())
+    draw(study, rows, Path())
+    assert [text.get_text() for text in shown[0].axes[0].texts] == ["no walk finished"]
+    assert "4 walks, 0 finished, 4 could not begin" in shown[0].get_suptitle()
+    assert "could" not in shown[1].get_suptitle()
+    study, rows = rows_of(GRID)
+    for scale, kind in ((1.0, Normalize), (100.0, LogNorm)):
+        draw(study, [{**row, "outcome": FINISHED, COST: 1.0 + scale * row["cell"]} for row in rows], Path())
+        (mesh, *_), *_ = (axes.collections for axes in shown[-1].axes)
+        assert type(mesh.norm) is kind
+
+
 def test_only_finished_walks_are_measured() -> None:
     _, rows = rows_of(GRID)
     assert middle(values_of(rows, COST), COST) == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
@@ -97,7 +116,7 @@ def test_few_values_stand_by_themselves_and_many_in_bins() -> None:
     assert np.bincount(many.bin).tolist() == [25, 25, 25, 25]
     assert (many.edges[0], many.edges[-1], many.ticks, many.log) == (1.0, 100.0, (), False)
     geometric = binned([{"x": 2.0**k} for k in range(20)], "x", 5)
-    assert geometric.log
+    assert (geometric.log, binned([{"x": k} for k in range(1, 11)], "x", 5).log) == (True, False)
     assert np.bincount(geometric.bin).tolist() == [4, 4, 4, 4, 4]
 
 
@@ -137,6 +156,17 @@ def test_the_best_combination_finishes_most_often_and_is_then_the_cheapest() -> 
     assert found["values"] == {"controller.position_gain": 5, "controller.replanning_delay": 0.8}
     assert (found["walks"], found["finished"], found[COST], found["first_cell"]) == (1, 1.0, 0.2, 2)
     assert best(*summed(GAINS, [("fell", None)] * 4)) is None
+
+
+def test_outcomes_are_counted_and_walks_that_violate_the_contact_are_told_apart() -> None:
+    _, rows = rows_of(GRID)
+    rows = [{**row, "error": None, "steps_violating_contact": row["cell"] % 2} for row in rows[:4]]
+    rows[3] |= {**FAILED, "error": "no gait"}
+    found = summarised(rows)
+    assert found["outcomes"] == {"finished": 2, "fell": 1, "failed": 1}
+    assert found["verdicts"] == {"fell": 1, "finished, contact violated": 1, "finished": 1, "failed": 1}
+    assert found["finished"][COST] == pytest.approx([1.05, 1.5, 1.95])
+    assert found["errors"] == [{"error": "no gait", "walks": 1, "first_cell": 3}]
 
 
 def test_what_is_drawn_is_put_into_ranges_and_is_no_combination() -> None:

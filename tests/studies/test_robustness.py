@@ -104,7 +104,13 @@ def test_unless_a_file_says_otherwise_all_disturbances_are_tried() -> None:
         assert ({*found.magnitudes}, found.basin) == (tried, basin)
     assert kinds_of({"grounds": [], "limits": {"step up": False, "basin": False}}) == [LEVEL]
     assert kinds_of({"seeds": 2, "grounds": ["treads"]}) == [LEVEL, SURVIVAL, SURVIVAL]
-    assert len(planned(once).grounds) == 1
+    usual = planned({"limits": {"phases": 1}})
+    assert (usual.seeds, usual.steps, usual.engines, usual.grounds) == (
+        20,
+        1000,
+        ("hybrid",),
+        ("treads:deviation=0.03",),
+    )
 
 
 def test_all_margins_can_be_walked_in_both_engines() -> None:
@@ -166,6 +172,11 @@ def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> 
         ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
         ({"margins": {"ground": 3}}, "a random ground is a text, as 'treads:deviation=0.03', got 3"),
         ({"limits": {"phases": 1_000_000}}, "at most"),
+        # one on level ground, the phases, four first rates, and two seeds on one ground and with one delay
+        (
+            {"seeds": 2, "limits": {"phases": 999_995, "step up": [0.1], "basin": 2}, "margins": {"delay": [0.1]}},
+            "these are 1000004 walks",
+        ),
         ({"controller": {"name": "adaptive"}}, r"must be tables \[\[controller\]\]"),
         ({"controller": [{}, {}]}, "controller 2: label = 'adaptive': must be a text of its own"),
         ({"controller": [{"position_gain": [3, 5]}]}, "give each variant a"),

@@ -261,6 +261,7 @@ def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pyt
         running.walk_one(Cell.row, study.cells[0], {"sources": "others", "versions": {}}, 1)
 
 
+@in_threads
 def test_the_time_of_a_study_is_inferred_from_some_walks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the number of walks over that of processes; nothing is kept."""
     now, real = [0.0], Cell.row
@@ -280,6 +281,9 @@ def test_the_time_of_a_study_is_inferred_from_some_walks(file: Path, monkeypatch
     }  # fmt: skip
     assert expected["bytes"] < estimate(study, trajectories=True)["bytes"]
     assert [*file.parent.iterdir()] == [file]
+    run(study, file.parent / "out", workers=1)
+    made = sum(each.stat().st_size for each in (file.parent / "out").iterdir())
+    assert 0.3 * made < expected["bytes"] < 3.0 * made  # whole pages of the database are not in it
 
 
 @pytest.mark.slow

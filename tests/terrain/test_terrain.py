@@ -165,6 +165,7 @@ def test_terrains_of_other_ground_name_or_parameters_differ() -> None:
         ({"z": [0.0, 1.0]}, "as many x as"),
         ({"name": 5}, "name = 5: must be text"),
         ({"parameters": [["alone"]]}, "pairs of a name and a value"),
+        ({"parameters": 5}, "pairs of a name and a value"),
         ({"parameters": [["a", {"b": 1}]]}, "parameter holds"),
         ({"parameters": [["a", math.nan]]}, "parameter holds"),
     ],

@@ -95,6 +95,8 @@ def test_the_other_checks() -> None:
         refuse(lambda name=name: known_name("terrain", name, ("level", "incline")), "valid are level, incline")  # type: ignore[misc]
 
 
+LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleController, PassivityController)
+
 # ---- nonsense is refused everywhere ----------------------------------------------------------------------------------
 
 NONSENSE: tuple[object, ...] = (
@@ -133,12 +135,11 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     """Every argument that takes numbers or one of our objects, with a call that gives it a value."""
     passive, ground = PassiveController(), Terrain.incline(2.0)
     at: dict[str, Any] = {"robot": ROBOT, "slope": 0.03}
-    laws = (EnergyConstraintController, KineticEnergyController, LimitCycleController, PassivityController)
     q, dq = {"q": (0.1, 0.2)}, {"dq": (0.1, 0.2)}
     calls: list[tuple[Callable[..., object], dict[str, Any]]] = [
         *((kind, {}) for kind in (mjbiped.Compass, mjbiped.ScuffingRule, mjbiped.Mujoco, mjbiped.Hybrid)),
         (mjbiped.Disturbances, {}),
-        *((kind, {"robot": ROBOT, "gait": GAIT}) for kind in (AdaptiveController, *laws)),
+        *((kind, {"robot": ROBOT, "gait": GAIT}) for kind in (AdaptiveController, *LAWS)),
         *((getattr(Terrain, name), {}) for name in PRESETS),
         (Terrain, {"x": (0.0,), "z": (0.0,), "angle": (0.0,)}),
         *((walk, {"controller": passive, "terrain": ground}) for walk in (mjbiped.walk, mjbiped.compare)),

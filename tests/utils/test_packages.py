@@ -14,7 +14,7 @@ import controllers
 import mjbiped
 import mjbiped.controllers
 from mjbiped.errors import InputError
-from mjbiped.utils.packages import needed
+from mjbiped.utils.packages import hidden_laws, needed
 
 ROOT = str(Path(mjbiped.__file__).parents[1])
 
@@ -30,6 +30,7 @@ def test_every_law_is_loaded_once_and_has_both_names() -> None:
     from mjbiped.controllers import adaptive as whole
 
     assert controllers is mjbiped.controllers
+    assert hidden_laws() == ""
     assert short is whole
     assert resolve_name("controllers.bounded.supervisor:SupervisedController") is controllers.SupervisedController
 

@@ -1,7 +1,8 @@
 """What the viewer does to the walk: nothing, unless somebody pushes. No screen is needed."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import mujoco
@@ -14,35 +15,38 @@ from mjbiped.control.controller import Memory
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Plan, Terms, make_plan
+from mjbiped.rendering.scene import Moments
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.viewing import KEYS, Player
 from mjbiped.viewing.sources import LiveWalk
 
-
-@pytest.fixture(autouse=True)
-def closed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A test that fails leaves no callbacks to the next."""
-    made: list[LiveWalk] = []
-    begin = LiveWalk.__init__
-
-    def noted(self: LiveWalk, *args: Any) -> None:
-        made.append(self)
-        begin(self, *args)
-
-    monkeypatch.setattr(LiveWalk, "__init__", noted)
-    yield
-    for live in made:
-        live.close()
-
-
-STEPS = 6
+STEPS = 3
 MIXED = mjbiped.Terrain.mixed()
+Watch = Callable[..., LiveWalk]
+
+
+@pytest.fixture
+def watch() -> Iterator[Watch]:
+    """Begins a walk in MuJoCo, of which a test that fails leaves no callbacks to the next."""
+    with ExitStack() as stack:
+
+        def begin(
+            law: Controller,
+            terrain: mjbiped.Terrain = MIXED,
+            steps: int = STEPS,
+            ground: str = "auto",
+            **more: Any,
+        ) -> LiveWalk:
+            terms = Terms(Mujoco(ground=ground), steps, None, None, None, ScuffingRule())
+            live = LiveWalk(make_plan(terms, law, terrain, "gait"), **more)
+            stack.callback(live.close)
+            return live
+
+        yield begin
+
+
 LONG = mjbiped.Terrain.from_segments([(0.05, 0.3 * (-1) ** n, 0.0) for n in range(3000)])  # more than one window
-
-
-def planned(controller: Controller, terrain: mjbiped.Terrain = MIXED, steps: int = STEPS, ground: str = "auto") -> Plan:
-    return make_plan(Terms(Mujoco(ground=ground), steps, None, None, None, ScuffingRule()), controller, terrain, "gait")
 
 
 def seen_to_its_end(live: LiveWalk) -> dict[str, np.ndarray]:
@@ -53,7 +57,6 @@ def seen_to_its_end(live: LiveWalk) -> dict[str, np.ndarray]:
         live.go_to(time)
         live.show()
         live.moment()
-    live.close()
     return live.run.recorder.touchdowns()
 
 
@@ -74,10 +77,10 @@ class PlainSpring(Controller):
     "terrain", [pytest.param(MIXED, id="mixed"), pytest.param(LONG, id="long", marks=pytest.mark.slow)]
 )
 def test_a_walk_that_is_watched_is_bitwise_that_of_walk(
-    controller: AdaptiveController, terrain: mjbiped.Terrain
+    watch: Watch, controller: AdaptiveController, terrain: mjbiped.Terrain
 ) -> None:
     steps = 24 if terrain is LONG else STEPS
-    live = LiveWalk(planned(controller, terrain, steps))
+    live = watch(controller, terrain, steps)
     first = live.model
     touchdowns = seen_to_its_end(live)
     assert same(touchdowns, mjbiped.walk(controller, terrain, steps=steps))
@@ -85,29 +88,17 @@ def test_a_walk_that_is_watched_is_bitwise_that_of_walk(
     assert (live.model is not first) == (terrain is LONG)  # the window's model has moved on
 
 
-def test_callbacks_in_python_are_watched_too() -> None:
+def test_callbacks_in_python_are_watched_too(watch: Watch) -> None:
     terrain = mjbiped.Terrain.incline(2.0)
-    live = LiveWalk(planned(PlainSpring(), terrain, 2))
+    live = watch(PlainSpring(), terrain, 2)
     assert same(seen_to_its_end(live), mjbiped.walk(PlainSpring(), terrain, steps=2))
 
 
 @pytest.mark.slow
-def test_pauses_speeds_strides_and_restarts_change_nothing(controller: AdaptiveController) -> None:
-    live = LiveWalk(planned(controller))
+def test_pauses_speeds_strides_and_restarts_change_nothing(watch: Watch, controller: AdaptiveController) -> None:
+    live = watch(controller)
     player = Player(live)
-    keys = [
-        "pause",
-        "forward",
-        "slower",
-        "pause",
-        "next_touchdown",
-        "pause",
-        "faster",
-        "faster",
-        "restart",
-        "back",
-        "pause",
-    ]
+    keys = "pause forward slower pause next_touchdown pause faster faster restart back pause".split()  # noqa: SIM905
     for number, key in enumerate(keys):
         player.press(KEYS[key].codes[0])
         for _ in range(5 + number):
@@ -115,12 +106,11 @@ def test_pauses_speeds_strides_and_restarts_change_nothing(controller: AdaptiveC
     while not live.ended:
         player.tick(0.05)
     assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
-    live.close()
 
 
 @pytest.mark.slow
-def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: AdaptiveController) -> None:
-    live = LiveWalk(planned(controller))
+def test_a_push_changes_the_walk_and_landings_still_end_steps(watch: Watch, controller: AdaptiveController) -> None:
+    live = watch(controller)
     pull = mujoco.MjvPerturb()
     live.go_to(1.0)
     live.show()
@@ -149,10 +139,10 @@ def test_a_push_changes_the_walk_and_landings_still_end_steps(controller: Adapti
 
 
 @pytest.mark.parametrize("ground", ["heightfield", "boxes"])  # the foot is a contact's second geom, or its first
-def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController, ground: str) -> None:
+def test_the_force_drawn_is_that_of_the_contacts(watch: Watch, controller: AdaptiveController, ground: str) -> None:
     """Of the equations of motion it is known independently; contacts agree on it in the middle of a step."""
 
-    live = LiveWalk(planned(controller, ground=ground))
+    live = watch(controller, ground=ground)
     live.go_to(1.0)
     live.moment()
     u = live.run.simulation.state
@@ -163,18 +153,14 @@ def test_the_force_drawn_is_that_of_the_contacts(controller: AdaptiveController,
     moment = live.moment()
     q, dq = (u.angles[0], u.angles[1]), (u.turning[0], u.turning[1])
     expected = mjbiped.Compass().ground_force(q, dq, moment.torque, moment.slope)
-    live.close()
     # a mean over 50 ms, in which the force changes by some percent
     assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)
 
 
-def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> None:
-    from mjbiped.rendering.scene import Moments
-
-    live = LiveWalk(planned(controller))
+def test_the_moment_is_that_of_the_record(watch: Watch, controller: AdaptiveController) -> None:
+    live = watch(controller)
     live.go_to(2.0)
     seen = live.moment()
-    live.close()
     recorded = Moments(mjbiped.walk(controller, MIXED, steps=STEPS)).at(seen.time)
     assert (seen.step, seen.stance, seen.slope) == (recorded.step, recorded.stance, recorded.slope)
     # the record's posture is interpolated over 5 ms, its other values are up to 5 ms old
@@ -186,11 +172,11 @@ def test_the_moment_is_that_of_the_record(controller: AdaptiveController) -> Non
     assert seen.reference == pytest.approx(recorded.reference, abs=1e-6)
 
 
-def test_a_robot_with_knees_is_watched_too() -> None:
+def test_a_robot_with_knees_is_watched_too(watch: Watch) -> None:
     """It once ended at the first step, for its posture has more than two angles."""
     robot = mjbiped.KneedBiped()
     law = make_controller("adaptive", robot, {})
-    live = LiveWalk(planned(law, mjbiped.Terrain.level(), 2))
+    live = watch(law, mjbiped.Terrain.level(), 2)
     live.go_to(0.5)
     moment = live.moment()
     assert (len(moment.qpos), len(moment.torque)) == (6, 3)
@@ -199,8 +185,10 @@ def test_a_robot_with_knees_is_watched_too() -> None:
     assert same(seen_to_its_end(live), mjbiped.walk(law, mjbiped.Terrain.level(), steps=2))
 
 
-def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(controller: AdaptiveController) -> None:
-    live = LiveWalk(planned(controller))
+def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(
+    watch: Watch, controller: AdaptiveController
+) -> None:
+    live = watch(controller)
     while not live.ended:
         live.go_to(live.time + 0.3)
         live.show()
@@ -208,22 +196,24 @@ def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(controller: 
         live.data.xfrc_applied[:] = math.pi
         live.model.opt.gravity[:] = 0.0
         mujoco.mj_forward(live.model, live.data)  # as the viewer does when it opens
-    live.close()
     assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
 
 
 @pytest.mark.slow
 def test_the_next_seed_is_another_ground_and_the_old_one_stays_where_there_is_none(
+    watch: Watch,
     controller: AdaptiveController,
 ) -> None:
-    grounds = [planned(controller, mjbiped.Terrain.random(seed=1))]
+    first = watch(controller, mjbiped.Terrain.random(seed=1))
+    grounds = [first._plan]
 
     def following() -> Plan:
         if not grounds:
             raise mjbiped.MjbipedError("no more of them")
         return grounds.pop()
 
-    live = LiveWalk(planned(controller), following)
+    first.close()
+    live = watch(controller, next_plan=following)
     live.go_to(0.5)
     live.next_seed()
     assert live.time == 0.0
@@ -234,15 +224,14 @@ def test_the_next_seed_is_another_ground_and_the_old_one_stays_where_there_is_no
     assert same(touchdowns, mjbiped.walk(controller, mjbiped.Terrain.random(seed=1), steps=STEPS))
 
 
-def test_a_law_that_fails_ends_it_in_words() -> None:
+def test_a_law_that_fails_ends_it_in_words(watch: Watch) -> None:
     class Failing(PlainSpring):
         def torque(self, memory: Memory, t: float, q: object, dq: object) -> tuple[float, float]:
             if t > 0.2:
                 raise ZeroDivisionError("oh")
             return 0.0, 0.0
 
-    live = LiveWalk(planned(Failing(), mjbiped.Terrain.incline(2.0)))
+    live = watch(Failing(), mjbiped.Terrain.incline(2.0))
     with pytest.raises(WalkStopped, match=r"Failing failed at 0\.(19|20). s"):
         live.go_to(5.0)
-    live.close()
     assert mujoco.get_mjcb_control() is None

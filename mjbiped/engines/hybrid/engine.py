@@ -23,6 +23,7 @@ from mjbiped.engines.hybrid.gait_step import advance, advance_at
 from mjbiped.engines.hybrid.motion import take_angles
 from mjbiped.engines.hybrid.resets import columns_of, write_sample
 from mjbiped.engines.hybrid.setup import walk_of
+from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.engines.plan import Plan
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.numerics.blocks import packed, share_arrays, take_numbers
@@ -153,8 +154,7 @@ class HybridRun(Run):
     def _sample(self) -> None:
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         c, w = self.constants, self.state
-        sampled: Any = w.sampled
-        sampled[: c.joints] = w.given[0][: c.joints]
+        w.sampled[: c.joints] = w.given[0][: c.joints]
         write_sample(c, w, w.time, w.y, (w.sampled if c.behind == math.inf else w.asked)[0])
         self._record(c.row_buffer[:0], c.sample_buffer[:1])
 
@@ -230,7 +230,7 @@ class Machine:
         code: Machine code of the laws.
     """
 
-    def __init__(self, constants: Any, state: object, controller: Controller) -> None:
+    def __init__(self, constants: Constants, state: State, controller: Controller) -> None:
         """Lay the walk out; the state's lists become arrays, on which plain Python works as well."""
         share_arrays(state)
         self.code = as_machine_code(controller)
@@ -239,7 +239,7 @@ class Machine:
         self._kept = below, further
         self._advance = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(engine_address())
 
-    def advance(self, state: object) -> None:
+    def advance(self, state: State) -> None:
         """Walk on; `state` has the pause, and then the numbers that the walk has come to."""
         for name in ("pause", "rows", "samples"):
             self.state[name] = getattr(state, name)

@@ -74,7 +74,7 @@ def robot_constants(robot: Robot) -> dict[str, Any]:
     }
 
 
-def law_constants(functions: Law, robot: Robot, states: int, support: int) -> dict[str, Any]:
+def law_constants(functions: Law, robot: Robot, states: int, support: int) -> dict[str, object]:
     """The fields that say what the engine calls, and how large a state of motion is.
 
     Args:
@@ -96,7 +96,7 @@ def ground_constants(ground: Profile, slopes: Sequence[float], end: float) -> di
     return {**profile, "segments": len(ground.x), "angle": list(slopes), "end": float(end)}
 
 
-def buffer_constants(rows: int, samples: int, states: int, period: float) -> dict[str, Any]:
+def buffer_constants(rows: int, samples: int, states: int, period: float) -> dict[str, object]:
     """The fields of the record: buffers for so many touchdowns and samples, and the time between two of these, s."""
     width = SAMPLE.width + states
     return {

@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.constants import constants_at
@@ -33,6 +34,9 @@ class Interpreted(Protocol):
         """Act for `mjcb_control`; raises nothing, as no exception could pass through C."""
 
 
+Native: TypeAlias = tuple[Callable[[int, int], object], int]
+"""A C function of ctypes, and its address."""
+
 FOREIGN, FARTHEST, PAIRS = range(3)
 PLACES = 1 << 14  # for walks in machine code
 table = np.zeros(PAIRS + 2 * PLACES, dtype=np.int64)
@@ -42,8 +46,8 @@ pairs of addresses, of an mjData and of its walk's `Constants`."""
 _lock = threading.RLock()  # held while anything of the following changes; collected walks may take it again
 _interpreted: WeakValueDictionary[int, Interpreted] = WeakValueDictionary()  # by the addresses of their data
 _needed = {False: 0, True: 0}  # how often the function in Python is needed, and the machine code
-_native: Any = None  # that machine code and its address, once a walk has needed it
-_ours: Any = None  # which of them stands there
+_native: Native | None = None  # that machine code and its address, once a walk has needed it
+_ours: Native | None = None  # which of them stands there
 _theirs: list[int | None] = []  # what stood in MuJoCo's places before that
 # for our callback, for one that hears warnings (each mjData counts its own; without a hearer MuJoCo would write them to
 # a file), and for a clock: one in Python, as dm_control's profiling leaves one behind, would be called by all threads
@@ -110,7 +114,7 @@ def _slot(name: str) -> ctypes.c_void_p:
     return ctypes.c_void_p.in_dll(ctypes.CDLL(str(_library())), name)
 
 
-def enter(native: object) -> None:
+def enter(native: Native | None) -> None:
     """Have our callback act on walks, in any threads, until as many calls of `leave`.
 
     Args:
@@ -124,7 +128,7 @@ def enter(native: object) -> None:
     _here.walks = getattr(_here, "walks", 0) + 1
 
 
-def leave(native: object) -> None:
+def leave(native: Native | None) -> None:
     """Need the callback no more."""
     _here.walks -= 1
     with _lock:
@@ -171,7 +175,7 @@ def _hush(message: bytes) -> None:
     """`mju_user_warning`."""
 
 
-def _addressed(function: Any) -> tuple[Any, int]:
+def _addressed(function: Any) -> Native:
     """A C function of ctypes, and its address."""
     return function, ctypes.cast(function, ctypes.c_void_p).value or 0
 
@@ -227,15 +231,16 @@ def advance(constants: int, model: int, data: int, steps: int, until: float) -> 
 
 
 @cache
-def advancing() -> Any:
+def advancing() -> Callable[..., int]:
     """`advance` as machine code."""
     from mjbiped.numerics import machine
 
     define_stages()
-    return machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
+    made: Callable[..., int] = machine.compiled(advance, "int64(int64, int64, int64, int64, float64)")
+    return made
 
 
-def walks() -> Any:
+def walks() -> NDArray[np.int64]:
     """`callback.table`; in machine code what is called `TABLE`, as what is kept on disk needs."""
     return table
 
@@ -254,7 +259,7 @@ def control_of(model: int, data: int) -> None:
 
 
 @cache
-def control_callback() -> Any:
+def control_callback() -> Native:
     """`mjcb_control` as a C function, and its address, for all walks in machine code."""
     from mjbiped.numerics import machine
 

@@ -13,7 +13,7 @@ leaves obliquely, as the old stance foot does in the step that resolves the othe
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import MutableSequence
 
 from mjbiped.engines.mujoco.constants import (
     Constants,
@@ -53,7 +53,7 @@ def write_contact_bits(c: Constants, u: State) -> None:
         _let_collide(c, contype, stance, u.q, STANCE, lands)
 
 
-def _let_collide(c: Constants, contype: Any, leg: Leg, q: Floats, bit: int, lands: bool) -> None:
+def _let_collide(c: Constants, contype: MutableSequence[int], leg: Leg, q: Floats, bit: int, lands: bool) -> None:
     """Let a leg's foot collide: as one that lands, or as one that stands."""
     contype[leg.foot] = bit
     if c.box:

@@ -67,8 +67,8 @@ class Simulation:
         compiled: Whether steps and laws are machine code.
     """
 
-    block: NDArray[Any] | None
-    native: Any
+    block: NDArray[np.void] | None
+    native: callback.Native | None
 
     def __init__(self, plan: Plan, options: Options, *, compile: bool | None = None, scenery: bool = False) -> None:
         """Build the scene and set the robot on it.
@@ -91,7 +91,7 @@ class Simulation:
         self._buffers = np.zeros((BLOCK + 1, width(tables.samples) + states)), np.zeros((BLOCK, touched))
         self._compiling = compiles(plan) if compile is None else compile
         self._code: MachineCode | CalledMethods | None = None
-        self._forget: Callable[[], Any] = lambda: None
+        self._forget: Callable[[], object] = lambda: None
         self._error: BaseException | None = None
         self._use(self._windows.about(0.0))
         self._place(plan.q, plan.dq)
@@ -118,7 +118,7 @@ class Simulation:
             self.block, self._kept = self.packed(self.constants)
             self._advance, self.native = callback.advancing(), callback.control_callback()
 
-    def packed(self, constants: Constants) -> tuple[NDArray[Any], list[Any]]:
+    def packed(self, constants: Constants) -> tuple[NDArray[np.void], list[object]]:
         """Constants of this walk for machine code, and what has to live as long; see `numerics.blocks.packed`."""
         assert self._code is not None
         called = self._code.law._asdict()

@@ -32,7 +32,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import MutableSequence
-from typing import Any
 
 from mjbiped.engines.mujoco.collisions import lift, soften, write_contact_bits
 from mjbiped.engines.mujoco.constants import Constants, stance_leg, turning_of
@@ -77,7 +76,7 @@ def advance_ticks(c: Constants, model: object, data: object, ticks: int) -> None
         advance(c, model, data, MANY, u.next_control)
 
 
-def look_ahead(c: Constants, ahead: Any) -> None:
+def look_ahead(c: Constants, ahead: Constants) -> None:
     """Say on a copy of the state what the controller will be told at its next tick, and whether the walk is over.
 
     Args:

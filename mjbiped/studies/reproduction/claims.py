@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from operator import lt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mjbiped.control.registry import settings_of
 from mjbiped.studies.reproduction import section_5 as paper
@@ -90,7 +90,7 @@ def walks_of(rows: Iterable[Row], ground: str, engine: str) -> dict[float | None
     return {row.delay: row for row in select(rows, part="table 3", ground=ground, engine=engine)}
 
 
-def _answer(name: str, holds: bool | None, of: str = "", **words: Any) -> Answer:
+def _answer(name: str, holds: bool | None, of: str = "", **words: object) -> Answer:
     """Answer a claim, unless one of its numbers does not exist; words are filled into the claim's braces."""
     claim, found = (CLAIMS[name][text].format(**words) for text in ("claim", "found"))
     asked = holds is not None and "nan" not in found

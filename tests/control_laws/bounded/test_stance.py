@@ -178,6 +178,7 @@ def test_with_knees_torques_make_the_accelerations_and_the_momentum_changes_as_p
     forward, upward = robot.ground_force(q, dq, torque, slope, locked=False, stance_flexion=bent)
     normal, force = forward * angle[0] + upward * angle[1], max(1.0, abs(forward), abs(upward))
     assert room[NORMAL] == pytest.approx(normal, abs=1e-11 * force)
+    assert room[ALONG] == pytest.approx(forward * angle[1] - upward * angle[0], abs=1e-11 * force)
     if normal > 0.0:
         slack = 1e-11 * max(force, abs(wanted))
         assert -sole[1] * normal - slack <= torque[0] <= sole[0] * normal + slack

@@ -11,7 +11,6 @@ import pytest
 import mjbiped
 from controllers import BoundedAnkleController, SupervisedController
 from mjbiped.analysis.replay import replayed
-from mjbiped.control.controller import Law
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.prediction import (
@@ -110,23 +109,6 @@ def test_the_best_of_the_grid_is_chosen(robot: mjbiped.Compass, gait: OptimisedG
     assert found == costs[best]
     assert step.half == halves.first + best[1] * halves.step
     assert sum(cost < math.inf for cost in costs.values()) > 1
-
-
-@pytest.mark.parametrize(("engine", "tolerance"), [("hybrid", 1e-6), ("mujoco", 0.0)])
-def test_compiled_and_in_python_it_walks_the_same(
-    robot: mjbiped.Compass, gait: OptimisedGait, engine: str, tolerance: float
-) -> None:
-    """Bitwise in MuJoCo; the hybrid engine itself rounds otherwise in Python, and chooses its steps by that."""
-
-    class InPython(SupervisedController):
-        def law(self) -> Law:
-            return None  # type: ignore[return-value]  # as a controller in plain Python does
-
-    ground = mjbiped.Terrain.from_segments([(0.5 * gait.step_length, 0.0, 0.0), (50.0, 0.0, 0.02)])
-    walks = [
-        mjbiped.walk(each(robot, gait), ground, engine=engine, steps=2) for each in (SupervisedController, InPython)
-    ]
-    np.testing.assert_allclose(walks[0].samples["q"], walks[1].samples["q"], rtol=0, atol=tolerance)
 
 
 @pytest.mark.slow  # it searches for references of another robot

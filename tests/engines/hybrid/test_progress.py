@@ -58,7 +58,7 @@ def test_torque_that_switches_without_end_is_unresolved() -> None:
     assert message in repr(walk)
     shown = " ".join(str(cell) for column in walk.summary().__rich__().columns for cell in column.cells)
     assert message in shown
-    assert math.isfinite(walk.end[0])
+    assert 0.01 < walk.end[0] < 2.0  # where the switching begins
     assert walk == mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
 
 

@@ -1,14 +1,17 @@
-"""What is drawn of an instant is what the record holds, or follows from it."""
+"""What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
 import dataclasses
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
 from mjbiped.records.record import Walk
+from mjbiped.rendering.gl import ensure_gl, gl_available
+from mjbiped.rendering.overlay import View
 from mjbiped.rendering.scene import Moments
 from mjbiped.terrain.terrain import Terrain
 
@@ -23,6 +26,9 @@ def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Wa
     moments, times = Moments(walk), walk.samples["time"]
     for index in (0, 333, 2000, len(times) - 1):
         assert moments.at(float(times[index])).qpos == tuple(walk.samples["qpos"][index])
+    between = 0.25 * times[333] + 0.75 * times[334]
+    expected = 0.25 * walk.samples["qpos"][333] + 0.75 * walk.samples["qpos"][334]
+    assert moments.at(float(between)).qpos == pytest.approx(expected, abs=1e-12)
     for time in np.linspace(0.0, times[-1], 50).tolist():
         moment = moments.at(time)
         x, z = walk.robot.limbs(moment.qpos)[moment.stance, -1].tolist()
@@ -101,6 +107,8 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
         moment = moments.at(time)
         for leg, trace in enumerate(moment.traces):
             assert trace[-1] == pytest.approx(walk.robot.limbs(moment.qpos)[leg, -1])
+            before = moments.at(max(0.0, time - 2.0)).qpos
+            assert np.hypot(*(trace[0] - walk.robot.limbs(before)[leg, -1])) < 0.05
             assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
@@ -115,18 +123,11 @@ def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
     assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
 
 
-class _Passive(PassiveController):
-    """Without functions to compile."""
-
-    def law(self) -> None:  # type: ignore[override]
-        return None
-
-
 @pytest.fixture(scope="module")
 def kneed() -> Walk:
     start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
     return mjbiped.walk(
-        _Passive(),
+        PassiveController(),
         Terrain.incline(2.5),
         robot=mjbiped.KneedBiped(),
         engine="hybrid",
@@ -150,25 +151,6 @@ def test_the_ground_force_on_knees_accelerates_the_centre_of_mass(kneed: Walk) -
         assert force == pytest.approx(expected, abs=0.02)
 
 
-def test_a_moment_on_knees_has_all_numbers(kneed: Walk) -> None:
-    moment = Moments(kneed).at(0.3)
-    assert (len(moment.qpos), len(moment.torque)) == (6, 3)
-    assert moment.qpos[4 + (1 - moment.stance)] > 0.3
-    foot = kneed.robot.limbs(moment.qpos)[1 - moment.stance, -1]
-    assert moment.traces[1 - moment.stance][-1] == pytest.approx(foot)
-
-
-def test_frames_show_the_robot_with_knees(kneed: Walk) -> None:
-    """A leg that is bent looks another way than a straight one; the picture is not empty."""
-    frame = mjbiped.render_frame(kneed, 0.3, width=320, height=180)
-    assert frame.shape == (180, 320, 3)
-    assert np.unique(frame.reshape(-1, 3), axis=0).shape[0] > 100
-    blue = (frame[..., 2].astype(int) - frame[..., 0] > 60).sum()
-    orange = (frame[..., 0].astype(int) - frame[..., 2] > 100).sum()
-    assert blue > 30
-    assert orange > 30
-
-
 def test_no_equation_is_asked_for_the_force_of_a_walk_that_diverged() -> None:
     """Such a record's last state is beyond all measure: a video of it once was refused."""
     robot = mjbiped.KneedBiped()
@@ -178,3 +160,27 @@ def test_no_equation_is_asked_for_the_force_of_a_walk_that_diverged() -> None:
     moments = Moments(dataclasses.replace(walk, samples=samples, outcome="diverged"))
     assert all(map(math.isnan, moments.at(walk.end[0]).force))
     assert all(map(math.isfinite, moments.at(walk.end[0] - 0.1).force))
+
+
+SCENE = """
+<mujoco><visual><headlight ambient="1 1 1"/></visual><worldbody>
+  <camera name="tilted" pos="0.3 -5 1" xyaxes="1 0 0 0 0.1 1" fovy="25"/>
+  <camera name="flat" pos="0.3 -5 0.4" xyaxes="1 0 0 0 0 1" projection="orthographic" fovy="2"/>
+  <geom type="sphere" size="0.02" pos="-0.5 0.3 0.2" rgba="1 1 1 1"/>
+</worldbody></mujoco>
+"""
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
+@pytest.mark.parametrize("camera", ["tilted", "flat"])
+def test_pixels_of_places(camera: str) -> None:
+    model = mujoco.MjModel.from_xml_string(SCENE)
+    data = mujoco.MjData(model)
+    ensure_gl()
+    mujoco.mj_forward(model, data)
+    with mujoco.Renderer(model, 240, 320) as renderer:
+        renderer.update_scene(data, camera)
+        rows, columns = np.nonzero(renderer.render().max(axis=2) > 100)
+        found = View.of(model, data, model.camera(camera).id, (320, 240)).pixel(-0.5, 0.3, 0.2)
+    # pixels' middles are half a pixel from their corner; a ball off the axis looks a little oval
+    assert found == pytest.approx((columns.mean() + 0.5, rows.mean() + 0.5), abs=0.6)

@@ -1,0 +1,349 @@
+"""Damaged records and tables of studies, thousands of them: each is refused in words, or is as good as any.
+
+A case is a number, which seeds everything; `make test` tries the first few, `make test-slow` all.
+"""
+
+import contextlib
+import copy
+import io
+import json
+import math
+import random
+import re
+import sqlite3
+import tomllib
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from mjbiped.studies.reproduction.rows import walked
+from time_limits import within
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.analysis.stability import stability
+from mjbiped.errors import InputError, MjbipedError, RecordError
+from mjbiped.plotting.walk import plot_walk
+from mjbiped.records import measures
+from mjbiped.records.record import Walk
+from mjbiped.reports.page import flattened
+from mjbiped.studies.cell import MEASURES
+from mjbiped.studies.plan import plan
+from mjbiped.studies.reproduction.cell import cell as make_cell
+from mjbiped.studies.run import columns_of
+from mjbiped.studies.store import opened
+
+Members: TypeAlias = dict[str, bytes]
+"""The members of a record's archive."""
+
+FEW, MANY = 100, 4000
+LONGEST = 20.0  # s for one case, of which the slowest good one takes 1 s on a machine at rest
+LONGEST_MESSAGE = 900  # characters: a path, and what is wrong
+
+NASTY: tuple[Any, ...] = (
+    None, True, False, 0, -1, 1, 2, 3.5, -0.0, 1e308, -1e308, 1e-308, math.nan, math.inf, -math.inf, 10**30, 10**400,
+    "", "x", "rest", "mixed", "finished", "\ud800", "\0", "$x^2$", "a\nb", "x" * 5000, [], {}, [[]], [1.0], [0.0, 0.0],
+    [1, 2, 3], [math.nan] * 2, ["a"] * 4, {"name": "x"}, {"x": 1}, [[[[[[[[[[[[]]]]]]]]]]]],
+)  # fmt: skip
+DTYPES = ("<f8", ">f8", "<f4", "<i8", "<i4", "|b1", "<U7", "|S3", "<c16", "<M8[s]", "|O", "|V8", "<f2", "<u8", "<U0")
+SHAPES = (
+    "()", "(0,)", "(1,)", "(2,)", "(-1,)", "(3, 2)", "(7, 0)", "(1099511627776,)", "(962072674304, 8)", "(1, 1, 1, 1)",
+    "('a',)", "None", "5", "(True,)", "(" * 60 + ")" * 60, f"({10**30},)", f"({'9' * 300},)",
+)  # fmt: skip
+
+
+def change_bytes(draw: random.Random, content: bytes) -> bytes:
+    """Some bytes changed, cut out, repeated or written over; at the end stands what an archive holds."""
+    changed, action = bytearray(content), draw.randrange(6)
+    first, last = sorted(draw.randrange(len(content)) for _ in range(2))
+    if action == 0:
+        for _ in range(draw.choice((1, 3, 10, 100))):
+            changed[draw.randrange(len(changed))] = draw.randrange(256)
+    elif action == 1:
+        for _ in range(draw.choice((1, 2, 4))):
+            changed[-draw.randrange(1, 1500)] = draw.choice((0, 1, 255, draw.randrange(256)))
+    elif action == 2:
+        return draw.choice((content[:first], content[first:], content[:first] + content[last:]))
+    elif action == 3:
+        return content[:last] + content[first:last]
+    elif action == 4:
+        changed[first : first + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
+    else:  # where something stands, and not in what is empty
+        used = [place for place, byte in enumerate(content) if byte]
+        for _ in range(draw.choice((1, 1, 2, 8))):
+            changed[draw.choice(used)] ^= 1 << draw.randrange(8)
+    return bytes(changed)
+
+
+def within_limits(what: object, do: Callable[[], bool]) -> bool:
+    try:
+        with within(LONGEST, what):
+            return do()
+    except Exception as error:
+        raise AssertionError(f"case {what}: {error!r}") from error
+
+
+# ---- records ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def records(controller: AdaptiveController, tmp_path_factory: pytest.TempPathFactory) -> list[bytes]:
+    """Sound records: of both engines, of walks and falls, with and without samples."""
+    level, path = mjbiped.Terrain.level(), tmp_path_factory.mktemp("records") / "walk.npz"
+    contents = []
+    for walk in (
+        mjbiped.walk(controller, mjbiped.Terrain.mixed(), steps=2, initial="rest", sample_period=0.02),
+        mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=3, sample_period=0.01),
+        mjbiped.walk(controller, level, engine="hybrid", steps=2, sample_period=None),
+        mjbiped.walk(PassiveController(), level, initial=(-0.3, 0.3, 0.0, 0.0), sample_period=0.05),
+    ):
+        walk.save(path)
+        contents.append(path.read_bytes())
+    return contents
+
+
+def members_of(content: bytes) -> Members:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def packed(members: Members, compression: int = zipfile.ZIP_DEFLATED) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", compression) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    return stream.getvalue()
+
+
+def array_of(content: bytes) -> np.ndarray:
+    return np.asarray(np.load(io.BytesIO(content)))
+
+
+def bytes_of(array: np.ndarray) -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, array, allow_pickle=True)
+    return stream.getvalue()
+
+
+def places_of(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where something stands in nested JSON."""
+    items = value.items() if isinstance(value, dict) else enumerate(value[:4]) if isinstance(value, list) else ()
+    return [path, *(place for key, part in items for place in places_of(part, (*path, key)))]
+
+
+def change_members(draw: random.Random, content: bytes) -> bytes:
+    members = members_of(content)
+    one, other = draw.sample(list(members), 2)
+    match draw.randrange(6):
+        case 0:
+            del members[one]
+        case 1:
+            members[one] = members[other]
+        case 2:
+            name = draw.choice(("x.npy", "samples/.npy", "samples/a/b.npy", "touchdowns/", "../x.npy"))
+            members[name] = members.pop(one)
+        case 3:
+            members[one] = draw.choice((b"", b"\x93NUMPY", draw.randbytes(50), members[one] + draw.randbytes(8)))
+        case 4:
+            return packed(members, draw.choice((zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)))
+        case _:  # twice the same name
+            return packed(members).replace(other.encode(), one.encode().ljust(len(other), b"_")[: len(other)])
+    return packed(members)
+
+
+def change_array_header(draw: random.Random, content: bytes) -> bytes:
+    members = members_of(content)
+    name = draw.choice(list(members))
+    text = members[name][10:].partition(b"\n")[0].decode("latin-1")
+    if draw.random() < 0.5:
+        text = re.sub(r"'descr': '[^']*'", lambda _: f"'descr': '{draw.choice(DTYPES)}'", text)
+    if draw.random() < 0.5:
+        text = re.sub(r"'shape': \([^)]*\)", lambda _: f"'shape': {draw.choice(SHAPES)}", text)
+    if draw.random() < 0.2:
+        text = draw.choice(("", "{", "[" * 9000, "{'descr': [('a', '<f8', (99999999, 99999999))]}"))
+    if draw.random() < 0.2:
+        text = text.replace("False", draw.choice(("True", "None", "L", "0L")))
+    version = draw.choice((b"\x01\x00", b"\x01\x00", b"\x01\x00", b"\x02\x00", b"\x03\x00", b"\x09\x09"))
+    written = text.rstrip().encode("latin-1") + b"\n"
+    size = len(written).to_bytes(2 if version == b"\x01\x00" else 4, "little")
+    members[name] = b"\x93NUMPY" + version + size + written + members[name].partition(b"\n")[2]
+    return packed(members)
+
+
+def change_array(draw: random.Random, content: bytes) -> bytes:
+    members = members_of(content)
+    name = draw.choice([name for name in members if name != "header.npy"])
+    array = array_of(members[name]).copy()
+    if array.size and draw.random() < 0.5:
+        numbers: tuple[float, ...] = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e3, 1e6, 9e9, 1e12, -1e300, 5e-324)
+        for _ in range(draw.choice((1, 1, 3, 20))):
+            value = draw.choice(numbers if array.dtype.kind == "f" else (-1, 2, 3, 2**40, -(2**63)))
+            array.reshape(-1)[draw.randrange(array.size)] = value
+    else:
+        changes: list[Callable[[], Any]] = [
+            lambda: array.astype(draw.choice(("f4", "i4", "i8", "c16", ">f8", "bool", "U5", object))),
+            lambda: array.reshape(-1),
+            lambda: array[..., None],
+            lambda: array[: len(array) // 2],
+            lambda: np.concatenate([array, array]),
+            lambda: array[::-1],
+            lambda: array * draw.choice((-1, 0, 2, 10, 10**6, 10**12)),
+        ]
+        with np.errstate(all="ignore"):
+            array = draw.choice(changes)()
+    members[name] = bytes_of(array)
+    return packed(members)
+
+
+def change_header(draw: random.Random, content: bytes) -> bytes:
+    members = members_of(content)
+    header: Any = copy.deepcopy(json.loads(str(array_of(members["header.npy"]))))
+    *outer, last = draw.choice(places_of(header)[1:])
+    part = header
+    for key in outer:
+        part = part[key]
+    match draw.randrange(4):
+        case 0:
+            del part[last]
+        case 1 if isinstance(part, dict):
+            part[draw.choice(("extra", "name", "x", "robot"))] = draw.choice(NASTY)
+        case _:
+            part[last] = draw.choice(NASTY)
+    text = json.dumps(draw.choice((header, header, header, draw.choice(NASTY))))
+    members["header.npy"] = bytes_of(draw.choice((np.array(text), np.array(text), np.array([text]), np.array(1.0))))
+    return packed(members)
+
+
+DAMAGES = (change_bytes, change_members, change_array_header, change_array, change_array, change_header, change_header)
+
+
+def is_loaded(path: Path, *, drawn: bool) -> bool:
+    """Whether a file was loaded; then everything that takes a record must take this one."""
+    try:
+        walk = Walk.load(path)
+    except RecordError as error:
+        message = str(error)
+        assert str(path) in message
+        assert len(message) < LONGEST_MESSAGE
+        assert "memory" not in message
+        return False
+    with np.errstate(all="ignore"):
+        assert measures.summary(walk)["outcome"] == walk.outcome
+    assert len(repr(walk)) < LONGEST_MESSAGE
+    again = path.with_name("again.npz")
+    walk.save(again)
+    assert Walk.load(again) == walk
+    if drawn:
+        assert all(isinstance(text, str) for line in flattened(walk.settings) for text in line)
+        if len(walk.samples["time"]):
+            plot_walk(walk).draw_without_rendering()
+        with contextlib.suppress(MjbipedError):  # a record without what it takes
+            stability(walk)
+    return True
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore:Glyph", "ignore:Reading `.npy`:UserWarning")
+@pytest.mark.parametrize("cases", [range(FEW), pytest.param(range(FEW, MANY), marks=pytest.mark.slow)], ids=str)
+def test_damaged_records(cases: range, records: list[bytes], tmp_path: Path) -> None:
+    path, loaded = tmp_path / "walk.npz", 0
+    for case in cases:
+        draw = random.Random(case)
+        path.write_bytes(DAMAGES[case % len(DAMAGES)](draw, draw.choice(records)))
+        loaded += within_limits(case, lambda drawn=case % 17 == 0: is_loaded(path, drawn=drawn))  # type: ignore[misc]
+    assert 0 < loaded < len(cases) / 2
+
+
+# ---- tables of studies -----------------------------------------------------------------------------------------------
+
+IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
+COLUMNS = columns_of(plan(Path("study.toml"), tomllib.loads("robot = { hip_mass = [5, 10, 15, 20, 25, 30] }")))
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    folder = tmp_path_factory.mktemp("study")
+    rows: list[dict[str, Any]] = [
+        {"cell": cell, "robot.hip_mass": 5.0 * cell, "outcome": "finished", **dict.fromkeys(MEASURES, cell / 7.0)}
+        for cell in range(5)
+    ]
+    rows[2] |= {"outcome": "failed", "error": "ValueError: nothing", "steps": None}
+    with opened(folder, "study", COLUMNS, IDENTITY) as store:
+        store.save(rows)
+    return (folder / "study.sqlite").read_bytes()
+
+
+def is_taken(content: bytes, folder: Path) -> bool:
+    """Whether a file was taken as a study's table."""
+    (folder / "study.sqlite").write_bytes(content)
+    try:
+        with opened(folder, "study", COLUMNS, IDENTITY) as store:
+            store.rows()
+            store.export()
+    except (RecordError, InputError) as error:
+        message = str(error)
+        assert len(message) < LONGEST_MESSAGE
+        assert "--" in message or "delete it" in message
+        return False
+    return True
+
+
+@pytest.mark.parametrize("cases", [range(FEW), pytest.param(range(FEW, MANY), marks=pytest.mark.slow)], ids=str)
+def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
+    assert is_taken(table, tmp_path)
+    contents = {case: change_bytes(random.Random(case), table) for case in cases}
+    taken = sum(within_limits(case, lambda: is_taken(content, tmp_path)) for case, content in contents.items())  # noqa: B023
+    assert 0 < taken < len(cases)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("ALTER TABLE cells DROP COLUMN strikes", "its columns are others"),
+        ("ALTER TABLE cells ADD COLUMN more", "its columns are others"),
+        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
+        ("DELETE FROM identity WHERE kind = 'format'", "format was nothing, is 1"),
+        ("DROP TABLE cells", "its columns are others"),
+    ],
+)
+def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
+    (tmp_path / "study.sqlite").write_bytes(table)
+    with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
+        database.execute(change)
+    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
+        store.rows()
+    assert "--fresh" in str(refused.value)
+    with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:
+        assert store.rows() == []
+
+
+def test_a_lock_that_is_none(tmp_path: Path) -> None:
+    lock = tmp_path / ".running"
+    lock.write_text("no lock of anybody's" * 100)
+    message = r"\.running cannot be written, or is no lock of ours: delete it"
+    with pytest.raises(InputError, match=message), opened(tmp_path, "study", COLUMNS, IDENTITY):
+        pass
+    lock.unlink()
+    lock.mkdir()
+    with pytest.raises(InputError, match="cannot be taken"), opened(tmp_path, "study", COLUMNS, IDENTITY):
+        pass
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("studies_in_threads")
+def test_damaged_walks_of_the_reproduction_are_walked_again_or_refused(tmp_path: Path) -> None:
+    cell = make_cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="hybrid")
+    walked([cell], tmp_path)
+    table = (tmp_path / "walks.sqlite").read_bytes()
+    refused: list[str] = []
+    for case in range(FEW):
+        (tmp_path / "walks.sqlite").write_bytes(change_bytes(random.Random(case), table))
+        with within(LONGEST, case):
+            try:
+                assert walked([cell], tmp_path)[0].finished
+            except (RecordError, InputError) as error:
+                refused.append(str(error))
+    assert 0 < len(refused) < FEW
+    assert all("--" in message or "delete it" in message for message in refused)

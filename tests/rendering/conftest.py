@@ -1,0 +1,20 @@
+"""Walks that pictures show."""
+
+import pytest
+
+import mjbiped
+from controllers import AdaptiveController, PassiveController
+from mjbiped.records.record import Walk
+from mjbiped.terrain.terrain import Terrain
+
+
+@pytest.fixture(scope="session")
+def walk() -> Walk:
+    return mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=5)
+
+
+@pytest.fixture(scope="session")
+def adaptive(controller: AdaptiveController) -> Walk:
+    """A walk with all that can be shown: on a step whose estimate is wrong, with torques and labels in view."""
+    ground = Terrain.from_segments([(0.5, 0.0, 0.0), (9.0, 3.0, -0.02)])
+    return mjbiped.walk(controller, ground, engine="hybrid", steps=5)
