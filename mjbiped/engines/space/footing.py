@@ -1,12 +1,14 @@
-"""Where a robot in space stands: the ground's frame under its stance foot, and its posture in that frame."""
+"""Where a robot in space stands: the ground's frame under its stance foot, and its posture in the world."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from mjbiped.robots.space import Array, SpatialLinkage
+from mjbiped.robots.space import Array
+from mjbiped.robots.three_d import InSpace
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -34,21 +36,47 @@ class Footing:
         """Gravity's components: downhill along the heading, into the ground, and towards the swing side."""
         return np.array([DOWN @ self.forward, -DOWN @ self.normal, DOWN @ self.aside])
 
+    @property
+    def to_left(self) -> float:
+        """1 where the swing side is the left one, else -1."""
+        return 1.0 if self.stance else -1.0
+
+    @property
+    def slope(self) -> float:
+        """Of the ground along the heading, rad, positive downhill."""
+        return math.atan2(self.pull[0], self.pull[1])
+
+    @property
+    def lateral(self) -> float:
+        """Of the ground to the left, rad, positive downhill."""
+        return self.to_left * math.atan2(self.pull[2], self.pull[1])
+
     def axes(self, roll: float) -> tuple[Array, Array]:
         """The hip's axle towards the swing side, and the direction that is upright in the robot, at a roll, rad."""
-        cosine, sine = np.cos(roll), np.sin(roll)
+        cosine, sine = math.cos(roll), math.sin(roll)
         return cosine * self.aside + sine * self.normal, cosine * self.normal - sine * self.aside
 
-    def world(self, local: Array) -> Array:
-        """A place from the foot, (forward, aside, along the normal), as x, y, z, m."""
-        return np.asarray(self.place + local[0] * self.forward + local[1] * self.aside + local[2] * self.normal)
-
-    def swing_foot(self, linkage: SpatialLinkage, q: Array) -> Array:
+    def swing_foot(self, robot: InSpace, q: Array) -> Array:
         """The swing foot, x, y, z in m."""
-        return self.world(linkage.swing_foot(q))
+        along, across, up = robot.swing_foot(q)
+        return np.asarray(self.place + along * self.forward + across * self.aside + up * self.normal)
+
+    def posture(self, robot: InSpace, q: Array) -> Array:
+        """The posture `qpos` in the order of the robot's `places`."""
+        axle, upright = self.axes(q[-1])
+        lines = [math.sin(angle) * self.forward + math.cos(angle) * upright for angle in q[:-1]]
+        hip = self.place + robot.leg_length * lines[0] + 0.5 * robot.hip_width * axle
+        left = self.to_left * axle
+        roll, yaw = math.asin(left[2]), math.atan2(-left[0], left[1])
+        ahead, over = robot_axes(yaw, roll)
+        pitch = [math.atan2(line @ ahead, line @ over) for line in lines]
+        legs = pitch[1::-1] if self.stance else pitch[:2]
+        bent = [] if len(pitch) < 3 else [0.0, pitch[2] - pitch[1]]
+        flexions = bent[::-1] if self.stance else bent
+        return np.array([hip[0], hip[2], *legs, *flexions, hip[1], roll, yaw])
 
     def next(self, place: Array, normal: Array, roll: float) -> tuple[Footing, float]:
-        """The footing on the swing foot, and the angle by which upright turns in the robot, rad.
+        """The footing on the swing foot, and the angle by which upright turns forward in the robot, rad.
 
         The robot's attitude stays; the heading is now square to its axle in the plane of the new ground.
 
@@ -58,14 +86,22 @@ class Footing:
             roll: Before the touchdown, rad.
         """
         axle, upright = self.axes(roll)
-        away = -axle  # towards the new swing side
-        aside = away - (away @ normal) * normal
+        aside = (axle @ normal) * normal - axle  # towards the new swing side
         aside /= np.linalg.norm(aside)
         forward = np.cross(aside, normal)
         forward *= np.sign(forward @ self.forward)
-        return Footing(1 - self.stance, place, forward, aside, normal), float(
-            np.arctan2(-(forward @ upright), forward @ self.forward)
-        )
+        turn = math.atan2(-(forward @ upright), forward @ self.forward)
+        return Footing(1 - self.stance, place, forward, aside, normal), turn
+
+    def roll_of(self, axle: Array) -> float:
+        """The roll of a robot whose axle points along a unit vector towards the swing side, rad."""
+        return math.asin(min(1.0, max(-1.0, axle @ self.normal)))
+
+
+def robot_axes(yaw: float, roll: float) -> tuple[Array, Array]:
+    """The directions ahead and upright of a robot without pitch, in the world."""
+    cy, sy, cr, sr = math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
+    return np.array([cy, sy, 0.0]), np.array([sy * sr, -cy * sr, cr])
 
 
 def first_footing(place: Array, normal: Array) -> Footing:
