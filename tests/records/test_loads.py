@@ -156,8 +156,11 @@ def test_the_greatest_is_of_those_that_a_motor_must_give(kneed: mjbiped.Walk) ->
     assert loads.peak_knee_torque(kneed) == found.max() == kneed.summary()["peak_stance_knee_torque_Nm"]
     # a bent knee has no stop to lie against: what straightens it is the motor's as well
     bent = replace(kneed, samples={**kneed.samples, "qpos": kneed.samples["qpos"] + np.array([0, 0, 0, 0, 0.3, 0.3])})
+    held = loads.knee_torque(bent)
     assert loads.flexion(bent) == pytest.approx(0.3)
     assert loads.peak_knee_torque(bent) == np.abs(loads.knee_torque(bent)).max() > found.max()
+    pulled = replace(bent, samples={name: column[held < 0.0] for name, column in bent.samples.items()})
+    assert loads.peak_knee_torque(pulled) == -held.min()
     bare = replace(kneed, samples={name: column[:0] for name, column in kneed.samples.items()})
     assert measures.summary(bare)["peak_stance_knee_torque_Nm"] is None
 
