@@ -37,8 +37,7 @@ class Column(NamedTuple):
         unit: Unit for axes and headings; empty for a pure number. Numbers of a row with different units have a comma
             between their units.
         meaning: Description in one line.
-        parts: Names of the numbers in a row; exported flat tables have a column `name_part` for each. Empty for a
-            single number.
+        parts: Names of the numbers in a row, `name_part` in flat tables; empty for a single number.
         finite: Whether the numbers must be finite. Quantities that depend on the controller's output need not be: a
             walk with an infinite torque diverges, and its record shows the torque.
         whole: Whether the numbers are whole.
@@ -61,12 +60,7 @@ Columns = Mapping[str, Column]
 
 
 class Tables(NamedTuple):
-    """Columns of both tables of a walk.
-
-    Attributes:
-        samples: Columns of the samples, without the controller's states, which records keep in `controller_states`.
-        touchdowns: Columns of the touchdowns.
-    """
+    """Columns of both tables of a walk; records keep the controller's states in `controller_states` of the samples."""
 
     samples: Columns
     touchdowns: Columns
@@ -271,10 +265,7 @@ class Recorder:
 
         Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added. So are
         rows of a motion that is no number, as a walk that diverges may end with: a record that holds one is refused.
-
-        Args:
-            rows: Rows of touchdowns, shape (any, columns of `TOUCHDOWNS`).
-            samples: Rows of samples, shape (any, columns of `SAMPLES` and the controller's states); none if None.
+        Rows of samples have the controller's states behind the columns of `SAMPLES`.
         """
         rows = _new(self._columns.touchdowns, rows, self._rows)
         if len(rows) and self.summary is not None:
