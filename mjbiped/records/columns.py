@@ -27,6 +27,7 @@ Table = Mapping[str, NDArray[Any]]
 STATE = "controller_state"
 """Prefix of the names of the controller's integrated states in flat tables, where they are numbered from 0."""
 
+_TIME = 0  # index of the time in a row of either table
 _SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
 
 
@@ -223,8 +224,6 @@ def attributes(units: Mapping[str, str]) -> dict[str, str]:
 
 Cancellation: TypeAlias = Callable[[], None]
 """Function that is called at times during a walk, and may raise an exception to stop it."""
-
-_TIME = 0  # index of the time in a row of either table
 
 
 def _new(columns: Columns, rows: Array, taken: Sequence[Array]) -> Array:

@@ -18,7 +18,6 @@ import mjbiped
 from mjbiped.analysis.stability import stability
 from mjbiped.limit_cycles import basin
 from mjbiped.limit_cycles.basin import Fate
-from mjbiped.robots.robot import Robot
 
 SMALL = ("--slopes", 24, "--steps", 60, "--keep", 12, "--doublings", 2)
 
@@ -62,7 +61,9 @@ KNEED = pytest.param(("--robot", "kneed"), mjbiped.KneedBiped(), marks=pytest.ma
 
 
 @pytest.mark.parametrize(("words", "robot"), [((), mjbiped.Compass()), KNEED])
-def test_reference_is_the_gait(words: tuple[str, ...], robot: Robot, tmp_path: Path) -> None:
+def test_reference_is_the_gait(
+    words: tuple[str, ...], robot: mjbiped.Compass | mjbiped.KneedBiped, tmp_path: Path
+) -> None:
     plot = tmp_path / "reference.png"
     found = printed("reference", *words, "--clearance", "0", "--plot", plot)
     gait = mjbiped.find_reference(robot, clearance=0.0)
