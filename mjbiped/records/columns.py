@@ -21,11 +21,9 @@ if TYPE_CHECKING:
     from mjbiped.records.measures import Summary
     from mjbiped.records.record import Walk
 
-Table = Mapping[str, NDArray[Any]]
-"""Arrays with a row for each sample or touchdown, by the names of their columns."""
+Table = Mapping[str, NDArray[Any]]  # with a row for each sample or touchdown, by the names of the columns
 
-STATE = "controller_state"
-"""Prefix of the names of the controller's integrated states in flat tables, where they are numbered from 0."""
+STATE = "controller_state"  # prefix of the controller's integrated states in flat tables, numbered from 0
 
 _TIME = 0  # index of the time in a row of either table
 _SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
