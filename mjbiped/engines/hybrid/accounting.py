@@ -102,12 +102,7 @@ def _torque_at(c: Constants, w: State, i: int, joint: int) -> float:
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
-    """The parabola through three values at neighbouring places of stages.
-
-    Args:
-        i: The middle one of the places, in their order.
-        left: Change of the value up to it.
-        right: Change after it.
+    """The parabola through three values about the i-th place of a stage, by their changes up to it and after it.
 
     Returns:
         Slope and half the second derivative there, by the share of the step; distances from the place before, and to
