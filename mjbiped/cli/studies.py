@@ -106,8 +106,8 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.cli import tables
     from mjbiped.studies.robustness import read_plan
-    from mjbiped.studies.robustness_report import TABLES, draw, robustness_tables, write_tables
     from mjbiped.studies.robustness_findings import Robustness
+    from mjbiped.studies.robustness_report import TABLES, draw, robustness_tables, write_tables
     from mjbiped.studies.run import estimate, run
 
     planned = read_plan(study)
