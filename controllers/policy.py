@@ -79,7 +79,7 @@ def action(weights: Any, t: Any, q1: Any, q2: Any, dq1: Any, dq2: Any, after: An
 
 @dataclass(frozen=True)
 class PolicyController(LawController):
-    """Walks by a policy that was learned on random ground, with all torques its own (docs/learning.md).
+    """Walks by a policy that was learned on random ground, with all torques its own (docs/environments.md).
 
     It was trained with the robot of Table I and actions held for 20 ms, `Mujoco(timestep=4e-3, control_period=0.02)`.
 

@@ -1,4 +1,4 @@
-"""`walk_many()`: simulate many walks at once, each bitwise as if alone; see docs/many_walks.md."""
+"""`walk_many()`: simulate many walks at once, each bitwise as if alone; see docs/studies.md."""
 
 from __future__ import annotations
 

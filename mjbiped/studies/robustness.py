@@ -1,4 +1,4 @@
-"""A robustness study's file; docs/robustness.md describes it."""
+"""A robustness study's file; docs/studies.md describes it."""
 
 from __future__ import annotations
 

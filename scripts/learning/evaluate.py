@@ -70,7 +70,7 @@ Trainings = Mapping[str, Sequence[Checkpoint]]
 
 KINDS = ("residual", "free")
 STORED = Path(__file__).parent / "policies"
-"""The policies of docs/learning.md."""
+"""The policies of docs/environments.md."""
 SHOWN = 10.0
 """Of a walk in its video, s."""
 SMALL_SHOWN = 4.0
@@ -112,7 +112,7 @@ greatest training and the difference from the adaptive controller beside them.""
 @click.option(
     "--images",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder for a small copy of the figure and a small video, as docs/learning.md shows them.",
+    help="Folder for a small copy of the figure and a small video, as docs/environments.md shows them.",
 )
 def main(policies: Path, out: Path, page: Path | None, images: Path | None) -> None:
     """Walk, and show what came of it."""

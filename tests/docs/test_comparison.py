@@ -32,7 +32,7 @@ def cell(method: str, source: str, ground: str) -> str:
 
 def test_stairs_of_60_mm() -> None:
     assert all(row[STAIRS] == "none" for row in table(TABLES, "ranges") if row["method"] in ENERGY_BASED)
-    assert "no energy-based method survives them with any gain of the tables" in PROSE
+    assert "No energy-based method survives stairs of −60 mm** over 60 steps with any gain of the tables" in PROSE
     settings = list(csv.DictReader(io.StringIO(text("docs/reproduction_gains.csv"))))
     through = [row for row in settings if not row["stair 2"].startswith("X")]
     of_ecc = sum(row["method"] == "ECC" for row in through)
@@ -45,13 +45,13 @@ def test_stairs_of_60_mm() -> None:
     assert cell("KETC", default.slope_source, STAIRS) == "undecided", "it falls later, or not"
     for source in ("local", "none"):
         assert cell("limit cycle", source, STAIRS) == "0.0641, 41.9"
-    assert "0.064 and 42 N m; the adaptive controller pays 0.082 and 33 N m" in PROSE
+    assert "c_mt of 0.064 with a peak of 42 N m; the adaptive controller at 0.082 with 33 N m" in PROSE
     assert cell("adaptive", "its estimate", STAIRS) == "0.0816, 32.7"
     assert cell("limit cycle", "two_point", STAIRS).startswith("✗"), "tracking along the line through the feet falls"
 
 
 def test_slopes_that_add_up() -> None:
-    told = re.search(r"If it is not, they fall after (\d+) to (\d+) steps, and on those that alternate too", PROSE)
+    told = re.search(r"and fall after (\d+) to (\d+) steps without a source", PROSE)
     assert told
     steps = []
     for method in ("PBC", "KETC", "KETC, w = 1"):
@@ -66,17 +66,13 @@ def test_slopes_that_add_up() -> None:
 
 
 def test_another_setting_of_ecc_walks_all_of_them() -> None:
-    told = re.search(r"with μ = −2 and ζ = 20, .* even none \(c_mt ([\d.]+) to ([\d.]+)\)", PROSE)
-    assert told
-    costs = []
+    assert "walks all 16° with μ = −2 and ζ = 20" in PROSE
     for source in ("two_point", "local", "none"):
         law = EnergyConstraintController(
             gain_search.ROBOT, gain_search.GAIT, ratio=-2.0, gain=20.0, slope_source=source
         )
         walk = gain_search.walk(law, study.TERRAINS[UPHILL])
         assert walk.outcome == "finished"
-        costs.append(walk.cost_of_transport)
-    assert [f"{min(costs):.3f}", f"{max(costs):.3f}"] == [*told.groups()]
 
 
 def test_stair_1_is_cheaper_than_level_ground_with_gains_that_settle() -> None:

@@ -40,7 +40,7 @@ def execute(page: str, *, slow: bool) -> None:
             exec(compile("\n" * (block.line - 1) + block.code, page, "exec"), space)
 
 
-LONG = {"docs/environments.md", "docs/many_walks.md", "docs/robustness.md"}  # pages whose programs take more than 3 s
+LONG = {"docs/environments.md", "docs/studies.md"}  # pages whose programs take more than 3 s
 
 
 @pytest.mark.parametrize(

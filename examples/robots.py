@@ -1,0 +1,24 @@
+"""A picture of each robot, walking: with the adaptive laws, or passively down the slope of its gait."""
+
+import math
+
+import matplotlib.image
+
+import mjbiped
+from controllers import AdaptiveController, KneedController, PassiveController, SupervisedController
+
+compass, kneed, footed = mjbiped.Compass(), mjbiped.KneedBiped(), mjbiped.FootedCompass()
+lifting = mjbiped.find_reference(footed, clearance=0.077, retraction=False)
+stairs, incline = mjbiped.Terrain.stairs(rise=0.03, first=0.5), mjbiped.Terrain.incline
+walks = {
+    "compass": (compass, AdaptiveController(compass, mjbiped.find_passive_gait(compass, math.radians(2))), stairs),
+    "kneed": (kneed, KneedController(kneed, mjbiped.find_reference(kneed, clearance=0.08)), stairs),
+    "footed": (footed, SupervisedController(footed, lifting), stairs),
+    "round": (mjbiped.RoundCompass(), PassiveController(), incline(0.5)),
+    "round_kneed": (mjbiped.RoundKneed(), PassiveController(), incline(1.0)),
+    "wheel": (mjbiped.RimlessWheel(), PassiveController(), incline(5.0)),
+}
+for name, (robot, law, ground) in walks.items():
+    walk = mjbiped.walk(law, ground, robot=robot, steps=5)
+    frame = mjbiped.render_frame(walk, 0.58 * walk.end[0], width=480, height=360, hide="all")
+    matplotlib.image.imsave(f"robot_{name}.png", frame)
