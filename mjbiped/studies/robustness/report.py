@@ -13,8 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 from rich.text import Text
 
-from mjbiped.plotting.comparison import draw_survivals
-from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting.panels import draw_survivals, head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
 from mjbiped.records.summary import bare_table
 from mjbiped.studies.robustness.limits import ALL, DISTURBANCES
