@@ -47,13 +47,12 @@ ROOMS = {
     ),
     _HYBRID + "motion.py": ("dynamics/test_feet.py", "engines/hybrid/test_impulses.py", _WALKS, _EQUATIONS),
     _HYBRID + "impacts.py": (
-        "engines/hybrid/test_sliding.py",
+        "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_feet.py",
         "dynamics/test_feet.py",
         _WALKS,
     ),
     _HYBRID + "resets.py": (
-        "engines/hybrid/test_sliding.py",
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_events.py",
         "engines/hybrid/test_feet.py",

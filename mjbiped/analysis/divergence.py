@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import Any
 
 import numpy as np
 
@@ -93,7 +92,7 @@ def differences(there: Walk, here: Walk) -> dict[str, Array]:
     pace = math.sqrt(there.robot.gravity / length)
     # what a held torque does grows with the time for which it is held; plain steps err in first order of their length
     coarse = max(1.0, (there.settings["control_period"] or there.settings["timestep"]) / DEFAULT_TIMESTEP)
-    found: dict[str, tuple[Array, Any]] = {
+    found: dict[str, tuple[Array, float | Array]] = {
         "x": (one["x"][:n] - two["x"][:n], _FOOTHOLD * length),
         "period": (measures.step_periods(there)[:n] - measures.step_periods(here)[:n], _PERIOD / pace),
         "angle": (greater("q"), _ANGLE),

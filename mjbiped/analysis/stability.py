@@ -40,7 +40,6 @@ class Stability:
         step: The step of each time, shape (n,).
         errors: eta = (z1, z2, error of sine, error of cosine), truth minus estimate, shape (n, 6).
         lyapunov: V_a (15), shape (n,).
-        dissipation: z1' K1 z1 + z2' K2 z2, what V_a loses by (16) with (17), 1/s, shape (n,).
         slope_change: Change of slope at the touchdown where the step starts, rad, shape (steps,); 0 for the first step.
         start: eta at the step's start, shape (steps, 6).
         end: eta at the step's end, shape (steps, 6).
@@ -52,7 +51,7 @@ class Stability:
         impact_gain: k_Delta of (20) from alpha and beta. NaN for the first step.
         residual: Norm of (end - Phi start), shape (steps,): the walk's deviation from (22). In the hybrid engine the
             error of integration and interpolation, unless the swing foot struck a riser.
-        balance: V_a(end) - V_a(start) + integral of the dissipation, shape (steps,): zero where (16) with (17) holds.
+        balance: V_a(end) - V_a(start) + integral of z1' K1 z1 + z2' K2 z2, shape (steps,): zero by (16) with (17).
     """
 
     controller: AdaptiveTracking
@@ -60,7 +59,6 @@ class Stability:
     step: NDArray[np.int64]
     errors: Array
     lyapunov: Array
-    dissipation: Array
     slope_change: Array
     start: Array
     end: Array
@@ -171,7 +169,6 @@ def stability(walk: Walk, controller: AdaptiveTracking | None = None) -> Stabili
         step=np.repeat(np.arange(len(walked)), [len(step.time) for step in walked]),
         errors=errors,
         lyapunov=0.5 * errors**2 @ error_dynamics.lyapunov_weights(controller),
-        dissipation=_dissipation(controller, errors),
         slope_change=np.diff(slope, prepend=slope[0]),
         start=start,
         end=end,

@@ -203,10 +203,7 @@ def span(domain: Domain) -> Choice:
 
 
 def output(*suffixes: str) -> Choice:
-    """Return the type of a file to write, with one of these suffixes, in a folder that can be written to.
-
-    An existing file may be replaced.
-    """
+    """Return the type of a file to write or replace, with one of these suffixes, in a folder that can be written to."""
     return Choice("FILE", lambda value: to_write(Path(value), *suffixes))
 
 
@@ -284,8 +281,7 @@ def _argument(parameter: inspect.Parameter, hint: Any) -> click.Argument:
 def _option(name: str, hint: Any, default: Any, section: str, text: str) -> Option:
     """The option of a parameter or a field; a third part of its type is its word, which else is its name."""
     kind, *rest = _parts(hint)
-    valid, word = (*rest, name)[:2] if rest else (bool, name)
-    word = word.replace("_", "-")
+    valid, word = (*rest, name.replace("_", "-"))[:2] if rest else (bool, name.replace("_", "-"))
     if kind is not bool:
         valid = quantity(valid, optional=default is not None and NoneType in get_args(kind))
     shown = default is not None and default is not False and default != ()

@@ -209,3 +209,35 @@ def rate_at(c: Problem, w: Step, component: int, x: float) -> float:
             rate = rate * (1.0 - x) - value
             value *= 1.0 - x
     return rate
+
+
+def narrowed(
+    happened: Callable[..., bool],
+    c: Problem,
+    w: Step,
+    event: int,
+    part: tuple[float, float],
+    h: float,
+    width: float,
+) -> tuple[float, float]:
+    """Narrow a part of a step, at whose end an event has happened, by halves until it is no longer than `width`, s.
+
+    Args:
+        happened: (c, w, place in the step, h, event): whether it has happened there.
+        c: The constants of the motion.
+        w: The step.
+        event: The event.
+        part: Where that part begins and ends.
+        h: Unit of these places, s.
+        width: Wanted length, s.
+    """
+    low, high = part
+    while (high - low) * h > width:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        if happened(c, w, middle, h, event):
+            high = middle
+        else:
+            low = middle
+    return low, high

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -192,14 +191,25 @@ class OnnxController(ActingController):
     sha256: str = ""
 
     task: WalkTask = field(init=False, repr=False, compare=False)
+    _session: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Read the file."""
-        digest = hashlib.sha256(self._content).hexdigest()
+        with prefixed(f"the policy's file {shown(self.file)}: "):
+            content = read_bytes(Path(self.file).expanduser())
+        digest = hashlib.sha256(content).hexdigest()
         if self.sha256 not in ("", digest):
             raise InputError(f"{self.file} is another policy than the one recorded: its SHA-256 is {digest}")
+        runtime = needed("onnxruntime", "onnx", "a policy in a file")
+        options = runtime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1  # the same bits each time
+        try:
+            session = runtime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        except Exception as error:  # of the runtime's own kinds
+            raise InputError(f"{self.file} is no ONNX file: {explained(error)}") from error
         object.__setattr__(self, "sha256", digest)
-        described = self._session.get_modelmeta().custom_metadata_map.get(_TASK)
+        object.__setattr__(self, "_session", session)
+        described = session.get_modelmeta().custom_metadata_map.get(_TASK)
         if described is None:
             raise InputError(
                 f"{self.file} does not say for which task its policy was trained; mjbiped.envs.export_policy writes "
@@ -214,24 +224,9 @@ class OnnxController(ActingController):
                 "write it again with mjbiped.envs.export_policy"
             ) from error
         self._take(task)
-        numbers, wanted = self._session.get_inputs()[0].shape[-1], len(bounds(len(self.joints))[0])
+        numbers, wanted = session.get_inputs()[0].shape[-1], len(bounds(len(self.joints))[0])
         if numbers != wanted:
             raise InputError(f"{self.file}: the policy observes {numbers} numbers; its task has {wanted}")
-
-    @cached_property
-    def _content(self) -> bytes:
-        with prefixed(f"the policy's file {shown(self.file)}: "):
-            return read_bytes(Path(self.file).expanduser())
-
-    @cached_property
-    def _session(self) -> Any:
-        runtime = needed("onnxruntime", "onnx", "a policy in a file")
-        options = runtime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1  # the same bits each time
-        try:
-            return runtime.InferenceSession(self._content, options, providers=["CPUExecutionProvider"])
-        except Exception as error:  # of the runtime's own kinds
-            raise InputError(f"{self.file} is no ONNX file: {explained(error)}") from error
 
     def describe(self) -> dict[str, object]:
         """Name, file and its digest, from which the controller is built anew."""

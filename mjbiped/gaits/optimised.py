@@ -71,7 +71,7 @@ class OptimisedGait(Gait):
     @classmethod
     def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
         """The gait of the numbers that the optimiser chooses; see `motion_of`."""
-        model: Any = cls.step(robot)
+        model = cls.step(robot)
         motion = motion_of(model, goal, x)
         points, period = motion.points, float(motion.period)
         (q0, q), (dq0, dq), _ = curve(points, np.array([0.0, 1.0]), period)
@@ -101,7 +101,7 @@ class OptimisedGait(Gait):
         return {"tables": (table_of(count / period, np.concatenate([curve_in_pieces(motion.points, count), after])),)}
 
     @property
-    def model(self) -> Any:
+    def model(self) -> CompassStep:
         """The robot's step as the optimiser takes it."""
         return self.step(self.robot)
 

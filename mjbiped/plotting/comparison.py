@@ -10,36 +10,22 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.stability import RESOLVED, Stability
 from mjbiped.analysis.survival import Survival
 from mjbiped.errors import InputError, RenderError
-from mjbiped.plotting import width
-from mjbiped.plotting.panels import head, labelled, legend_above, legend_below, plain, titled, wrapped
-from mjbiped.plotting.style import (
-    BLACK,
-    GUIDE,
-    HYBRID,
-    LOOKS,
-    MUJOCO,
-    SHADE,
-    TRUTH,
-    drawn,
-    look,
-    note_at,
-    told_apart,
-    widen,
-    zero_line,
-)
+from mjbiped.plotting import style, width
+from mjbiped.plotting.panels import draw_survivals, head, labelled, legend_above, legend_below, plain, titled, wrapped
+from mjbiped.plotting.style import SHADE, TRUTH, drawn, look, note_at, widen, zero_line
 from mjbiped.records import measures
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import Values
 
 _LOOKS: tuple[dict[str, Any], ...] = (
-    {**MUJOCO, "linewidth": 2.4, "label": "MuJoCo"},
-    {**HYBRID, "linewidth": 1.1, "label": "hybrid"},
+    {**style.MUJOCO, "linewidth": 2.4, "label": "MuJoCo"},
+    {**style.HYBRID, "linewidth": 1.1, "label": "hybrid"},
 )
 _BURST = 3.0  # an axis is cut where the last, unfinished step would make it longer by this factor
 _LENGTH_SPAN = 0.01  # least span, as a share of the longest step; the differences have their own panel
@@ -110,7 +96,8 @@ def plot_comparison(comparison: Comparison, path: str | Path | None = None) -> F
 def _draw_torques(grid: Sequence[Axes], comparison: Comparison, walks: Sequence[Walk], letter: str) -> None:
     """Draw each joint's torque in both engines, and below them the differences of all joints."""
     time, difference = torque_differences(comparison)
-    ends = [_end_of_steps(walk) for walk in walks]
+    touchdowns = [float(walk.touchdowns["time"].max(initial=-math.inf)) for walk in walks]
+    ends = [walk.end[0] if walk.outcome == "finished" else last for walk, last in zip(walks, touchdowns, strict=True)]
     cut, under = [], grid[-1]
     for joint, (axes, name) in enumerate(zip(grid, comparison.mujoco.robot.joints, strict=False)):
         torques = [walk.samples["torque"][:, joint] for walk in walks]
@@ -134,13 +121,6 @@ def _draw_torques(grid: Sequence[Axes], comparison: Comparison, walks: Sequence[
     legend_above(under)
     early = any(walk.outcome != "finished" for walk in walks)
     under.set_xlim(0.0, max((1.01 if early else 1.0) * max(walk.end[0] for walk in walks), 1e-3))
-
-
-def _end_of_steps(walk: Walk) -> float:
-    """Time at which the last finished step ended, s."""
-    if walk.outcome == "finished":
-        return walk.end[0]
-    return float(walk.touchdowns["time"][-1]) if walk.steps else -math.inf
 
 
 def _cut_burst(axes: Axes, values: Values, steady: Values, *, room: float) -> bool:
@@ -249,7 +229,7 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         figure.set_figheight(0.6 + 3.0 * (4 // across))
         over_time, errors, excitation, condition = figure.subplots(4 // across, across).flat
         for number, (name, found) in enumerate(walks.items()):
-            color, marker, line = LOOKS[1 + number]
+            color, marker, line = style.LOOKS[1 + number]
             steps, first = np.arange(1, found.steps + 1), number == 0
             look = {"color": color, "marker": marker, "markersize": 3.5, "linewidth": 0.9, "linestyle": line}
             over_time.plot(found.time, _positive(found.lyapunov, RESOLVED**2), color=color, linestyle=line)
@@ -262,7 +242,7 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         first_walk = next(iter(walks.values()))
         floor = "left side of (24), best possible constants"
         steps = np.arange(1, first_walk.steps + 1)
-        condition.plot(steps, first_walk.condition_floor, color=BLACK, linewidth=0.9, label=floor)
+        condition.plot(steps, first_walk.condition_floor, color=style.BLACK, linewidth=0.9, label=floor)
         over_time.set(yscale="log", xlabel="time (s)", ylabel="$V_a$")
         errors.set(yscale="log", ylabel="‖η‖ (rad, rad/s, 1)")
         excitation.set(ylabel="eigenvalue of ∫WWᵀdt (1/s³)", ylim=(0.0, None))
@@ -271,21 +251,17 @@ def plot_stability(walks: Mapping[str, Stability], path: str | Path | None = Non
         low, high = np.log10([f(factors[np.isfinite(factors) & (factors > 0.0)]) for f in (np.min, np.max)])
         limits = 10.0 ** (math.floor(low) - 2.5), min(10.0 ** math.ceil(high), 1e5)
         condition.set(yscale="log", ylabel="factor per step", ylim=limits)
-        condition.axhline(1.0, color=GUIDE, linewidth=1.0)
-        words = (
-            "Lyapunov function (15)",
-            "Error before each touchdown",
-            "Excitation: sine (upper), cosine (lower)",
-            "Condition (24) and what happened",
-        )
-        for axes, letter, title in zip((over_time, errors, excitation, condition), "abcd", words, strict=True):
-            titled(axes, letter, title)
+        condition.axhline(1.0, color=style.GUIDE, linewidth=1.0)
+        titled(over_time, "a", "Lyapunov function (15)")
+        titled(errors, "b", "Error before each touchdown")
+        titled(excitation, "c", "Excitation: sine (upper), cosine (lower)")
+        titled(condition, "d", "Condition (24) and what happened")
         for axes in (errors, excitation, condition):
             axes.set_xlabel("step")
             axes.xaxis.get_major_locator().set_params(integer=True)
         changes = first_walk.slope_change * (np.abs(first_walk.slope_change) > 1e-9)
         for step in np.flatnonzero(changes).tolist() if first_walk.steps <= _MOST_NAMED else ():
-            excitation.axvline(step + 1, color=GUIDE, linewidth=0.7, zorder=0)
+            excitation.axvline(step + 1, color=style.GUIDE, linewidth=0.7, zorder=0)
             text = f"{math.degrees(changes[step]):+.3g}°".replace("-", "−")
             note_at(excitation, text, step + 1, 0.02, (2, 0), fontsize=7)
         legend_below(figure, *errors.get_legend_handles_labels())
@@ -322,16 +298,3 @@ def plot_survival(survivals: Mapping[str, Survival], path: str | Path | None = N
         axes.set_xlabel("steps (logarithmic)")
         legend_below(figure, *axes.get_legend_handles_labels())
     return figure
-
-
-def draw_survivals(axes: Axes, survivals: Mapping[str, Survival | None], most: int) -> None:
-    """Draw curves with their bands by their labels, up to a greatest number of steps; None keeps a look for nobody."""
-    for number, (label, survival) in enumerate(survivals.items()):
-        if survival is not None:
-            colour, _, line = told_apart(number)
-            steps, share, low, high = survival.curve()
-            axes.step(steps, share, where="post", color=colour, linestyle=line, label=plain(label))
-            axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.15, linewidth=0.0)
-    axes.set(xscale="log", xlim=(1.0, max(most, 2)), ylim=(0.0, 1.03), ylabel="share still walking")
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.grid(color=GUIDE, alpha=0.3)

@@ -1,20 +1,22 @@
-"""Titles and legends of panels, fitted to the width of the figure; signals over time and phase portraits in them."""
+"""Titles and legends of panels, fitted to the figure's width; signals, phase portraits and survival curves in them."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
+from matplotlib.ticker import ScalarFormatter
 from numpy.typing import NDArray
 
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
+from mjbiped.analysis.survival import Survival
 from mjbiped.plotting import width
-from mjbiped.plotting.style import C_MT, GUIDE, look, widen, zero_line
+from mjbiped.plotting.style import C_MT, GUIDE, look, told_apart, widen, zero_line
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import Lines, Signal, Values, signals_of
 
@@ -195,3 +197,16 @@ def portraits(walk: Walk, keep: Kept = slice(None)) -> Iterator[Portrait]:
         curves = [curve[:, [k, len(angles) + k]] for curve in planned]
         own = None if cycle is None else cycle[:, k]
         yield Portrait(signals[f"q_{part}"], signals[f"dq_{part}"], motion[:, k], curves, own)
+
+
+def draw_survivals(axes: Axes, survivals: Mapping[str, Survival | None], most: int) -> None:
+    """Draw curves with their bands by their labels, up to a greatest number of steps; None keeps a look for nobody."""
+    for number, (label, survival) in enumerate(survivals.items()):
+        if survival is not None:
+            colour, _, line = told_apart(number)
+            steps, share, low, high = survival.curve()
+            axes.step(steps, share, where="post", color=colour, linestyle=line, label=plain(label))
+            axes.fill_between(steps, low, high, step="post", color=colour, alpha=0.15, linewidth=0.0)
+    axes.set(xscale="log", xlim=(1.0, max(most, 2)), ylim=(0.0, 1.03), ylabel="share still walking")
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.grid(color=GUIDE, alpha=0.3)

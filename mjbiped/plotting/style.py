@@ -18,13 +18,11 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.plotting import width
 from mjbiped.records.signals import SIGNALS
+from mjbiped.utils import palette
 from mjbiped.utils.files import saved, written_whole
-from mjbiped.utils.palette import BLACK as BLACK
-from mjbiped.utils.palette import BLUE as BLUE
-from mjbiped.utils.palette import GREEN as GREEN
-from mjbiped.utils.palette import ORANGE as ORANGE
-from mjbiped.utils.palette import PURPLE, SKY
-from mjbiped.utils.palette import VERMILLION as VERMILLION
+
+BLACK, BLUE, GREEN = palette.BLACK, palette.BLUE, palette.GREEN
+ORANGE, VERMILLION = palette.ORANGE, palette.VERMILLION
 
 GROUND, SHADE, GUIDE = "#D9D4CB", "#4D4D4D", "#9A9A9A"
 """Ground, its outline and texts, guide lines."""
@@ -37,8 +35,8 @@ LOOKS = (
     (GREEN, "D", (0, (4, 1, 1, 1))),
     (VERMILLION, "v", (0, (1, 1))),
     (SHADE, "P", (0, (6, 1, 1, 1, 1, 1))),
-    (SKY, "X", (0, (8, 2))),
-    (PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
+    (palette.SKY, "X", (0, (8, 2))),
+    (palette.PURPLE, "*", (0, (3, 1, 3, 1, 1, 1))),
 )
 """Colour, mark and line of curves that are told apart, in their order; each of the three does it by itself."""
 
@@ -60,7 +58,7 @@ ANKLE, HIP = look("torque_ankle"), look("torque_hip")
 """Legs, slope under the stance foot (estimated and true) and torques have one look each in all figures of walks. Where
 other things are told apart (gains, grounds), colours mean nothing else."""
 
-MUJOCO: Mapping[str, Any] = {"color": SKY, "linestyle": "-"}
+MUJOCO: Mapping[str, Any] = {"color": palette.SKY, "linestyle": "-"}
 HYBRID: Mapping[str, object] = {"color": SHADE, "linestyle": (0, (3, 1.5))}
 """Looks of the engines, where they are drawn over each other."""
 

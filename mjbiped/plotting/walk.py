@@ -269,9 +269,9 @@ def draw_row(axes: Axes, walk: Walk, row: Row) -> None:
 
 def _draw_ground(axes: Axes, terrain: Terrain, row: Row) -> None:
     """Fill the ground, mark changes of slope and steps, and label both where there is room."""
-    x, z = terrain.outline(row.start, row.stop)
-    axes.fill_between(x, z, row.low, color=style.GROUND, linewidth=0, zorder=1)
-    axes.plot(x, z, color=SHADE, linewidth=0.9, zorder=3)
+    places, heights = terrain.outline(row.start, row.stop)
+    axes.fill_between(places, heights, row.low, color=style.GROUND, linewidth=0, zorder=1)
+    axes.plot(places, heights, color=SHADE, linewidth=0.9, zorder=3)
     if row.start < terrain.end < row.stop:
         axes.axvline(terrain.end, color=VERMILLION, linestyle=":", linewidth=1.0)
     text_free, inch = row.start, 1.0 / row.scale
@@ -291,7 +291,7 @@ def _draw_ground(axes: Axes, terrain: Terrain, row: Row) -> None:
         for label in labels:
             room = _LETTER * (len(label) + 1) * inch
             if start >= text_free and stop - start >= room:
-                at, look = (start + 0.04 * inch, row.low + 0.03 * inch), {"fontsize": 7.0, "color": SHADE, "zorder": 5}
-                axes.text(*at, label.replace("-", "−"), **look)
+                x, low, text = start + 0.04 * inch, row.low + 0.03 * inch, label.replace("-", "−")
+                axes.text(x, low, text, fontsize=7, color=SHADE, zorder=5)
                 text_free = start + room
                 break

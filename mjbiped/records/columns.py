@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     from mjbiped.records.measures import Summary
     from mjbiped.records.record import Walk
 
-Table = Mapping[str, NDArray[Any]]
-"""Arrays with a row for each sample or touchdown, by the names of their columns."""
+Table = Mapping[str, NDArray[Any]]  # with a row for each sample or touchdown, by the names of the columns
 
-STATE = "controller_state"
-"""Prefix of the names of the controller's integrated states in flat tables, where they are numbered from 0."""
+STATE = "controller_state"  # prefix of the controller's integrated states in flat tables, numbered from 0
 
+_TIME = 0  # index of the time in a row of either table
 _SAME = 1e-9  # s: a sample this near to a touchdown is of its instant
 
 
@@ -37,8 +36,7 @@ class Column(NamedTuple):
         unit: Unit for axes and headings; empty for a pure number. Numbers of a row with different units have a comma
             between their units.
         meaning: Description in one line.
-        parts: Names of the numbers in a row; exported flat tables have a column `name_part` for each. Empty for a
-            single number.
+        parts: Names of the numbers in a row, `name_part` in flat tables; empty for a single number.
         finite: Whether the numbers must be finite. Quantities that depend on the controller's output need not be: a
             walk with an infinite torque diverges, and its record shows the torque.
         whole: Whether the numbers are whole.
@@ -61,12 +59,7 @@ Columns = Mapping[str, Column]
 
 
 class Tables(NamedTuple):
-    """Columns of both tables of a walk.
-
-    Attributes:
-        samples: Columns of the samples, without the controller's states, which records keep in `controller_states`.
-        touchdowns: Columns of the touchdowns.
-    """
+    """Columns of both tables of a walk; records keep the controller's states in `controller_states` of the samples."""
 
     samples: Columns
     touchdowns: Columns
@@ -230,8 +223,6 @@ def attributes(units: Mapping[str, str]) -> dict[str, str]:
 Cancellation: TypeAlias = Callable[[], None]
 """Function that is called at times during a walk, and may raise an exception to stop it."""
 
-_TIME = 0  # index of the time in a row of either table
-
 
 def _new(columns: Columns, rows: Array, taken: Sequence[Array]) -> Array:
     """Return a copy of the rows that are later than the last row that was taken, and hold a motion of numbers."""
@@ -271,10 +262,7 @@ class Recorder:
 
         Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added. So are
         rows of a motion that is no number, as a walk that diverges may end with: a record that holds one is refused.
-
-        Args:
-            rows: Rows of touchdowns, shape (any, columns of `TOUCHDOWNS`).
-            samples: Rows of samples, shape (any, columns of `SAMPLES` and the controller's states); none if None.
+        Rows of samples have the controller's states behind the columns of `SAMPLES`.
         """
         rows = _new(self._columns.touchdowns, rows, self._rows)
         if len(rows) and self.summary is not None:

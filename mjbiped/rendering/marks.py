@@ -128,8 +128,8 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
         colour = _LEGS[side if len(limbs) == len(_LEGS) else 0]  # spokes of a wheel are of one colour
         clear = 1.0 - abs(end.imag - height) / (_SPOT_FADES * length)
         if "shadows" in elements and clear > 0.0:
-            place, size = complex(end.real, height), np.multiply(_SPOT, length)
-            pen.blob(place, y, size, slope, palette.BLACK, _SPOT_OPACITY * clear)
+            spot, size = complex(end.real, height), np.multiply(_SPOT, length)
+            pen.blob(spot, y, size, slope, palette.BLACK, _SPOT_OPACITY * clear)
         if sole is not None:  # parallel to the ground; being massless, it may be held so
             heel, toe = (end + cmath.rect(ahead, -slope) for ahead in (-sole[0], sole[1]))
             pen.connect(_CAPSULE, heel, toe, y, _SOLE_WIDTH * length, colour)
@@ -154,9 +154,9 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
     if "torque" in elements:
         lean, knee = robot.lean(moment.qpos, moment.stance), legs[(moment.stance + 1) % len(legs)][1]
         places, signals = ((foot, lean), (legs[0][0], 0.0), (knee, 0.0)), torques_of(type(robot))
-        for joint, signal, torque, place in zip(robot.joints, signals, moment.torque, places, strict=False):
+        for joint, signal, torque, about in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0
-            _draw_torque(pen, place, share, joint, signal.colour)
+            _draw_torque(pen, about, share, joint, signal.colour)
 
 
 def _in_plane(points: Points) -> Any:

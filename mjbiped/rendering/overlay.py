@@ -30,7 +30,7 @@ from mjbiped.utils.mujoco import mujoco
 Label = tuple[str, float, float, float]
 """Words, their column, and the two columns between which they stay, pixels."""
 
-Pixels, Drawn = NDArray[np.uint8], ImageDraw.ImageDraw
+Pixels = NDArray[np.uint8]
 
 _HEIGHT = 1 / 36  # height of the letters, per frame height: 20 pixels at 720
 _SMALLEST = 7.0  # pixels; smaller letters cannot be read
@@ -110,13 +110,15 @@ class Overlay:
         self.letter = max(_SMALLEST, round(height * _HEIGHT, 1))
 
     @contextmanager
-    def _part(self, left: float, top: float, right: float, low: float, fill: object = None) -> Iterator[Drawn]:
+    def _part(
+        self, left: float, top: float, right: float, low: float, fill: tuple[int, ...] = ()
+    ) -> Iterator[ImageDraw.ImageDraw]:
         """Draw on a part of the picture, whose corner has the coordinates (0, 0); the rest need not be converted."""
         rows = slice(min(max(0, round(top)), self._rows - 1), max(1, round(low)))
         part = self._picture[rows, max(0, round(left)) : round(right)]
         image = Image.fromarray(part)
         draw = ImageDraw.Draw(image, "RGBA")
-        if fill is not None:
+        if fill:
             draw.rectangle((0, 0, self._width, self._rows), fill=fill)
         yield draw
         part[...] = np.asarray(image)

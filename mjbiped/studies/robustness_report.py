@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 
-from mjbiped.plotting.comparison import draw_survivals
-from mjbiped.plotting.panels import head, legend_below, plain, titled, wrapped
+from mjbiped.plotting.panels import draw_survivals, head, legend_below, plain, titled, wrapped
 from mjbiped.plotting.style import C_MT, GUIDE, drawn, told_apart
 from mjbiped.records.summary import table_of
 from mjbiped.studies.robustness import Limits, Plan

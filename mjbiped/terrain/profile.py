@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from mjbiped.errors import InputError, shown
-from mjbiped.numerics.blocks import numbers
+from mjbiped.numerics.blocks import Block, numbers
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, entries
 
@@ -56,13 +56,17 @@ class Profile(NamedTuple):
     segments: int
 
 
-def height_of(ground: Any, segment: int, x: float) -> float:
+Ground: TypeAlias = Profile | Block
+"""A profile, or what has its fields, as the constants of an engine."""
+
+
+def height_of(ground: Ground, segment: int, x: float) -> float:
     """Height of a segment's line at x, m; the ground is a `Profile`, or has its fields."""
     starts, heights = numbers(ground.x, ground.segments), numbers(ground.z, ground.segments)
     return float(heights[segment] + numbers(ground.gradient, ground.segments)[segment] * (x - starts[segment]))
 
 
-def segment_under(profile: Any, x: float) -> int:
+def segment_under(profile: Ground, x: float) -> int:
     """Index of the segment at x, m; the first reaches backwards and the last forwards, NaN gives the last."""
     starts = numbers(profile.x, profile.segments)
     low, high = 1, profile.segments
@@ -75,7 +79,7 @@ def segment_under(profile: Any, x: float) -> int:
     return low - 1
 
 
-def segment_near(profile: Any, x: float, index: int) -> int:
+def segment_near(profile: Ground, x: float, index: int) -> int:
     """Index of the segment at x, m, searched from a segment nearby."""
     starts = numbers(profile.x, profile.segments)
     while index + 1 < profile.segments and starts[index + 1] <= x:
@@ -85,13 +89,13 @@ def segment_near(profile: Any, x: float, index: int) -> int:
     return index
 
 
-def height_over(profile: object, x: float) -> float:
+def height_over(profile: Ground, x: float) -> float:
     """Height of the ground at x, m, like `Terrain.height_at`; NaN gives NaN."""
     return height_of(profile, segment_under(profile, x), x)
 
 
 def segment_stood_on(
-    ground: Any, x: float, z: float, edge: float = EDGE, beside: float = BESIDE, over: float = OVER
+    ground: Ground, x: float, z: float, edge: float = EDGE, beside: float = BESIDE, over: float = OVER
 ) -> int:
     """Index of the segment that a foot at x, z stands on, by one rule for all feet near a break.
 
@@ -123,12 +127,12 @@ def segment_stood_on(
     return here
 
 
-def segment_met(profile: object, x: float, z: float) -> int:
+def segment_met(profile: Ground, x: float, z: float) -> int:
     """Index of the segment that a foot at x, z would land on, or that it slides down to along a vertical face."""
     return segment_stood_on(profile, x, z, EDGE, BESIDE, 0.0)
 
 
-def height_over_ground(profile: object, x: float, z: float) -> float:
+def height_over_ground(profile: Ground, x: float, z: float) -> float:
     """Height of a foot at x, z over the segment that it would land on, m; NaN gives NaN."""
     return z - height_of(profile, segment_met(profile, x, z), x)
 

@@ -122,9 +122,10 @@ def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(controller:
     level = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=3)
     assert transitions(level, controller) == []
     late = replace(controller, replanning_delay=1.0)
-    walk = mjbiped.walk(late, mjbiped.Terrain.level(), engine="hybrid", steps=1, initial="rest")
-    (curve,) = transitions(walk, late)  # from rest the first step is shorter than the period, and ends it
-    np.testing.assert_allclose(curve[-1, :2], walk.touchdowns["q_before"][0], rtol=0, atol=1e-8)
+    walk = mjbiped.walk(late, GROUND, engine="hybrid", steps=4, initial="rest")
+    ends = [np.abs(walk.touchdowns["q_before"] - curve[-1, :2]).max(axis=1).min() for curve in transitions(walk, late)]
+    assert len(ends) > 1
+    assert max(ends) < 1e-8  # steps that are shorter than the period end them
 
 
 def test_the_controller_is_built_anew(controller: AdaptiveController) -> None:

@@ -29,6 +29,7 @@ from mjbiped.records.columns import Recorder
 from mjbiped.records.record import Walk
 from mjbiped.records.summary import MEASURES
 from mjbiped.rendering import gl, video
+from mjbiped.robots.robot import Robot
 from mjbiped.terrain.presets import PRESETS
 
 KNEED = mjbiped.KneedBiped()
@@ -111,7 +112,7 @@ def test_options_reach_every_controller(line: str, expected: dict[str, Any], ask
         ("--robot mine.xml --sole 0.1", mjbiped.Compass(hip_mass=2.0, sole=(0.1, 0.1))),
     ],
 )  # fmt: skip
-def test_robots_by_name_file_and_parameter(line: str, robot: mjbiped.Robot, asked: list[Asked], folder: Path) -> None:
+def test_robots_by_name_file_and_parameter(line: str, robot: Robot, asked: list[Asked], folder: Path) -> None:
     (folder / "mine.toml").write_text('kind = "kneed"\nthigh_mass = 3.5\n')
     (folder / "heavy.toml").write_text("leg_mass = 3.5\n")
     export_scene(mjbiped.Compass(hip_mass=2.0), mjbiped.Terrain.level(), folder / "mine.xml")
@@ -314,7 +315,10 @@ def test_sigterm_ends_the_process_cleanly(tmp_path: Path) -> None:
         "def walk(*_, **__):\n"
         "    with written_whole(Path(sys.argv[1])) as unfinished:\n"
         "        unfinished.write_text('half')\n"
-        "        signal.raise_signal(signal.SIGTERM)\n"
+        "        try:\n"
+        "            signal.raise_signal(signal.SIGTERM)\n"
+        "        finally:\n"
+        "            assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL\n"
         "        time.sleep(600.0)\n"
         "mjbiped.walk = walk\n"
         "cli.main(['walk', 'level'])\n"

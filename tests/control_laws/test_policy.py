@@ -71,6 +71,18 @@ def test_it_walks_bitwise_as_in_training(policy: PolicyController) -> None:
             np.testing.assert_array_equal(column, there.touchdowns[name][: here.steps], err_msg=name)
 
 
+@pytest.mark.parametrize("t", [0.0, 0.3, 1.2])
+def test_its_torques_are_a_feedback_whose_gains_are_linear_in_time(policy: PolicyController, t: float) -> None:
+    """Until one and a half periods of the gait, where time stands still; and within the greatest of the training."""
+    q, dq, memory, latest = (0.1, -0.15), (0.9, 0.3), [-0.18, 0.02], 1.5 * 0.765
+    phase = 2.0 * min(t, latest) / 0.765 - 1.0
+    constant, slope = policy.weights.reshape(2, 2, 8).swapaxes(0, 1)
+    features = [q[0] / 0.2, q[1] / 0.2, *dq, phase, memory[0] / 0.2 + 1.0, memory[1] / 0.035, 1.0]
+    expected = np.clip((constant + slope * phase) @ features, -1.0, 1.0) * TORQUE
+    np.testing.assert_allclose(policy.torque(memory, t, q, dq), expected, rtol=1e-12)
+    assert policy.next_discontinuity(memory, t) == (latest if t < latest else np.inf)
+
+
 def test_its_slope_is_the_turn_of_the_ground(policy: PolicyController) -> None:
     ground = mjbiped.Terrain.from_segments([(0.3, 2.0, 0.0), (5.0, 3.0, 0.0)])
     walk = mjbiped.walk(policy, ground, engine="hybrid", steps=3)

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
-from mjbiped.studies.reproduction.rows import walked
+from mjbiped.studies.reproduction.reproduce import walked
 from time_limits import within
 
 import mjbiped

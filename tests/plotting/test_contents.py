@@ -237,11 +237,12 @@ def test_basins(maps: list[Basin]) -> None:
     assert (frame.min(axis=0).tolist(), frame.max(axis=0).tolist()) == ([0.9, -0.5], [1.3, 1.5])
     figure = plot_basins([small])
     assert "steps until settled" in words(figure)
-    falls, _, settled = (mesh.get_array().reshape(small.fates.shape) for mesh in figure.axes[0].collections)  # type: ignore[union-attr]
+    meshes: list[Any] = [*figure.axes[0].collections]
+    falls, _, settled = (mesh.get_array().reshape(small.fates.shape) for mesh in meshes)
     assert (falls.mask == (small.fates != Fate.FELL)).all()
     assert settled.compressed().tolist() == small.steps[small.fates == Fate.SETTLED].tolist()
     # what settles is darker than what falls in grey print, by Rec. 601
-    colours = [figure.axes[0].collections[k].cmap(np.linspace(0.0, 1.0, 256)) for k in (0, 2)]
+    colours = [meshes[k].cmap(np.linspace(0.0, 1.0, 256)) for k in (0, 2)]
     light, dark = (each[:, :3] @ (0.299, 0.587, 0.114) for each in colours)
     assert light.min() > dark.max() + 0.1
     controlled = dataclasses.replace(great, peak_torque=np.full(great.fates.shape, 3.0), slope=0.0)
@@ -260,7 +261,7 @@ def test_stability_and_survival(evaluated: dict[str, Stability]) -> None:
     np.testing.assert_array_equal([line.get_ydata() for line in condition.lines[:2]], (found.condition, found.ratio))
     np.testing.assert_array_equal(condition.lines[4].get_ydata(), found.condition_floor)
     assert np.isnan(np.asarray(errors.lines[1].get_ydata(), dtype=float)).all()  # without any error
-    (change,) = excitation.texts
+    change: Any = excitation.texts[0]
     assert (change.get_text(), change.xy[0]) == ("−1.5°", 1 + np.flatnonzero(found.slope_change)[0])
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a walk", "exact"]
     low, high = condition.get_ylim()

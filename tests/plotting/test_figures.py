@@ -56,7 +56,7 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "return map of a wheel": lambda _: plot_return_map(map_slices(mjbiped.RimlessWheel(), 0.08, points=40)),
     "stability": lambda get: plot_stability(get("evaluated")),
     "survival": lambda _: plot_survival({"one": Survival((5, 9), (True, False)), "$^": Survival((9,), (False,))}),
-    "figure 5": lambda get: plot_figure_5({gain: dict.fromkeys(CURVES, get("walk")) for gain in (0.3, 3.0)}),
+    "figure 5": lambda get: plot_figure_5({gain: {curve: get("walk") for curve in CURVES} for gain in (0.3, 3.0)}),
     "figure 6": lambda get: plot_figure_6({delay: get("walk") for delay in (0.6, None)}),
     "table 3": lambda _: plot_table_3([]),
 }

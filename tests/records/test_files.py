@@ -247,7 +247,7 @@ class Parts:
         (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*floats of shape \(2,\) a row"),
         (lambda r: r.put("samples/stance", lambda column: column * 1.0), "expected whole numbers"),
         (lambda r: r.put("samples/stance", lambda column: column + 1), "samples/stance .*whole ones from 0 to 1"),
-        (lambda r: r.put("touchdowns/strikes", lambda column: column - 1), "touchdowns/strikes .*whole ones"),
+        (lambda r: r.put("touchdowns/strikes", lambda column: column + 2), "touchdowns/strikes .*whole ones"),
         (lambda r: r.put("touchdowns/q", lambda column: column * math.nan), "touchdowns/q .*finite"),
         (lambda r: r.put("samples/qpos", lambda column: column * 1e12), "samples/qpos .*none beyond"),
         (lambda r: r.put("samples/time", lambda column: column[::-1]), "ascend"),

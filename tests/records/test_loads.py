@@ -41,7 +41,8 @@ def test_a_flat_foot_is_in_balance_about_its_ankle() -> None:
     assert u[2 + bin_of(-0.05 / 0.8)] == 0.1
     note_pressure(u, torque=-1.0, normal=0.5, light=1.0, leg_length=0.8, time=0.2)  # no foot is long enough
     note_pressure(u, torque=0.0, normal=100.0, light=1.0, leg_length=0.8, time=0.4)
-    assert (u[0], u[1], u[2 + BINS - 1], sum(u[2:])) == (0.0, 0.05, 0.2, pytest.approx(0.3))
+    assert (u[0], u[1], u[2 + BINS - 1]) == (0.0, 0.05, 0.2)
+    assert sum(u[2:]) == pytest.approx(0.3)
 
 
 @settings(max_examples=20)
@@ -140,12 +141,12 @@ def test_without_torque_the_force_goes_through_the_ankle(engine: str) -> None:
 
 
 def test_its_torque_is_the_robots_at_each_sample(kneed: mjbiped.Walk) -> None:
-    found, samples = loads.knee_torque(kneed), kneed.samples
+    found, samples, robot = loads.knee_torque(kneed), kneed.samples, mjbiped.KneedBiped()
     assert found.shape == samples["time"].shape
     for index in (0, 50, len(found) - 1):
         q, dq, torque, slope = (samples[name][index] for name in ("q", "dq", "torque", "slope"))
         locked = bool(samples["locked"][index])
-        assert found[index] == stance_knee_torque(kneed.robot, q, dq, torque, slope, locked=locked)
+        assert found[index] == stance_knee_torque(robot, q, dq, torque, slope, locked=locked)
     sampled, told = centre_of_pressure(kneed), kneed.summary()
     assert told["pressure_ahead_m"] == pytest.approx(np.nanmax(sampled), abs=0.02 * np.ptp(sampled))
 
@@ -156,8 +157,11 @@ def test_the_greatest_is_of_those_that_a_motor_must_give(kneed: mjbiped.Walk) ->
     assert loads.peak_knee_torque(kneed) == found.max() == kneed.summary()["peak_stance_knee_torque_Nm"]
     # a bent knee has no stop to lie against: what straightens it is the motor's as well
     bent = replace(kneed, samples={**kneed.samples, "qpos": kneed.samples["qpos"] + np.array([0, 0, 0, 0, 0.3, 0.3])})
+    held = loads.knee_torque(bent)
     assert loads.flexion(bent) == pytest.approx(0.3)
     assert loads.peak_knee_torque(bent) == np.abs(loads.knee_torque(bent)).max() > found.max()
+    pulled = replace(bent, samples={name: column[held < 0.0] for name, column in bent.samples.items()})
+    assert loads.peak_knee_torque(pulled) == -held.min()
     bare = replace(kneed, samples={name: column[:0] for name, column in kneed.samples.items()})
     assert measures.summary(bare)["peak_stance_knee_torque_Nm"] is None
 

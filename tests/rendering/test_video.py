@@ -32,7 +32,8 @@ def decoded(path: Path, width: int, height: int) -> Pixels:
 
 @needs_gl
 def test_a_video_shows_the_part_that_is_asked_for(walk: Walk, tmp_path: Path) -> None:
-    path, size = tmp_path / "walk.MP4", {"width": 160, "height": 128, "hide": "all"}
+    path = tmp_path / "walk.MP4"
+    size: dict[str, Any] = {"width": 160, "height": 128, "hide": "all"}
     render_video(walk, path, fps=5, slow_motion=1.5, start=0.5, **size)
     frames = decoded(path, 160, 128)
     assert len(frames) == int((walk.end[0] - 0.5) * 1.5 * 5) + 1 + 5  # the last one is held for a second

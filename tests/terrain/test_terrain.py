@@ -12,7 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mjbiped.errors import InputError
-from mjbiped.terrain.profile import GROUND_FRICTION, HIGHEST_STEP, MOST_SEGMENTS, STEEPEST_SLOPE
+from mjbiped.terrain.profile import (
+    GROUND_FRICTION,
+    HIGHEST_STEP,
+    MOST_SEGMENTS,
+    STEEPEST_SLOPE,
+    segment_near,
+    segment_under,
+)
 from mjbiped.terrain.terrain import STEP_RESOLUTION, Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))
@@ -108,6 +115,12 @@ def test_places_of_any_shape_are_asked_one_by_one(x: Any) -> None:
         assert np.shape(found) == np.shape(x)
         assert np.ravel(found).tolist() == [at(float(each)) for each in np.ravel(x)]
         assert isinstance(found, float if np.ndim(x) == 0 else np.ndarray)
+
+
+def test_a_segment_is_found_from_any_other() -> None:
+    profile = Terrain.mixed().profile
+    for x in (-5.0, 0.0, 2.0, 9.1, 30.0):
+        assert {segment_near(profile, x, index) for index in range(14)} == {segment_under(profile, x)}
 
 
 def test_nan_gives_nan() -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 import mjbiped
-from mjbiped.utils.files import check_writable, saved, written_whole
+from mjbiped.utils import files
+from mjbiped.utils.files import check_writable, markdown_table, read_bytes, saved, written_whole
 
 
 def names(folder: Path) -> list[str]:
@@ -81,3 +82,17 @@ def test_a_file_that_cannot_be_written_is_told_in_words(failure: type[mjbiped.Mj
     with pytest.raises(failure, match=r"cannot write .*: disk full"), saved(tmp_path / "a.csv", failure):
         raise OSError("disk full")
     assert names(tmp_path) == []
+
+
+def test_a_file_is_read_up_to_a_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "LONGEST", 4)
+    (tmp_path / "short").write_bytes(b"1234")
+    (tmp_path / "long").write_bytes(b"12345")
+    assert read_bytes(tmp_path / "short") == b"1234"
+    with pytest.raises(mjbiped.InputError, match="is longer than"):
+        read_bytes(tmp_path / "long")
+
+
+def test_a_table_in_markdown() -> None:
+    assert markdown_table("ab", [("1", "2")], words=1) == "| a | b |\n| --- | ---: |\n| 1 | 2 |"
+    assert markdown_table("ab", []) == "| a | b |\n| --- | --- |"

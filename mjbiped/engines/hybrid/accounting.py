@@ -13,15 +13,7 @@ from itertools import pairwise
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES, STAGES_WITH_DENSE, rate_at, value_at
 from mjbiped.dynamics.linkage import ROOM, ground_force
 from mjbiped.dynamics.modes import FLAT, LOCKED
-from mjbiped.engines.hybrid.motion import (
-    ask,
-    bound_ankle,
-    ensure_dense,
-    is_motion,
-    note_ground_force,
-    take_angles,
-    write_state_at,
-)
+from mjbiped.engines.hybrid import motion
 from mjbiped.engines.hybrid.resets import write_sample
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of, touches
 from mjbiped.numerics.blocks import Floats, numbers, row
@@ -54,12 +46,12 @@ def accumulate(c: Constants, w: State, h: float) -> bool:
             _note_peak_within(c, w, h, joint, place)
     _add_work(c, w, h, acts)
     normal = w.normal_now
-    note_ground_force(c, w, numbers(w.out, c.size), row(w.k, STAGES, c.size))
+    motion.note_ground_force(c, w, numbers(w.out, c.size), row(w.k, STAGES, c.size))
     # else the centre of pressure stays at the ankle
     if acts or c.toe > 0.0 or pressure[0] < 0.0 or pressure[1] < 0.0:
         note_pressures(c, w, normal, h)
     if w.normal_force < UNLOADED * c.weight and not touches(w):
-        ensure_dense(c, w, h)
+        motion.ensure_dense(c, w, h)
         note_least_force(c, w, h)
     if w.locked != LOCKED:
         _note_flexion(c, w, h)
@@ -76,10 +68,7 @@ def note_peaks(c: Constants, w: State, stage: int) -> None:
 
 
 def _greatest_torque(c: Constants, w: State, joint: int) -> tuple[float, float]:
-    """Greatest magnitude of a joint's torque at the stages of the step, N m, and its place as a share of the step.
-
-    If it may exceed the peak of the walk so far, it is the top of the parabola through three stages around it.
-    """
+    """Greatest magnitude of a joint's torque at the stages, N m, or the top of a parabola about it; its share."""
     last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
         size = _torque_at(c, w, i, joint)
@@ -102,17 +91,7 @@ def _torque_at(c: Constants, w: State, i: int, joint: int) -> float:
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
-    """The parabola through three values at neighbouring places of stages.
-
-    Args:
-        i: The middle one of the places, in their order.
-        left: Change of the value up to it.
-        right: Change after it.
-
-    Returns:
-        Slope and half the second derivative there, by the share of the step; distances from the place before, and to
-        the place after.
-    """
+    """The parabola through three stages, by changes up to the i-th and after it: slope, half the bend, both widths."""
     before, after = PLACES[i] - PLACES[i - 1], PLACES[i + 1] - PLACES[i]
     falling, rising = left / before, right / after
     bend = (rising - falling) / (before + after)
@@ -126,7 +105,7 @@ def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
         net = out[component] - y[component]
         variation = abs(net)
         if acts and _turns(c, w, component, h):
-            ensure_dense(c, w, h)
+            motion.ensure_dense(c, w, h)
             variation = _total_variation(c, w, component)
         w.work_absolute += variation
         w.work_net += net
@@ -134,12 +113,9 @@ def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
 
 
 def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float) -> None:
-    """Keep a joint's peak inside the step: the top of the parabola through a greatest value and its neighbours.
-
-    The search climbs in sixteenths of the step, from the place (a share of the step) where the torque seemed greatest.
-    """
+    """Keep a joint's peak inside the step: climb in sixteenths of it, from the share of it where it seemed greatest."""
     piece = min(max(int(PIECES * place + 0.5), 1), PIECES - 1)
-    ensure_dense(c, w, h)
+    motion.ensure_dense(c, w, h)
     middle = _torque_within(c, w, h, piece, joint)
     left = _torque_within(c, w, h, piece - 1, joint)
     right = _torque_within(c, w, h, piece + 1, joint)
@@ -159,7 +135,7 @@ def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float
 def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> float:
     """Torque of a joint after a number of sixteenths (`piece`) of the step, N m."""
     x = piece / PIECES
-    write_state_at(c, w, x)
+    motion.write_state_at(c, w, x)
     write_torques(c, w, w.elapsed + x * h, numbers(w.spare, c.size))
     return float(numbers(w.sampled, c.given)[joint])
 
@@ -167,19 +143,16 @@ def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> 
 def write_torques(c: Constants, w: State, t: float, y: Floats) -> float:
     """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
     given = numbers(w.sampled, c.given)
-    take_angles(c, w, y)
-    ask(c, w, t, y, given)
+    motion.take_angles(c, w, y)
+    motion.ask(c, w, t, y, given)
     asked = given[0]
     if c.behind < math.inf:
-        bound_ankle(c, w, given)
+        motion.bound_ankle(c, w, given)
     return float(asked)
 
 
 def _turns(c: Constants, w: State, component: int, h: float) -> bool:
-    """Whether a joint's power seems to change its sign in the step, or to come near to it between two stages.
-
-    Between stages it may change its sign twice: a parabola through three of them shows the dip, if not how deep it is.
-    """
+    """Whether a joint's power seems to change its sign in the step, or twice between stages, as a parabola shows."""
     least = greatest = row(w.k, 0, c.size)[component]
     for stage in IN_ORDER:
         power = row(w.k, stage, c.size)[component]
@@ -230,7 +203,7 @@ def _note_flexion(c: Constants, w: State, h: float) -> None:
     w.flexion = max(w.flexion, y[shank] - y[thigh], out[shank] - out[thigh])
     if y[n + shank] - y[n + thigh] <= 0.0 or out[n + shank] - out[n + thigh] >= 0.0:
         return
-    ensure_dense(c, w, h)
+    motion.ensure_dense(c, w, h)
     x = _last_before_turn(c, w, n + shank, n + thigh)
     w.flexion = max(w.flexion, value_at(c, w, shank, x) - value_at(c, w, thigh, x))
 
@@ -241,7 +214,7 @@ def _note_tip(c: Constants, w: State, h: float) -> None:
     w.one_sided += h
     w.tipped = max(w.tipped, abs(out[c.foot]))
     if y[rate] * out[rate] < 0.0:
-        ensure_dense(c, w, h)
+        motion.ensure_dense(c, w, h)
         x = _last_before_turn(c, w, rate, -1)
         w.tipped = max(w.tipped, abs(value_at(c, w, c.foot, x)))
 
@@ -264,11 +237,11 @@ def _take_samples(c: Constants, w: State, h: float) -> bool:
     """Take the samples that lie in the step; False if the state of one of them is no motion (`is_motion`)."""
     end, y = w.clock + w.elapsed + h, numbers(w.spare, c.size)
     while w.sample * c.sample_period < end:
-        ensure_dense(c, w, h)
+        motion.ensure_dense(c, w, h)
         time = w.sample * c.sample_period
         x = min(max((time - w.clock - w.elapsed) / h, 0.0), 1.0)
-        write_state_at(c, w, x)
-        if not is_motion(c, y):
+        motion.write_state_at(c, w, x)
+        if not motion.is_motion(c, y):
             return False
         take_sample(c, w, time, w.elapsed + x * h, y)
         w.sample += 1
@@ -288,7 +261,7 @@ def note_least_force(c: Constants, w: State, h: float) -> None:
     last = before = 0.0
     for piece in range(PIECES + 1):
         x = piece / PIECES
-        write_state_at(c, w, x)
+        motion.write_state_at(c, w, x)
         for i in range(c.angles):
             dq[i], ddq[i] = y[c.angles + i], rate_at(c, w, c.angles + i, x) / h
         _, normal = ground_force(linkage_of(c, w), w, y, dq, ddq)
@@ -310,8 +283,7 @@ def parabola_top(left: float, middle: float, right: float) -> float:
 def note_pressures(c: Constants, w: State, before: float, h: float) -> None:
     """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
 
-    The normal force, which changes slowly, is taken to change evenly from `before` (N) to what it is at the step's end;
-    on a sole it is known at each stage, as is its moment on feet that are bodies.
+    Without a sole, the normal force is taken to change evenly from `before` (N) to what it is at the step's end.
     """
     pressure, normals = numbers(w.pressure, 2 + BINS), numbers(w.normals, STAGES_WITH_DENSE)
     moments, asked = numbers(w.moments, STAGES_WITH_DENSE), numbers(w.asked, STAGES_WITH_DENSE)

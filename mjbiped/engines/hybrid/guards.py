@@ -11,7 +11,7 @@ all but stands still. Gains beyond what any robot has are of the same effect. `l
 
 from __future__ import annotations
 
-from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE
+from mjbiped.dynamics.integrate import IN_ORDER, STAGES, STAGES_WITH_DENSE, narrowed
 from mjbiped.dynamics.linkage import END, ROOM, speed
 from mjbiped.dynamics.modes import FLAT, FREE, RESTING
 from mjbiped.engines.hybrid.meeting import (
@@ -24,7 +24,6 @@ from mjbiped.engines.hybrid.meeting import (
     decided_by_ends,
     foot_event,
     level_angle,
-    narrowed,
     write_angles_at,
 )
 from mjbiped.engines.hybrid.motion import attempt, ensure_dense

@@ -11,10 +11,9 @@ no more than `MARGIN` times as much as at the step's ends, could not have reache
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TypeAlias
 
-from mjbiped.dynamics.integrate import STAGES, value_at
+from mjbiped.dynamics.integrate import STAGES, narrowed, value_at
 from mjbiped.dynamics.linkage import END, ROOM
 from mjbiped.dynamics.modes import FLAT
 from mjbiped.engines.hybrid.state import Constants, State, linkage_of, stance_foot, swing_foot
@@ -91,18 +90,6 @@ def happens(c: Constants, w: State, t: float, ahead: float, clearance: float) ->
     return swing_foot_collides(c.reach, c.delay, t, ahead, clearance)
 
 
-def keeps_clear(room: float, here: Place, there: Place) -> bool:
-    """Whether the foot stays above ground between two moments; it deviates at most `room` (m) from a straight path."""
-    return here[2] == there[2] and min(here[1], there[1]) > room
-
-
-def cannot_be_enabled(reach: float, room: float, here: Place, there: Place) -> bool:
-    """Whether the scuffing rule keeps contact disabled between two moments: foot too far back, or below ground."""
-    if max(here[0], there[0]) + room < reach:
-        return True
-    return here[2] == there[2] and max(here[1], there[1]) + room < 0.0
-
-
 def decided_by_ends(c: Constants, w: State, h: float, here: Place, there: Place) -> bool:
     """Whether the step's ends prove that the swing foot meets nothing in it; may enable its contact by the rule."""
     if w.sliding or w.down != FLAT or (not w.contact_enabled and w.elapsed + h <= c.delay):
@@ -118,11 +105,12 @@ def _decided(c: Constants, w: State, t: float, room: float, here: Place, there: 
 
     The contact of a foot that keeps clear of the ground may as well be enabled at the end of the interval as within it.
     """
-    clear = keeps_clear(room, here, there)
+    same = here[2] == there[2]
+    clear = same and min(here[1], there[1]) > room  # a foot deviates at most `room` (m) from a straight path
     if w.contact_enabled:
         return clear
-    if cannot_be_enabled(c.reach, room, here, there):
-        return True
+    if max(here[0], there[0]) + room < c.reach or (same and max(here[1], there[1]) + room < 0.0):
+        return True  # too far back, or below ground
     if clear and happens(c, w, t, there[0], there[1]):
         w.contact_enabled = True
         return True
@@ -225,38 +213,6 @@ def _crossing(c: Constants, w: State, h: float, x: float, end: float, here: Plac
         if gap == 0.0 or abs(middle - last) * h < RESOLVED:
             break
     return middle
-
-
-def narrowed(
-    happened: Callable[[Constants, State, float, float, int], bool],
-    c: Constants,
-    w: State,
-    event: int,
-    part: tuple[float, float],
-    h: float,
-    width: float,
-) -> tuple[float, float]:
-    """Narrow a part of a step, at whose end an event has happened, by halves until it is no longer than `width`, s.
-
-    Args:
-        happened: Takes the walk's constants and state, a place in the step, h, and the event.
-        c: The walk's constants.
-        w: Its state.
-        event: The event.
-        part: Where that part begins and ends.
-        h: Unit of these places, s.
-        width: Wanted length, s.
-    """
-    low, high = part
-    while (high - low) * h > width:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        if happened(c, w, middle, h, event):
-            high = middle
-        else:
-            low = middle
-    return low, high
 
 
 def _happens_within(c: Constants, w: State, x: float, h: float, _event: int) -> bool:

@@ -139,10 +139,7 @@ def _write_forces(c: Constants, w: State, given: Floats) -> None:
 
 
 def stance_force(c: Constants, w: State, q: Numbers, dq: Numbers, ddq: Numbers) -> tuple[float, float]:
-    """Force on the stance foot along its ground and normal to it, N.
-
-    What pushes the hip or the swing foot does not push the stance foot.
-    """
+    """Force on the stance foot along its ground and normal to it, N, without what pushes the hip or the swing foot."""
     along, normal = ground_force(linkage_of(c, w), w, q, dq, ddq)
     if w.push != 0.0:
         along -= w.push * w.cosine
@@ -157,8 +154,8 @@ def stance_force(c: Constants, w: State, q: Numbers, dq: Numbers, ddq: Numbers) 
 def _bear(c: Constants, w: State, given: Floats) -> None:
     """Note how the ground bears a stance foot that is a body, in the current stage of a step.
 
-    About the ankle, where the foot's centre of mass is, the ground's force and the torque on the leg balance: its
-    moment is tau + h F_t, of a force at x = -(tau + h F_t) / F_n. A flat foot stays so while x lies on its sole.
+    About the ankle its moment is tau + h F_t, of a force at x = -(tau + h F_t) / F_n. A flat foot stays so while x lies
+    on its sole.
     """
     along, normal = stance_force(c, w, numbers(w.q, ROOM), numbers(w.dq, ROOM), numbers(w.ddq, ROOM))
     moment, margin = moment_about_ankle(given[0], c.height, along), math.inf

@@ -37,8 +37,7 @@ from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
-POSTURE = 8
-"""Room for a posture `qpos`."""
+POSTURE = 8  # room for a posture `qpos`
 
 
 def _widths(table: str) -> dict[str, int]:
@@ -91,11 +90,11 @@ def estimated_slope(c: Constants, w: State) -> float:
 
 
 def write_sample(c: Constants, w: State, time: float, y: Floats, asked: float) -> None:
-    """Write a row of the samples.
+    """Write a row of the samples; the torques that act stand in `w.sampled`.
 
     Args:
         c: The walk's constants.
-        w: Its state; the torques that act stand in `w.sampled`.
+        w: Its state.
         time: Since the start, s.
         y: State of motion, the controller's states behind it.
         asked: Torque that the ankle is asked for, N m.
@@ -120,12 +119,11 @@ def write_sample(c: Constants, w: State, time: float, y: Floats, asked: float) -
 
 
 def write_touchdown(c: Constants, w: State, slope: float, dq_before: Floats, estimate_before: float) -> None:
-    """Write the row of a touchdown.
+    """Write the row of a touchdown, whose posture and angles stand in the state after the support transfer.
 
     Args:
         c: The walk's constants.
-        w: Its state after the support transfer; the posture of the touchdown stands in `posture`, the angles that the
-            law was told before it in `told_before`, and those after it in `told` and `told_rates`.
+        w: Its state.
         slope: Slope of the ground under the new stance foot, rad.
         dq_before: Rates before the impact, rad/s.
         estimate_before: The controller's estimate of the slope before the touchdown, rad.
@@ -273,9 +271,8 @@ def begin_gait_step(c: Constants, w: State) -> None:
 def stands_still(c: Constants, w: State) -> bool:
     """Whether the swing foot that meets the ground stands beside the stance foot, and nothing moves.
 
-    There is then no impact. Nor need the ground hold the foot: while both legs are straight and side by side, no rate
-    of theirs moves the foot along the ground's normal. Later the foot meets the ground as one that has slid on it does,
-    a little below its height.
+    There is then no impact. Nor need the ground hold the foot: side by side, no rate of straight legs moves the foot
+    along the ground's normal. Later the foot meets the ground as one that has slid on it does.
     """
     y, moves = numbers(w.y, c.size), 0.0
     for i in range(c.angles):

@@ -17,200 +17,116 @@ from mjbiped.numerics.blocks import Block, Floats, Numbers, numbers, reader
 
 @dataclass(slots=True)
 class State(Motion):
-    """The state of one walk.
+    """The state of one walk."""
 
-    Attributes:
-        y: State of motion at the start of the current integration step: angles, rates, the controller's integrated
-            states, and the net work of each joint in this gait step.
-        out: State at the step's end.
-        spare: A state in between.
-        k: Rates at the step's stages, one row for each.
-        dense: Coefficients of the step's dense output, one row for each power.
-        memory: The controller's.
-        q: Angles of the state whose rates are asked for, rad.
-        dq: Rates of these angles, rad/s.
-        told: The angles that the law is told, rad: from the normal of the stance foot's sole, where that tips.
-        told_rates: Their rates, rad/s, as gyros tell them.
-        told_before: The angles before a touchdown.
-        given: What the law returns at each stage of the current step, of which the sole has let act what it can: the
-            torques of all joints, N m, then the rates of the law's states. The first are those in the state `y`.
-        sampled: The same in a state between the stages.
-        asked: Torque that the law asks of the ankle at each of these stages, N m.
-        normals: Normal force on the stance foot at each of them, N, where the ankle is bounded.
-        moments: On feet that are bodies, moment of the ground's force about the ankle at each of them, N m, as that of
-            the ankle's torque on a massless sole.
-        margins: How much greater it could be without tipping the foot, N m; infinity where the foot has tipped.
-        bound_time: Time since the start in which the sole has not transmitted what was asked, s.
-        peak_torque: Greatest magnitude of each joint's torque since the start, N m.
-        pressure: Greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then
-            the time that it has spent in each bin of `records.pressure` since the start (s).
-        posture: Room for a posture `qpos`.
-        strike_q: Angles at this gait step's knee strike, rad; NaN without one.
-        strike_dq: Rates just before it, rad/s.
-        struck_dq: Rates just after it, rad/s.
-        slope: Slope of the ground under the stance foot, rad.
-        segment: Terrain segment under the swing foot when last looked at, where the next search begins.
-        foot_x: Position of the stance foot, m: of the centre of a round one when it came down; of one that is a body
-            the ankle, or the edge about which it turns.
-        foot_z: Its height, m.
-        foot_angle: Angle of the stance leg from the ground's normal then, rad.
-        foot_segment: Terrain segment on which it stands.
-        next_tick: Time of the controller's next tick, s; infinity where it does not tick.
-        next_push: When the current push ends, or the next one begins, s.
-        push_impulse: Impulse of that push, N s.
-        next_step: Length of the next integration step, s.
-        clock: Time of the last support transfer, s.
-        elapsed: Time since then, s.
-        limit: Time since then up to which the law is smooth, s.
-        after: Earliest time for which the law is asked, s: it lies on this side of the law's last discontinuity.
-        before: Latest time for which it is asked, on this side of its next discontinuity.
-        time: Time since the start of the walk, s.
-        stance: Number of the stance leg: of a biped 0 left, 1 right.
-        contact_enabled: Whether the swing foot collides with the ground.
-        locked: `FREE`, `LOCKED` or `RESTING`: how the swing knee is.
-        stop_press: Torque with which the stop bends a knee that rests on it, N m; below zero the knee leaves it.
-        stance_flexion: Flexion at which the stance knee is locked, rad.
-        flexion: Greatest flexion of the swing knee in this gait step, rad.
-        strike_time: Time of its knee strike since the support transfer, s; NaN without one.
-        edge: `FLAT`, `TOE` or `HEEL`: how a stance foot that is a body stands.
-        down: `TOE` or `HEEL`: the edge of a landing foot that is a body on which it turns; `FLAT`: none is down.
-        down_since: Time since the support transfer at which it came down, s.
-        slap: For how long the foot turned on that edge until it lay flat, s.
-        tipped: Greatest angle by which it has tipped in this gait step, rad.
-        one_sided: Time in it in which the foot stood on an edge, s.
-        stubs: How often the swing foot has struck the ground in it without coming to stand.
-        unmapped: Whether the walk ended with a foot that came down and could not become the stance foot.
-        face: 1 while the swing foot slides on a vertical face ahead of it, -1 on one behind it, else 0.
-        face_x: Position of the face last struck, or beside which the foot stood before this gait step, m; NaN: none.
-        face_top: Height of its upper edge, m.
-        face_segment: Terrain segment on the foot's side of it.
-        face_impacts: 1 after an impact on a face in this gait step.
-        landing: Terrain segment of the touchdown last found.
-        sliding: Whether the swing foot slides on the ground, since it could not become the stance foot.
-        slid_segment: Terrain segment on which it last slid in this gait step; -1: none.
-        pushed_x: Direction in which a face or the ground pushes the swing foot, horizontal component.
-        pushed_z: Vertical component.
-        press: Contact force on the swing foot in that direction, N.
-        friction: Greatest |F_t / F_n| of this gait step.
-        normal_force: Least F_n of this gait step, N; below zero the ground would have to pull.
-        normal_now: F_n when last computed, N.
-        along_now: F_t when last computed, N.
-        impulse_along: Impulse of the ground along it on the stance foot in the impact that led to the state, N s.
-        impulse_normal: Its component normal to the ground, N s.
-        work_absolute: Absolute work of all joints since the start, J.
-        work_net: Net work since the start, J.
-        work_positive: Positive work since the start, J.
-        stage: Stages of the current step at which the law has been evaluated.
-        has_dense: Whether the dense output of the current step has been computed.
-        first_step: Length of the first integration step of a gait step; at most the last rejected one, s.
-        sample: Number of the next sample.
-        samples: Rows in the buffer of samples.
-        rows: Rows in the buffer of touchdowns.
-        count: Touchdowns since the start.
-        outcome: A `rules.termination.Outcome`.
-        push: Force at the hip along x, N.
-        pushing: Whether a push is under way, if only of no force.
-        pushes: Number of pushes that have ended.
-        evaluations: Evaluations of the law since the start.
-        pause: Evaluation count at which the engine returns to Python.
-        under_way: Whether it returned in the middle of a gait step.
-        step_started: Evaluation count at the start of the gait step.
-        look: Evaluation count at which the progress of the gait step is checked.
-        looked: Time of the last check since the support transfer, s.
-    """
-
+    # state of motion at the start of the current integration step: angles, rates, the controller's integrated states,
+    # and the net work of each joint in this gait step
     y: Floats
-    out: Floats
-    spare: Floats
-    k: list[list[float]]
-    dense: list[list[float]]
-    memory: Numbers
-    q: Floats
-    dq: Floats
-    told: Floats
-    told_rates: Floats
-    told_before: Floats
+    out: Floats  # state at the step's end
+    spare: Floats  # a state in between
+    k: list[list[float]]  # rates at the step's stages, one row for each
+    dense: list[list[float]]  # coefficients of the step's dense output, one row for each power
+    memory: Numbers  # the controller's
+    q: Floats  # angles of the state whose rates are asked for, rad
+    dq: Floats  # rates of these angles, rad/s
+    told: Floats  # the angles that the law is told, rad: from the normal of the stance foot's sole, where that tips
+    told_rates: Floats  # their rates, rad/s, as gyros tell them
+    told_before: Floats  # the angles before a touchdown
+    # what the law returns at each stage of the current step, of which the sole has let act what it can: the torques
+    # of all joints, N m, then the rates of the law's states. The first are those in the state `y`
     given: list[list[float]]
-    sampled: Floats
-    asked: Floats
-    normals: Floats
+    sampled: Floats  # the same in a state between the stages
+    asked: Floats  # torque that the law asks of the ankle at each of these stages, N m
+    normals: Floats  # normal force on the stance foot at each of them, N, where the ankle is bounded
+    # on feet that are bodies, moment of the ground's force about the ankle at each of them, N m, as that of the
+    # ankle's torque on a massless sole
     moments: Floats
-    margins: Floats
-    peak_torque: Floats
+    margins: Floats  # how much greater it could be without tipping the foot, N m; infinity where the foot has tipped
+    peak_torque: Floats  # greatest magnitude of each joint's torque since the start, N m
+    # greatest distance of the centre of pressure ahead of and behind the ankle in this gait step (m), then the time
+    # that it has spent in each bin of `records.pressure` since the start (s)
     pressure: Floats
-    posture: Floats
-    strike_q: Floats
-    strike_dq: Floats
-    struck_dq: Floats
-    slope: float = 0.0
-    segment: int = 0
+    posture: Floats  # room for a posture `qpos`
+    strike_q: Floats  # angles at this gait step's knee strike, rad; NaN without one
+    strike_dq: Floats  # rates just before it, rad/s
+    struck_dq: Floats  # rates just after it, rad/s
+    slope: float = 0.0  # slope of the ground under the stance foot, rad
+    segment: int = 0  # terrain segment under the swing foot when last looked at, where the next search begins
+    # position of the stance foot, m: of the centre of a round one when it came down; of one that is a body the ankle,
+    # or the edge about which it turns
     foot_x: float = 0.0
-    foot_z: float = 0.0
-    foot_segment: int = 0
-    next_tick: float = math.inf
-    next_push: float = math.inf
-    push_impulse: float = 0.0
-    next_step: float = 0.0
-    foot_angle: float = 0.0
-    clock: float = 0.0
-    elapsed: float = 0.0
-    limit: float = 0.0
+    foot_z: float = 0.0  # its height, m
+    foot_segment: int = 0  # terrain segment on which it stands
+    next_tick: float = math.inf  # time of the controller's next tick, s; infinity where it does not tick
+    next_push: float = math.inf  # when the current push ends, or the next one begins, s
+    push_impulse: float = 0.0  # impulse of that push, N s
+    next_step: float = 0.0  # length of the next integration step, s
+    foot_angle: float = 0.0  # angle of the stance leg from the ground's normal then, rad
+    clock: float = 0.0  # time of the last support transfer, s
+    elapsed: float = 0.0  # time since then, s
+    limit: float = 0.0  # time since then up to which the law is smooth, s
+    # earliest time for which the law is asked, s: it lies on this side of the law's last discontinuity
     after: float = 0.0
-    before: float = 0.0
-    time: float = 0.0
-    stance: int = 0
-    contact_enabled: bool = False
-    locked: int = LOCKED
+    before: float = 0.0  # latest time for which it is asked, on this side of its next discontinuity
+    time: float = 0.0  # time since the start of the walk, s
+    stance: int = 0  # number of the stance leg: of a biped 0 left, 1 right
+    contact_enabled: bool = False  # whether the swing foot collides with the ground
+    locked: int = LOCKED  # `FREE`, `LOCKED` or `RESTING`: how the swing knee is
+    # torque with which the stop bends a knee that rests on it, N m; below zero the knee leaves it
     stop_press: float = 0.0
-    stance_flexion: float = 0.0
-    flexion: float = 0.0
-    strike_time: float = math.nan
-    edge: int = FLAT
+    stance_flexion: float = 0.0  # flexion at which the stance knee is locked, rad
+    flexion: float = 0.0  # greatest flexion of the swing knee in this gait step, rad
+    strike_time: float = math.nan  # time of its knee strike since the support transfer, s; NaN without one
+    edge: int = FLAT  # `FLAT`, `TOE` or `HEEL`: how a stance foot that is a body stands
+    # `TOE` or `HEEL`: the edge of a landing foot that is a body on which it turns; `FLAT`: none is down
     down: int = FLAT
-    down_since: float = 0.0
-    slap: float = 0.0
-    tipped: float = 0.0
-    one_sided: float = 0.0
-    stubs: int = 0
-    unmapped: bool = False
-    face: float = 0.0
+    down_since: float = 0.0  # time since the support transfer at which it came down, s
+    slap: float = 0.0  # for how long the foot turned on that edge until it lay flat, s
+    tipped: float = 0.0  # greatest angle by which it has tipped in this gait step, rad
+    one_sided: float = 0.0  # time in it in which the foot stood on an edge, s
+    stubs: int = 0  # how often the swing foot has struck the ground in it without coming to stand
+    unmapped: bool = False  # whether the walk ended with a foot that came down and could not become the stance foot
+    face: float = 0.0  # 1 while the swing foot slides on a vertical face ahead of it, -1 on one behind it, else 0
+    # position of the face last struck, or beside which the foot stood before this gait step, m; NaN: none
     face_x: float = math.nan
-    face_top: float = 0.0
-    face_segment: int = 0
-    face_impacts: int = 0
-    landing: int = 0
-    sliding: bool = False
-    slid_segment: int = -1
-    pushed_x: float = 0.0
-    pushed_z: float = 0.0
-    press: float = 0.0
-    friction: float = 0.0
-    normal_force: float = math.inf
-    normal_now: float = 0.0
-    along_now: float = 0.0
+    face_top: float = 0.0  # height of its upper edge, m
+    face_segment: int = 0  # terrain segment on the foot's side of it
+    face_impacts: int = 0  # 1 after an impact on a face in this gait step
+    landing: int = 0  # terrain segment of the touchdown last found
+    sliding: bool = False  # whether the swing foot slides on the ground, since it could not become the stance foot
+    slid_segment: int = -1  # terrain segment on which it last slid in this gait step; -1: none
+    pushed_x: float = 0.0  # direction in which a face or the ground pushes the swing foot, horizontal component
+    pushed_z: float = 0.0  # vertical component
+    press: float = 0.0  # contact force on the swing foot in that direction, N
+    friction: float = 0.0  # greatest |F_t / F_n| of this gait step
+    normal_force: float = math.inf  # least F_n of this gait step, N; below zero the ground would have to pull
+    normal_now: float = 0.0  # F_n when last computed, N
+    along_now: float = 0.0  # F_t when last computed, N
+    # impulse of the ground along it on the stance foot in the impact that led to the state, N s
     impulse_along: float = 0.0
-    impulse_normal: float = 0.0
-    work_absolute: float = 0.0
-    work_net: float = 0.0
-    work_positive: float = 0.0
-    bound_time: float = 0.0
-    stage: int = 0
-    has_dense: bool = False
+    impulse_normal: float = 0.0  # its component normal to the ground, N s
+    work_absolute: float = 0.0  # absolute work of all joints since the start, J
+    work_net: float = 0.0  # net work since the start, J
+    work_positive: float = 0.0  # positive work since the start, J
+    bound_time: float = 0.0  # time since the start in which the sole has not transmitted what was asked, s
+    stage: int = 0  # stages of the current step at which the law has been evaluated
+    has_dense: bool = False  # whether the dense output of the current step has been computed
+    # length of the first integration step of a gait step; at most the last rejected one, s
     first_step: float = math.inf
-    sample: int = 0
-    samples: int = 0
-    rows: int = 0
-    count: int = 0
-    outcome: int = 0
-    push: float = 0.0
-    pushing: bool = False
-    pushes: int = 0
-    evaluations: float = 0.0
-    pause: float = math.inf
-    under_way: bool = False
-    step_started: float = 0.0
-    look: float = 0.0
-    looked: float = 0.0
+    sample: int = 0  # number of the next sample
+    samples: int = 0  # rows in the buffer of samples
+    rows: int = 0  # rows in the buffer of touchdowns
+    count: int = 0  # touchdowns since the start
+    outcome: int = 0  # A `rules.termination.Outcome`
+    push: float = 0.0  # force at the hip along x, N
+    pushing: bool = False  # whether a push is under way, if only of no force
+    pushes: int = 0  # number of pushes that have ended
+    evaluations: float = 0.0  # evaluations of the law since the start
+    pause: float = math.inf  # evaluation count at which the engine returns to Python
+    under_way: bool = False  # whether it returned in the middle of a gait step
+    step_started: float = 0.0  # evaluation count at the start of the gait step
+    look: float = 0.0  # evaluation count at which the progress of the gait step is checked
+    looked: float = 0.0  # time of the last check since the support transfer, s
 
 
 class Constants(Block):

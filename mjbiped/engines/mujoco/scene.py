@@ -250,21 +250,13 @@ _COARSE = 64
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled scene.
-
-    Attributes:
-        model: The MuJoCo model.
-        pieces: Of the ground, those that were built.
-        start: Where the ground begins, x in m.
-        end: Where it ends, x in m: the terrain's own end, or as far as was built.
-        inside: Between which places (m) it has all ground about the hip; infinite where nothing more can be built.
-    """
+    """A compiled scene."""
 
     model: mujoco.MjModel
-    pieces: list[Piece]
-    start: float
-    end: float
-    inside: tuple[float, float]
+    pieces: list[Piece]  # of the ground, those that were built
+    start: float  # where the ground begins, x in m
+    end: float  # where it ends, x in m: the terrain's own end, or as far as was built
+    inside: tuple[float, float]  # between which x (m) it has all ground about the hip; infinite: there is no more
 
 
 @dataclass(frozen=True)
