@@ -247,7 +247,7 @@ def _check_start(robot: Robot, terrain: Terrain, q: tuple[float, ...], rule: Scu
     """
     length, slope, z0 = robot.leg_length, terrain.slope_at(0.0), terrain.height_at(0.0)
     hip_x, hip_z = length * math.sin(q[0] + slope), z0 + length * math.cos(q[0] + slope)
-    along, above = robot.swing_foot(q).tolist()
+    along, *_, above = robot.swing_foot(q).tolist()
     foot_x = along * math.cos(slope) + above * math.sin(slope)
     foot_z = z0 + above * math.cos(slope) - along * math.sin(slope)
     scuffs = not robot.collides_from_lift_off and foot_x < rule.reach * length

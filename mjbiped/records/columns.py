@@ -98,6 +98,9 @@ def _samples_of(robot: type[Robot]) -> Columns:
         "stance": _flag("number of the stance leg; of a biped 0 left, 1 right"),
         "qpos": _posture_of(robot),
     }
+    if "roll" in robot.angles:
+        samples["lateral_slope"] = Column("rad", "slope of the ground to the left")
+        samples["lateral_estimate"] = _free("rad", "that slope as the controller estimates it")
     if "knee" in robot.joints:
         samples["locked"] = _flag("1 where the swing knee has struck its stop and is locked")
         samples["stance_knee_torque"] = _free(
@@ -144,6 +147,13 @@ def _touchdowns_of(robot: type[Robot]) -> Columns:
             "stubs": Column("", "number of times that the swing foot struck the ground and did not take the load"),
             "stance_knee_torque": _free("N m", "greatest torque of the stance knee's motor in the step that ends"),
             "stance_knee_work": _free("J", "absolute work of the stance knees' motor since the start"),
+        }
+    if "roll" in robot.angles:
+        touchdowns |= {
+            "y": Column("m", "lateral position of the new stance foot, positive to the left"),
+            "lateral_slope": Column("rad", "slope of the ground under the new stance foot, to the left"),
+            "lateral_estimate_before": _free("rad", "estimate of the lateral slope before its update"),
+            "lateral_estimate": _free("rad", "estimate of the lateral slope after its update"),
         }
     if "left_foot" in robot.places:
         touchdowns |= {

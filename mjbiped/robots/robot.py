@@ -50,6 +50,7 @@ class Robot(Shape):
     joints: ClassVar[tuple[str, ...]]
     collides_from_lift_off: ClassVar[bool]
     knee_opens: ClassVar[bool] = False
+    runs: ClassVar[Mapping[str, str]] = {}
     lands_bent: ClassVar[bool] = False
     gravity: float
     sole: tuple[float, float] | None = None

@@ -123,6 +123,20 @@ class SpatialLinkage:
         down, aside = np.cos(q[-1]), np.sin(q[-1])
         return np.array([x, self.width * down - z * aside, self.width * aside + z * down])
 
+    def ground_force(self, q: Array, dq: Array, ddq: Array, pull: Array) -> Array:
+        """Force of the ground on the stance foot, shape (3,), N: along the heading, to the swing side, along its normal."""
+        sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
+        down, aside, roll, turning = np.cos(q[-1]), np.sin(q[-1]), dq[-1], ddq[-1]
+        z, dz = self.moments @ cosine, -(self.moments * sine) @ dq[:-1]
+        ddx = self.moments @ (cosine * ddq[:-1] - sine * dq[:-1] ** 2)
+        ddz = -self.moments @ (sine * ddq[:-1] + cosine * dq[:-1] ** 2)
+        across = -z * turning - 2.0 * dz * roll - self.out * roll**2  # along the axle, and upright in the robot
+        up = ddz + self.out * turning - z * roll**2
+        weight = self.gravity * self.masses.sum()
+        return np.array(
+            [ddx - weight * pull[0], across * down - up * aside - weight * pull[2], across * aside + up * down + weight * pull[1]]
+        )
+
     def touchdown(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:
         """Angles and rates after the plastic impact of the swing foot, in the legs' new roles.
 

@@ -31,11 +31,14 @@ class InSpace(Robot):
     Attributes:
         groupings: With which pitch angle each segment moves, from the stance foot up and down again, by the number of
             pitch angles.
+        knee_lock: Angles of a robot whose swing knee is locked as sums of those of straight legs, and the roll.
         hip_width: Distance between the legs, m.
         axial_inertia: Inertia of a leg about its own line, kg m^2.
     """
 
     groupings: ClassVar[Mapping[int, tuple[int, ...]]]
+    knee_lock: ClassVar[Array]
+    runs: ClassVar[Mapping[str, str]] = {"hybrid": "mjbiped.engines.space.hybrid:HybridSpaceRun"}
     hip_mass: float
     hip_width: float
     axial_inertia: float
@@ -164,6 +167,7 @@ class Compass3D(InSpace, StraightLegs):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "ankle_roll")
     places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, "hip_y", "roll", "yaw")
     groupings: ClassVar[Mapping[int, tuple[int, ...]]] = {2: (0, 1)}
+    knee_lock: ClassVar[Array] = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -193,3 +197,4 @@ class Kneed3D(InSpace, KneedBiped):
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee", "ankle_roll")
     places: ClassVar[tuple[str, ...]] = (*KneedBiped.places, "hip_y", "roll", "yaw")
     groupings: ClassVar[Mapping[int, tuple[int, ...]]] = {2: (0, 0, 1, 1), 3: (0, 0, 1, 2), 4: (0, 1, 2, 3)}
+    knee_lock: ClassVar[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

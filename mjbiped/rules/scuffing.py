@@ -90,7 +90,7 @@ def check_landing(gait: Gait, slope: float, rule: ScuffingRule) -> None:
     Raises:
         InputError: The gait's touchdown is too near or too early.
     """
-    q1, q2 = gait.reference(gait.period)[0].tolist()
+    q1, q2, *_ = gait.reference(gait.period)[0].tolist()
     ahead = math.sin(q1 + slope) - math.sin(q2 + slope)
     # just before its touchdown the foot is above the ground
     if swing_foot_collides(rule.reach, rule.delay, gait.period, ahead, math.inf):

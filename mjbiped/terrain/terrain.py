@@ -76,6 +76,7 @@ class Terrain(Presets):
     end: float = math.inf
     name: str = "custom"
     parameters: tuple[tuple[str, Any], ...] = ()
+    lateral: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the fields, and make plain tuples of them."""
@@ -239,9 +240,14 @@ class Terrain(Presets):
         """Return the index of the segment under x (m)."""
         return segment_under(self.profile, x)
 
-    def height_at(self, x: float) -> float:
+    def height_at(self, x: float, y: float = 0.0) -> float:
         """Return the height (m) at x (m): `height` for one plain float, without NumPy; NaN gives NaN."""
-        return height_of(self.profile, self.segment_at(x), x)
+        return height_of(self.profile, self.segment_at(x), x) - math.tan(self.lateral) * y
+
+    def normal_at(self, x: float, y: float) -> NDArray[np.float64]:
+        """Return the ground's normal at a place, shape (3,)."""
+        normal = np.array([math.tan(self.slope_at(x)), math.tan(self.lateral), 1.0])
+        return np.asarray(normal / np.linalg.norm(normal))
 
     def slope_at(self, x: float) -> float:
         """Return the slope (rad) at x (m): `slope` for one plain float, without NumPy; NaN gives NaN."""

@@ -7,6 +7,7 @@ import math
 import time
 from dataclasses import dataclass
 from functools import cached_property
+from pkgutil import resolve_name
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -295,4 +296,5 @@ class Hybrid(Engine):
 
     def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> HybridRun:
         """Set the robot on the ground; see `Engine.start`."""
-        return HybridRun(plan, self.tolerance, summarised=summarised, cancellation=cancellation)
+        kind = resolve_name(plan.robot.runs[self.name]) if self.name in plan.robot.runs else HybridRun
+        return kind(plan, self.tolerance, summarised=summarised, cancellation=cancellation)

@@ -42,7 +42,7 @@ class HybridSpaceRun(SpaceRun):
         state = np.concatenate([self.q, self.dq, self.memory[: len(self.law.states)], self.work])
         free = len(robot.in_space) > 1  # a knee bends
         while True:
-            stop = self.law.next_discontinuity(self.memory, since) if since else math.inf
+            stop = self.law.next_discontinuity(self.memory, since)
             reached = self._glide(state, since, min(stop, since + 20 * self.pendulum), free)
             self._record(reached, since, free)
             state, since, happened = reached.y[:, -1], float(reached.t[-1]), _happened(reached)
@@ -142,7 +142,7 @@ class HybridSpaceRun(SpaceRun):
         straight = [0, 1, len(q) - 1]
         after, rates = robot.in_space[2].touchdown(q[straight], dq[straight], turn)
         after[-1] = new.roll_of(-axle)
-        spread = robot.knee_lock if len(q) == 4 else np.eye(3)
+        spread = robot.knee_lock
         self.touchdown(new, (q, dq), (spread @ after, spread @ rates))
         return self.finished()
 

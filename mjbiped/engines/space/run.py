@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.plan import Plan
 from mjbiped.engines.space.footing import Footing, first_footing
-from mjbiped.records.columns import Cancellation, Columns, never_cancelled, tables_of
+from mjbiped.records.columns import Cancellation, Columns, never_cancelled, tables_of, width
 from mjbiped.records.loads import BINS, note_pressure
 from mjbiped.robots.space import Array
 from mjbiped.robots.three_d import InSpace
@@ -107,7 +107,8 @@ class SpaceRun(Run):
             "lateral_estimate": footing.to_left * lateral_estimate(self.law, self.memory), "locked": 1.0,
         }  # fmt: skip
         states = self.memory[: len(self.law.states)]
-        self.recorder.add(np.empty((0, self.recorder.touchdown_width)), np.append(row(columns, values), states)[None])
+        none = np.empty((0, width(tables_of(type(self.robot)).touchdowns)))
+        self.recorder.add(none, np.append(row(columns, values), states)[None])
 
     def touchdown(self, new: Footing, before: tuple[Array, Array], after: tuple[Array, Array]) -> None:
         """Exchange the legs: tell the controller, and record the row."""
@@ -126,7 +127,7 @@ class SpaceRun(Run):
             "pressure_ahead": self.pressure[0], "pressure_behind": self.pressure[1], "sole_bound_time": 0.0,
         }  # fmt: skip
         columns = tables_of(type(self.robot)).touchdowns
-        self.recorder.add(row(columns, values)[None], np.empty((0, self.recorder.sample_width)))
+        self.recorder.add(row(columns, values)[None])
         self.least_force, self.friction, self.slip, self.depth = math.inf, 0.0, 0.0, 0.0
         self.pressure[0] = self.pressure[1] = -math.inf
 
