@@ -19,6 +19,7 @@ GREAT = "9" * 400
 REFUSED = {
     # numbers and words outside their domains
     "walk random --seed -1": "'-1'; expected a whole number from 0",
+    "walk random --seed none": "'none'; expected a whole number from 0",
     "walk --leg-mass 0": "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg",
     "walk --gravity nan": "'--gravity'",
     "walk --replanning-delay 1.01": "expected a number from 0.001 to 1 gait periods, or 'none'",
