@@ -100,7 +100,7 @@ def stability(
 
     done = Walk.load(record)
     found = evaluated(done, recorded_controller(done, controller))
-    results.draw("stability:plot_stability", {record.stem: found})
+    results.draw("comparison:plot_stability", {record.stem: found})
     results.end(_stability_summary(found))
 
 

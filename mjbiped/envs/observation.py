@@ -1,6 +1,6 @@
-"""Observation and reward of a robot when its next action is due, as plain functions of numbers.
+"""Steps of robots until their next action is due, and their observations and rewards then, as functions of numbers.
 
-The same source runs in Python and as machine code, after the steps of each robot (`mjbiped.envs.walkers`).
+The same source runs in Python and as machine code, for the robots of `mjbiped.envs.walkers`.
 """
 
 from __future__ import annotations
@@ -8,14 +8,18 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping
-from typing import ClassVar, NamedTuple
+from functools import cache
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.disturbances.chance import MOST, TICK, TOUCHDOWN, Sensors, posture_before, sensed
-from mjbiped.engines.mujoco.state import ANGLES, MARK, State
-from mjbiped.numerics.blocks import Floats, Numbers, first, reader
+from mjbiped.disturbances.loop import sensors_at
+from mjbiped.engines.mujoco.constants import constants_at
+from mjbiped.engines.mujoco.state import ANGLES, MARK, State, state_at
+from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
+from mjbiped.numerics.blocks import Floats, Numbers, first, numbers, reader
 from mjbiped.rules.termination import Outcome
 
 AHEAD = tuple(0.1 * step for step in range(1, 11))
@@ -24,8 +28,7 @@ AHEAD = tuple(0.1 * step for step in range(1, 11))
 HIGHEST = 100.0
 """Bound to which heights of observed ground are clipped, m."""
 
-PROGRESS_WEIGHT = 0.75
-ECONOMY_WEIGHT = 0.25
+PROGRESS_WEIGHT, ECONOMY_WEIGHT = 0.75, 0.25
 
 _ANGLE, _RATE, _TIME, _TORQUE = 10.0, 100.0, 100.0, 1000.0
 """Bounds to which observations are clipped, in rad, rad/s, s and N m; far beyond those of a walk."""
@@ -234,3 +237,64 @@ def _put(seen: Floats, index: int, value: float, bound: float) -> bool:
     """Fill in a number of the observation, clipped to a bound in both directions; whether it is finite."""
     seen[index] = min(max(value, -bound), bound)
     return math.isfinite(value)
+
+
+class Row(NamedTuple):
+    """A robot of many, as machine code sees it.
+
+    Attributes:
+        constants: Its walk's, alone in a list; see `mjbiped.engines.mujoco.constants.Constants`.
+        ahead: The same for a look ahead; see `mjbiped.engines.mujoco.step.look_ahead`.
+        model: Its mjModel.
+        data: Its mjData.
+        felt: Its numbers, alone in a list.
+        sensors: Errors of its sensors, alone in a list.
+        place: Index of the action in its controller's memory.
+    """
+
+    constants: object
+    ahead: Any
+    model: object
+    data: object
+    felt: object
+    sensors: object
+    place: int
+
+
+row_at = reader(Row)
+
+
+def advance_rows(rows: object, first: int, last: int, ticks: int) -> None:
+    """Step robots to a later tick of their controllers, and fill in what they feel then.
+
+    Args:
+        rows: All robots.
+        first: Number of the first one that is stepped.
+        last: Number behind the last one.
+        ticks: Number of ticks; 0: only look.
+    """
+    for index in range(first, last):
+        row = row_at(rows, index)
+        c, ahead, felt = constants_at(row.constants, 0), constants_at(row.ahead, 0), felt_at(row.felt, 0)
+        u = state_at(c.state, 0)
+        if ticks and u.mark == MARK and not u.outcome:
+            memory = numbers(c.memory, c.memory_size)
+            for joint in range(c.angles):
+                memory[row.place + joint] = felt.action[joint]
+        advance_ticks(c, row.model, row.data, ticks)
+        look_ahead(c, ahead)
+        seen = state_at(ahead.state, 0)
+        if ticks and seen.outcome and not u.outcome:
+            advance_ticks(c, row.model, row.data, 1)  # so that its own state knows of it
+        if not feel(seen, felt, sensors_at(row.sensors, 0), c.angles) or warned(c):
+            diverge(felt)
+
+
+@cache
+def machine_code() -> Any:
+    """`advance_rows` of packed rows, for threads."""
+    from mjbiped.engines.mujoco import callback
+    from mjbiped.numerics import machine
+
+    callback.define_stages()
+    return machine.compiled(advance_rows, "void(int64, int64, int64, int64)")

@@ -9,26 +9,21 @@ import math
 import time
 import zlib
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjbiped.disturbances.loop import sensors_at
 from mjbiped.engines.compiling import compiles
 from mjbiped.engines.mujoco import callback
-from mjbiped.engines.mujoco.constants import constants_at
 from mjbiped.engines.mujoco.engine import MujocoRun
 from mjbiped.engines.mujoco.simulation import BLOCK, WHOLE_STATE
-from mjbiped.engines.mujoco.state import MARK, state_at
-from mjbiped.engines.mujoco.step import advance_ticks, look_ahead, warned
-from mjbiped.envs.observation import AHEAD, HIGHEST, Felt, bounds, diverge, feel, felt_at
+from mjbiped.envs.observation import AHEAD, HIGHEST, Felt, Row, advance_rows, bounds, machine_code
 from mjbiped.envs.recipes import Curriculum
 from mjbiped.envs.tasks import Episode, WalkTask
 from mjbiped.errors import InputError, MjbipedError, shown
-from mjbiped.numerics.blocks import dtype_of, numbers, packed, reader
+from mjbiped.numerics.blocks import dtype_of, packed
 from mjbiped.records.record import Walk
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.mujoco import mujoco
@@ -37,65 +32,6 @@ _AHEAD = np.array(AHEAD)
 AFFORDED = 0.1
 """Work over weight and distance (the gait's, at full speed) at which the reward's second term is a half: three times
 the adaptive controller's on level ground."""
-
-
-class Row(NamedTuple):
-    """A robot of many, as machine code sees it.
-
-    Attributes:
-        constants: Its walk's, alone in a list; see `mjbiped.engines.mujoco.constants.Constants`.
-        ahead: The same for a look ahead; see `mjbiped.engines.mujoco.step.look_ahead`.
-        model: Its mjModel.
-        data: Its mjData.
-        felt: Its numbers, alone in a list.
-        sensors: Errors of its sensors, alone in a list.
-        place: Index of the action in its controller's memory.
-    """
-
-    constants: object
-    ahead: Any
-    model: object
-    data: object
-    felt: object
-    sensors: object
-    place: int
-
-
-row_at = reader(Row)
-
-
-def advance_rows(rows: object, first: int, last: int, ticks: int) -> None:
-    """Step robots to a later tick of their controllers, and fill in what they feel then.
-
-    Args:
-        rows: All robots.
-        first: Number of the first one that is stepped.
-        last: Number behind the last one.
-        ticks: Number of ticks; 0: only look.
-    """
-    for index in range(first, last):
-        row = row_at(rows, index)
-        c, ahead, felt = constants_at(row.constants, 0), constants_at(row.ahead, 0), felt_at(row.felt, 0)
-        u = state_at(c.state, 0)
-        if ticks and u.mark == MARK and not u.outcome:
-            memory = numbers(c.memory, c.memory_size)
-            for joint in range(c.angles):
-                memory[row.place + joint] = felt.action[joint]
-        advance_ticks(c, row.model, row.data, ticks)
-        look_ahead(c, ahead)
-        seen = state_at(ahead.state, 0)
-        if ticks and seen.outcome and not u.outcome:
-            advance_ticks(c, row.model, row.data, 1)  # so that its own state knows of it
-        if not feel(seen, felt, sensors_at(row.sensors, 0), c.angles) or warned(c):
-            diverge(felt)
-
-
-@cache
-def _machine_code() -> Any:
-    from mjbiped.numerics import machine
-
-    callback.define_stages()
-    return machine.compiled(advance_rows, "void(int64, int64, int64, int64)")
 
 
 class Walker(NamedTuple):
@@ -251,7 +187,7 @@ class Walkers:
         callback.enter(self._native)
         try:
             if self._compiled:
-                _machine_code()(self._address, first, last, ticks)
+                machine_code()(self._address, first, last, ticks)
             else:
                 advance_rows([walker.row for walker in walkers], 0, last - first, ticks)
         finally:

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad_vec, solve_ivp
-from scripts.paper.cycle import envelope
 
 import mjbiped
 from controllers import AdaptiveController
@@ -21,6 +20,7 @@ from mjbiped.analysis.error_dynamics import (
 )
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
+from scripts.paper.theorem_1 import envelope
 
 gains = st.floats(0.05, 60.0)
 angles = st.floats(-1.0, 1.0)

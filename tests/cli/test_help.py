@@ -25,8 +25,8 @@ from mjbiped.engines.mujoco.scene import models_folder
 from mjbiped.plotting.style import SUFFIXES
 from mjbiped.robots.kinds import KINDS
 from mjbiped.studies import plan as sweeps
+from mjbiped.studies import robustness
 from mjbiped.studies.plan import SCUFFING
-from mjbiped.studies.robustness import plan as robustness
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.utils import domains
 from mjbiped.viewing import KEYS

@@ -18,12 +18,12 @@ from command_line import Drawings, complaints, python, run, run_process
 from PIL import Image
 
 import mjbiped
+from mjbiped import plotting
 from mjbiped.cli.walkers import next_ground
 from mjbiped.control.controller import Controller
 from mjbiped.errors import RenderError
 from mjbiped.exchange.mjcf import export_scene
 from mjbiped.plotting import walk as plots
-from mjbiped.plotting import width as plot_width
 from mjbiped.records import measures
 from mjbiped.records.columns import Recorder
 from mjbiped.records.record import Walk
@@ -274,7 +274,7 @@ def test_a_plot_is_as_wide_as_asked_for_and_has_the_panels() -> None:
     with Image.open("narrow.png") as picture:
         assert picture.width == 1050  # 3.5 in of 300 dots
         assert picture.height < 1400  # two panels
-    assert plot_width.width() is plot_width.WIDTHS["page"]
+    assert plotting.width() is plotting.WIDTHS["page"]
 
 
 # ---- endings ---------------------------------------------------------------------------------------------------------

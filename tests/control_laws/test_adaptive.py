@@ -89,7 +89,6 @@ def test_the_laws_are_equations_14_and_17_and_theorem_1_holds(
 
 
 def test_equation_11_wants_the_reference_acceleration_where_the_paper_prints_the_rate() -> None:
-    # any state, reference, torque; V2 is differentiated by central differences along the motion
     robot, slope, k1 = ROBOT, 0.07, 5.0
     q, dq, tau = np.array([0.2, -0.3]), np.array([1.1, -0.4]), np.array([3.0, -2.0])
     qr, dqr, ddqr = np.array([0.15, -0.1]), np.array([0.9, 0.6]), np.array([-1.7, 2.3])
@@ -105,7 +104,6 @@ def test_equation_11_wants_the_reference_acceleration_where_the_paper_prints_the
     z1, dz1 = qr - q, dqr - dq
     z2 = dz1 + k1 * z1
     settled, printed = (-k1 * z1 @ z1 + z2 @ (z1 + each + k1 * dz1 - ddq) for each in (ddqr, dqr))
-    # central differences: h^2 times the third derivative (~1e3) is 1e-7
     assert measured == pytest.approx(settled, abs=1e-6)
     assert abs(measured - printed) > 1.0
 

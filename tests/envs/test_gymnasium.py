@@ -108,7 +108,6 @@ def test_all_tasks_have_a_name_and_settings_that_are_none_their_defaults() -> No
         made: Any = gymnasium.make("mjbiped/KneedWalk-v0", robot=robot, control_period=None).unwrapped
         assert isinstance(made, WalkEnv)
         assert isinstance(made.walkers.task.model, mjbiped.KneedBiped)
-    assert isinstance(gymnasium.make("mjbiped.envs:mjbiped/CompassWalk-v0").unwrapped, WalkEnv)
 
 
 def test_an_episode_is_truncated_after_20_s_and_terminated_at_a_fall() -> None:
@@ -152,14 +151,10 @@ def test_specification_and_page_have_the_numbers_of_the_tasks() -> None:
     assert WalkEnv(privileged=True).observation_space.shape == (23,)
     assert round(free.target_speed, 3) == 0.494
     # the last columns of the reward's table: means over the first episode with its random start, to its two digits
-    straight = next(line for line in PAGE.splitlines() if line.startswith("| progress "))
-    assert f"| {mean_progress():.2f} |" in straight
-
-
-def mean_progress() -> float:
     env = WalkEnv(residual=True)
     env.walkers.begin(0, np.random.default_rng(0))
-    return float(np.mean([env.step(ZERO)[4]["reward_progress"] for _ in range(1000)]))
+    progress = float(np.mean([env.step(ZERO)[4]["reward_progress"] for _ in range(1000)]))
+    assert f"| {progress:.2f} |" in next(line for line in PAGE.splitlines() if line.startswith("| progress "))
 
 
 def test_the_pages_table_of_observations_is_the_codes() -> None:
@@ -261,11 +256,9 @@ REFUSED: dict[str, Any] = {
     "threads": lambda: WalkVectorEnv(2, threads=0),
     "max_episode_steps": lambda: WalkVectorEnv(2, max_episode_steps=0),
     "one for each of the 2 robots": lambda: WalkVectorEnv(2).reset(seed=[1, 2, 3]),
-    "seed = True": lambda: WalkVectorEnv(2).reset(seed=True),
     "seed = '4'": lambda: WalkVectorEnv(2).reset(seed=[3, "4"]),  # type: ignore[list-item]
     "reset_mask": lambda: WalkVectorEnv(2).reset(options={"reset_mask": np.array([False, False])}),
     r"shape \(1, 2\) or \(2,\): ankle, hip": lambda: WalkEnv().step(1.0),  # type: ignore[arg-type]
-    "action = 'a'": lambda: WalkEnv().step("a"),  # type: ignore[arg-type]
     r"shape \(2, 2\): ankle, hip": lambda: WalkVectorEnv(2).step(np.array([[1.0], [2.0]], dtype=np.float32)),
 }
 
@@ -301,9 +294,7 @@ def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -
             expected, _ = plain.reset(options={"reset_mask": done})
         np.testing.assert_array_equal(observed, expected)
     assert ends >= 6
-    walks: list[Any] = env.env_method("walk")
-    assert [walk.outcome for walk in walks] == ["interrupted"] * 3
-    assert env.env_is_wrapped(object) == [False] * 3
+    assert [isinstance(walk, mjbiped.Walk) for walk in env.env_method("walk")] == [True] * 3
     with pytest.raises(InputError, match="give settings when"):
         env.set_attr("task", 1)
     env.close()

@@ -19,7 +19,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pytest
-from mjbiped.studies.reproduction.reproduce import walked
 from time_limits import within
 
 import mjbiped
@@ -33,6 +32,7 @@ from mjbiped.reports.page import flattened
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.plan import plan
 from mjbiped.studies.reproduction.cell import cell as make_cell
+from mjbiped.studies.reproduction.reproduce import walked
 from mjbiped.studies.run import columns_of
 from mjbiped.studies.store import opened
 

@@ -40,14 +40,12 @@ def test_the_page_holds_everything_and_is_the_same_each_time(walk: mjbiped.Walk,
     assert [*content["plots"]] == ["ground", "time", "phases"]
     assert len(content["plots"]["time"]["data"]) == 11
     assert content["data"]["time"] == np.round(walk.samples["time"], 5).tolist()
-    touchdowns = walk.touchdowns
-    for text in (
-        "robot.leg_mass",
-        *(text for label, value, _ in walk.summary().rows for text in (label, value)),
-        *(f"<td>{time:.4f}</td>" for time in touchdowns["time"]),
-        *(f"<td>{math.degrees(slope):.4f}</td>".replace("-", "−") for slope in touchdowns["slope"]),
-    ):
+    for text in ("robot.leg_mass", *(text for label, value, _ in walk.summary().rows for text in (label, value))):
         assert text in page
+    for time, slope in zip(walk.touchdowns["time"], walk.touchdowns["slope"], strict=True):
+        cells = re.search(rf"<td>{time:.4f}</td>" + r"\s*<td>([^<]*)</td>" * 3, page)
+        assert cells
+        assert cells[3] == f"{math.degrees(slope):.4f}".replace("-", "−")
     assert len(page) < 2_400_000  # bytes, most of them Plotly's: docs/reports.md says so
 
 

@@ -238,8 +238,7 @@ def test_ctrl_c_keeps_what_was_walked(
     assert none is None
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_ctrl_c_in_a_controller(workers: int) -> None:
     controllers = [Counting(), Counting(KeyboardInterrupt())]
     with pytest.raises(mjbiped.WalksInterrupted) as caught:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from documentation import text
+from documentation import table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -67,8 +67,7 @@ def test_numbers_of_the_papers_gains(controller: AdaptiveController) -> None:
 
 ROBOT = mjbiped.Compass()
 PAPER = AdaptiveController(ROBOT, mjbiped.find_passive_gait(ROBOT, math.radians(2)))
-BLOCK = text("docs/tables/stability.md").partition("<!-- condition 24 -->")[2].partition("<!-- end condition 24 -->")[0]
-LINES = [[cell.strip() for cell in line.split("|")[1:-1]] for line in BLOCK.strip().splitlines()[2:]]
+LINES = [[*row.values()] for row in table("stability", "condition 24")]
 AROUND = 0.005  # an end has three digits: half a unit of the last is at most 0.005 of it
 
 

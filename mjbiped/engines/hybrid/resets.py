@@ -163,10 +163,7 @@ DIVERGED, FINISHED, LEFT_TERRAIN = int(Outcome.DIVERGED), int(Outcome.FINISHED),
 
 
 def transfer_support(c: Constants, w: State) -> None:
-    """Impact, support transfer, the controller's touchdown, and a row of the record.
-
-    No row tells of a foot that is not on the ground: the walk has then diverged.
-    """
+    """Impact, support transfer, the controller's touchdown, and a row; a foot that is off the ground has diverged."""
     y, spare = numbers(w.y, c.size), numbers(w.spare, c.size)
     foot_x, foot_z = swing_foot(c, w, y)
     segment = segment_stood_on(c, foot_x, foot_z, CORNER, FACE_WIDTH, FACE_WIDTH)
@@ -286,8 +283,8 @@ def stands_still(c: Constants, w: State) -> bool:
 def lands(c: Constants, w: State) -> bool:
     """Whether the swing foot that has come down becomes the stance foot.
 
-    It does where the scuffing rule has drawn in the others, and ahead of the stance foot with a locked, straight knee.
-    With bent knees the impact tells whether the other foot then leaves the ground.
+    It does where the scuffing rule has drawn in the others, and ahead of the stance foot with a locked, straight knee;
+    with bent knees if the impact lifts the other foot.
     """
     if not c.contact:
         return True
