@@ -38,7 +38,10 @@ class InSpace(Robot):
 
     groupings: ClassVar[Mapping[int, tuple[int, ...]]]
     knee_lock: ClassVar[Array]
-    runs: ClassVar[Mapping[str, str]] = {"hybrid": "mjbiped.engines.space.hybrid:HybridSpaceRun"}
+    runs: ClassVar[Mapping[str, str]] = {
+        "hybrid": "mjbiped.engines.space.hybrid:HybridSpaceRun",
+        "mujoco": "mjbiped.engines.space.mujoco:MujocoSpaceRun",
+    }
     hip_mass: float
     hip_width: float
     axial_inertia: float

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import asdict, dataclass, replace
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -276,4 +277,6 @@ class Mujoco(Options, Engine):
         """
         if walking():
             raise MjbipedError("a walk cannot be started from inside another's controller")
-        return MujocoRun(plan, self, summarised=summarised, cancellation=cancellation)
+        kind = resolve_name(plan.robot.runs[self.name]) if self.name in plan.robot.runs else MujocoRun
+        run: Run = kind(plan, self, summarised=summarised, cancellation=cancellation)
+        return run
