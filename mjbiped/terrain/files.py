@@ -177,7 +177,8 @@ def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...
     """Convert the k-th segment of a file (1-based), a list or a table, to a tuple."""
     if isinstance(segment, dict):
         if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
-            raise InputError(f"segment {k} has {shown(', '.join(map(str, segment)))}; expected {', '.join(SEGMENT_KEYS)}")
+            found = shown(', '.join(map(str, segment)))
+            raise InputError(f"segment {k} has {found}; expected {', '.join(SEGMENT_KEYS)}")
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
         raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
