@@ -268,7 +268,7 @@ def checked(kind: type, name: str, value: object) -> Any:
         else _WORDS.get(each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
         for each in wanted
     )
-    raise InputError(f"{name} = {shown(value)}: must be {words}, the type of the field in {kind.__name__}")
+    raise InputError(f"{name} = {shown(value)}: must be {words}, as declared in {kind.__name__}")
 
 
 def _kinds(kind: type, name: str) -> tuple[Any, ...]:

@@ -209,7 +209,7 @@ def basin_of_control(
     gait = controller.gait
     if gait is None:
         raise InputError(
-            f"{type(controller).__name__} imitates no gait, to which a walk could return: give the dataclass the fields "
+            f"{type(controller).__name__} imitates no gait to return to: give the dataclass the fields "
             "robot: mjbiped.Compass and gait: mjbiped.Gait"
         )
     slope = domains.SLOPE.check("slope", slope)

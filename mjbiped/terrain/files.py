@@ -171,7 +171,7 @@ def _check_order(samples: Sequence[Sample]) -> None:
             raise InputError(f"line {there.line}: a vertical step at an end leads to no ground; drop line {here.line}")
         if samples[number + 2].x == here.x:
             raise InputError(
-                f"line {samples[number + 2].line}: x = {here.x:g} m stands in three rows; a vertical step has two, its ends"
+                f"line {samples[number + 2].line}: x = {here.x:g} m stands in three rows; a vertical step has two"
             )
 
 
@@ -180,7 +180,7 @@ def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...
     if isinstance(segment, dict):
         if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
             raise InputError(
-                f"segment {k} has {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)}, where step is optional"
+                f"segment {k} has {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)} (step is optional)"
             )
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):

@@ -324,8 +324,8 @@ def _pieces(length: float, piece: float, name: str) -> int:
     """Count the pieces after the level start, and refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
         raise InputError(
-            f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; choose a shorter length or a "
-            f"longer {name}"
+            f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; choose a shorter "
+            f"length or a longer {name}"
         )
     return max(1, math.ceil((length - START) / piece))
 

@@ -100,8 +100,8 @@ class Terrain(Presets):
                 raise InputError(f"segment {i}, from x = {here:.17g} to {there:.17g} m, must have a length > 0")
         if not self.x[0] <= 0.0 < self.end:
             raise InputError(
-                f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m, but the robot starts at x = 0; subtract the x "
-                "of the robot's start from all x"
+                f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m, but the robot starts at x = 0; subtract "
+                "the x of the robot's start from all x"
             )
         for i, angle in enumerate(self.angle, start=1):
             check_slope(f"segment {i}", angle)
@@ -193,13 +193,13 @@ class Terrain(Presets):
         reach = record.end - record.x[0]
         if reach < SHORTEST_RECORD:
             raise InputError(
-                f"{shown(record.name)} is a record of {reach:g} m; at least {SHORTEST_RECORD:g} m are needed: record a longer "
-                "stretch, or walk on the file itself"
+                f"{shown(record.name)} is a record of {reach:g} m; at least {SHORTEST_RECORD:g} m are needed: record a "
+                "longer stretch, or walk on the file itself"
             )
         if (length / reach + 1.0) * len(record.x) > MOST_SEGMENTS:
             raise InputError(
-                f"{length:g} m of {shown(record.name)} are more than {MOST_SEGMENTS} segments; choose a shorter length, or a "
-                "record with fewer samples"
+                f"{length:g} m of {shown(record.name)} are more than {MOST_SEGMENTS} segments; choose a shorter "
+                "length, or a record with fewer samples"
             )
         x, z = record.samples
         rows = recorded_rows(seed, length, x, z)

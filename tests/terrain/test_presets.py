@@ -206,10 +206,10 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
         ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
         ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
         ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
-        ("treads", {"tread": 1e-3}, "segments: raise tread"),
+        ("treads", {"tread": 1e-3}, "segments; choose a shorter length or a longer tread"),
         ("waves", {"spacing": 0.2}, "four times spacing"),
-        ("waves", {"shortest": 6.0}, "to longest"),
-        ("waves", {"length": 1e5}, "segments: raise spacing"),
+        ("waves", {"shortest": 6.0}, "less than longest"),
+        ("waves", {"length": 1e5}, "segments; choose a shorter length or a longer spacing"),
         ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
     ],
 )

@@ -258,13 +258,13 @@ def test_segments_outside_their_domain_are_refused(rows: Any, message: str) -> N
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"x": ()}, "one at least"),
-        ({"angle": (0.0, 0.0)}, "as many"),
+        ({"x": ()}, "at least one"),
+        ({"angle": (0.0, 0.0)}, "the same number"),
         ({"z": (2e5,)}, "segment 1: z = 200000.0: must be from -100000 to 100000 m"),
         ({"angle": (STEEPEST_SLOPE,)}, "segment 1: a slope"),
         ({"angle": (-STEEPEST_SLOPE,)}, "segment 1: a slope"),
-        ({"x": (1.0,)}, "starts at 0"),
-        ({"x": (-1.0,), "end": 0.0}, "starts at 0"),
+        ({"x": (1.0,)}, "starts at x = 0"),
+        ({"x": (-1.0,), "end": 0.0}, "starts at x = 0"),
         ({"end": 0.0}, "length > 0"),
         ({"end": -math.inf}, "end"),
         ({"x": (0.0, 0.0), "z": (0.0, 0.0), "angle": (0.0, 0.0)}, "length > 0"),
