@@ -168,7 +168,7 @@ def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
 TERRAINS = {
     "a.csv": [("", "the file is empty"), ("0,0\n1,nan\n2,0\n", "line 2: z = nan: must be a finite number"),
               ("0,0\n2,0\n1,0\n", "sort the rows by x"), ("0,0\n", "expected at least two rows"),
-              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at 0")],
+              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at x = 0")],
     "a.yaml": [("segments: []\n", "there are no segments")],
     "a.toml": [("segments = [[-1, 0]]\n", "segment 1: length")],
 }  # fmt: skip
