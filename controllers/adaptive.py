@@ -51,7 +51,7 @@ class PaperSettings(LawController):
         position_gain: Gain k in K1 = diag(k, k) of the tracking law (14), 1/s.
         velocity_gain: Gain k in K2 = diag(k, k) of the tracking law (14), 1/s.
         adaptation_gain: gamma_1 = gamma_2 of the slope estimator.
-        replanning_delay: Time zeta of the transition back to the gait, in gait periods; none switches re-planning off.
+        replanning_delay: Time zeta of the transition back to the gait, in gait periods; None switches re-planning off.
         replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
             from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance
             of the gait's swing foot is not lost.

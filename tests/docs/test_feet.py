@@ -32,8 +32,8 @@ def test_grounds_that_are_lost_on_a_foot() -> None:
     whole = {row["law"]: {sole: first(cell) for sole, cell in row.items() if sole != "law"} for row in LAWS}
     paper = whole["paper"]
     walked = told(
-        r"Of (\d+) kinds of ground .* succeeds on (\d+) without a foot.* fails on (\d+) of these (\d+) grounds, with the "
-        r"ankle at half the length on one"
+        r"Of (\d+) kinds of ground .* succeeds on (\d+) without a foot.* fails on (\d+) of these (\d+) grounds, with "
+        r"the ankle at half the length on one"
     )
     assert walked == [22, paper["none"], paper["none"] - paper["foot 1/4"], paper["none"]]
     assert paper["none"] - paper["foot 1/2"] == 1
