@@ -48,14 +48,14 @@ class PaperSettings(LawController):
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
         gait: Gait that is imitated.
-        position_gain: K1 = diag(k, k), 1/s.
-        velocity_gain: K2 = diag(k, k), 1/s.
+        position_gain: Gain k in K1 = diag(k, k) of the tracking law (14), 1/s.
+        velocity_gain: Gain k in K2 = diag(k, k) of the tracking law (14), 1/s.
         adaptation_gain: gamma_1 = gamma_2 of the slope estimator.
-        replanning_delay: zeta in (0, 1], the transition's time in gait periods; None switches re-planning off.
+        replanning_delay: Time zeta of the transition back to the gait, in gait periods; None switches re-planning off.
         replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
             from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance
             of the gait's swing foot is not lost.
-        estimate_update: Whether (27) corrects the estimate at touchdown.
+        estimate_update: Whether the paper's update (27) corrects the slope estimate at each touchdown.
         update_threshold: epsilon of (27), rad. The paper gives no number.
         replanning_threshold: A step is re-planned when one of its first angles (rad) or rates (rad/s) is further than
             this from the limit cycle. Above the error of a simulated impact (some 5e-3 rad/s), so that walking on

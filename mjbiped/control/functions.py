@@ -106,7 +106,7 @@ def values_of(controller: Controller, given: object) -> State:
         )
     for value in values:
         if not isinstance(value, Real):
-            raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number")
+            raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number; expected torques in N m")
     return values
 
 

@@ -214,7 +214,10 @@ def find_reference(
     if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
-        raise InputError(f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m")
+        raise InputError(
+            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m, which puts the "
+            "swing foot at the height of the hip"
+        )
     return _find(robot.flat, Goal(speed, clearance, retraction, torque_limit, friction))
 
 

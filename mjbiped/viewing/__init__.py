@@ -44,9 +44,9 @@ KEYS: Mapping[str, Key] = {
     "faster": Key((265, 61), "Up, +", "twice the speed"),
     "back": Key((263,), "Left", "0.01 s back (records)"),
     "forward": Key((262,), "Right", "0.01 s forward"),
-    "last_touchdown": Key((44,), ", (comma)", "last touchdown (records)"),
+    "last_touchdown": Key((44,), ", (comma)", "previous touchdown (records)"),
     "next_touchdown": Key((46,), ". (full stop)", "next touchdown"),
-    "restart": Key((259,), "Backspace", "begin anew"),
+    "restart": Key((259,), "Backspace", "restart the walk"),
     "next_seed": Key((257,), "Enter", "next random ground"),
     "help": Key((297,), "F8", "hide, show these keys"),
 }

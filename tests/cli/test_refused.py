@@ -121,7 +121,7 @@ REFUSED = {
     "export a b scene.xml": "2 sources are given, a and b; give one, then FILE",
     "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
     "export level robot.urdf": "robot.urdf is of a robot alone; leave 'level' out, or give a record",
-    "export level walk.csv": "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv",
+    "export level walk.csv": "walk.csv holds the samples of a walk: give the walk's record",
     "export robot.urdf --seed 3": "--seed is for scenes (.xml); robot.urdf has no such thing",
     "export walk.npz scene.xml --robot kneed": "--robot is for a TERRAIN; the record walk.npz has no",
     "report steps.toml": "expected is the folder of its sweep, which is steps unless",
@@ -168,7 +168,7 @@ def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
 TERRAINS = {
     "a.csv": [("", "the file is empty"), ("0,0\n1,nan\n2,0\n", "line 2: z = nan: must be a finite number"),
               ("0,0\n2,0\n1,0\n", "sort the rows by x"), ("0,0\n", "expected at least two rows"),
-              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at 0")],
+              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at x = 0")],
     "a.yaml": [("segments: []\n", "there are no segments")],
     "a.toml": [("segments = [[-1, 0]]\n", "segment 1: length")],
 }  # fmt: skip
