@@ -1,7 +1,7 @@
-"""What a law learns of the ground: the adaptive law (17) within a step, the update (27) and footholds at touchdown.
+"""Estimates of the ground: slope by the adaptive law (17) within a step, slope (27) and foothold at a touchdown.
 
-A touchdown tells, by the angles of the legs, the height of the new foothold, and how the stance leg is bent. After a
-touchdown with a bent knee the stance leg stays bent. It then is one body, told by the angle of the line from its foot
+At a touchdown, the angles of the legs give the height of the new foothold and the flexion of the stance leg. After a
+touchdown with a bent knee the stance leg stays bent. It is then one body, whose angle is that of the line from its foot
 to the hip; `mjbiped.dynamics.modes` has the equations.
 """
 

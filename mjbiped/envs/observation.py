@@ -1,4 +1,4 @@
-"""Steps of robots until their next action is due, and their observations and rewards then, as functions of numbers.
+"""Steps of robots until their next action is due, and the observations and rewards after them, as plain functions.
 
 The same source runs in Python and as machine code, for the robots of `mjbiped.envs.walkers`.
 """

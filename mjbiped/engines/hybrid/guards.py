@@ -1,12 +1,12 @@
 """Guards of the hybrid engine: the first event within an integration step, which is then taken again to end there.
 
-A guard of the state (the hip falls, a knee or a foot comes to its stop) is looked for on the dense output; one of a
-force (a contact that would have to pull, a foot that would tip) on steps taken again, for a force of a step's dense
-output is not one of the mode's. The swing foot's meeting with the ground stands in `mjbiped.engines.hybrid.meeting`.
+Guards of the state (the hip falls, a knee or a foot comes to its stop) are evaluated on the dense output. Guards of a
+force (a contact that would have to pull, a foot that would tip) are evaluated on repeated shorter steps, because forces
+of the dense output do not satisfy the mode's constraints. `mjbiped.engines.hybrid.meeting` has the swing foot's guards.
 
-Where a torque jumps, integration steps shrink until its jump is no more than the tolerance, and then grow again. Where
-it jumps to and fro without end (a torque by the sign of a rate, which it brings to zero), they never do, and the motion
-all but stands still. Gains beyond what any robot has are of the same effect. `lags` tells of it.
+At a jump of a torque, integration steps shrink until the jump is within the tolerance, and then grow again. If a torque
+jumps to and fro without end (as one with the sign of a rate that it brings to zero), steps stay short, and the walk
+hardly advances. Gains far beyond any robot's have the same effect. `lags` detects it.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Which feet may collide with which pieces of the ground in a step, and how soft contacts, locks and stops are in it.
+"""Collisions of feet with pieces of the ground in a physics step, and the softness of contacts, locks and stops.
 
 A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it collides as a
 point: with the piece of ground below it and with a riser beside it (`profile.segment_met`), never with a corner.
 
-The resting stance foot collides with all ground except what rises beside it: risers and higher pieces. A box meets what
-it comes to, whatever part of it does, but risers, whose upper ends would bear it without friction. The feet of all
-other legs pass through everything.
+The resting stance foot collides with all ground except risers and higher pieces beside it. A foot that is a box
+collides with everything except risers, whose upper ends would bear it without friction. The feet of all other legs pass
+through everything.
 
 A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot that
 leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
