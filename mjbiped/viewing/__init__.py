@@ -58,7 +58,7 @@ MOUSE: Mapping[str, str] = {
     "drag, wheel": "turn, move, zoom",
     "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
-"""Actions of the mouse, and the keys of MuJoCo's viewer that matter here."""
+"""Actions of the mouse, and useful keys of MuJoCo's viewer."""
 
 
 class Player:

@@ -17,11 +17,10 @@ touches it again, a is an impulse over t, which v already contains. So a may dif
 before by no more than the size of that acceleration and g / l, as with slope limiters.
 
 **Held foot.** A contact's damping of 1 / k brings the foot's velocity J v' to rest, with J of the step's *beginning*:
-MuJoCo's reference acceleration leaves the change of J out. Turned by t dq, a foot at rest so leaves its place by
-t² l dq² / 2 in each step, upward, until its contact is lost, and backward. And what is brought to rest is the lowest
-point of the foot's sphere, which so rolls on. Shown a velocity that is larger by just what turning will add in the
-step, and by that of the centre of a sphere that rolls, the solver takes both away, and the foot ends the step where it
-was.
+MuJoCo's reference acceleration leaves the change of J out. When the leg turns by t dq, a foot at rest therefore moves
+by t² l dq² / 2 in each step: upward, until its contact is lost, and backward. Moreover, damping stops the lowest point
+of the foot's sphere, so that the sphere rolls on. So the solver is shown a velocity that is larger by the effect of the
+turning and by the velocity of a rolling sphere's centre. It removes both, and the foot stays in place.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
 integrator. So the velocity stage alone is *shown* other rates. They differ from the state's rates by the lag of the
