@@ -2,13 +2,12 @@
 
 Law (14), adaptive law (17), update (27) and re-planning are those of every chain of segments. What knees add:
 
-- The reference has a branch for the bent and one for the straight knee, and the law follows the one of the knee that
-  the robot has, not of the clock (reference spreading). The bent branch drives on past the stop, so that a knee that is
-  late still strikes.
-- After a touchdown with a bent knee the stance leg stays bent. The law takes it for what it is
-  (`mjbiped.controllers.slope_estimator`), and (27) compares thighs, which are then not where the leg's line is.
-- A re-planned curve would lead a straight leg straight on. So a bump is added to the shank's curve, higher where the
-  robot has felt a step at its touchdown.
+- The reference has a branch for the bent and one for the straight knee, and the law follows the one of the actual knee,
+  not of the time (reference spreading). The bent branch goes on past the stop, so that a late knee still strikes.
+- After a touchdown with a bent knee the stance leg stays bent. The law models the bent leg
+  (`mjbiped.controllers.slope_estimator`), and (27) compares thighs, whose angle then differs from that of the leg.
+- A re-planned curve would keep a straight leg straight. So a bump is added to the shank's curve, a higher one after a
+  touchdown at which the robot has felt a step.
 """
 
 from __future__ import annotations

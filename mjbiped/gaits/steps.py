@@ -1,4 +1,4 @@
-"""The steps of both robots as the reference optimiser takes them: what is asked of them, and their laws on arrays.
+"""The steps of both robots for the reference optimiser: requirements, and equations of motion on arrays.
 
 With knees, stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows
 one until the knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's

@@ -1,6 +1,6 @@
-"""The viewer: a window that shows a walk under way, or replays a record; its time, and its keys.
+"""The viewer: a window that shows a walk under way, or replays a record; here its time and its keys.
 
-Keys and time stand here, apart from MuJoCo, which takes long to load: the command line's help tells them.
+They are here, without MuJoCo, which takes long to load, because the command line's help shows the keys.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ MOUSE: Mapping[str, str] = {
     "drag, wheel": "turn, move, zoom",
     "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
-"""Actions of the mouse, and the keys of MuJoCo's viewer that matter here."""
+"""Actions of the mouse, and useful keys of MuJoCo's viewer."""
 
 
 class Player:
