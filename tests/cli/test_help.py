@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import click
-import mujoco
 import pytest
-from click.testing import CliRunner
 from command_line import run
 
 import controllers
 import mjbiped
-from mjbiped.cli.commands import Command, Given
 from mjbiped.cli.main import main
-from mjbiped.cli.options import CAMERAS, parameter_options
 from mjbiped.control.registry import controller_names, settings_of
-from mjbiped.engines.mujoco.scene import models_folder
-from mjbiped.plotting.style import SUFFIXES
 from mjbiped.robots.kinds import KINDS
 from mjbiped.studies import plan as sweeps
 from mjbiped.studies import robustness
 from mjbiped.studies.plan import SCUFFING
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.utils import domains
 from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
@@ -72,83 +63,6 @@ def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
     assert "policy: none;" in words
     keys = run("view", "--help").stdout
     assert all(key.name in keys and key.does in keys for key in KEYS.values())
-
-
-def test_options_agree_with_what_they_set() -> None:
-    options = {str(parameter.name): parameter for parameter in COMMANDS["walk"].params}
-    sections = {name: getattr(parameter, "section", "") for name, parameter in options.items()}
-    for kind in (mjbiped.Compass, mjbiped.KneedBiped, mjbiped.RoundCompass, mjbiped.RoundKneed, mjbiped.RimlessWheel):
-        mine = re.compile(rf"Robot( .*(?<!\S){kind.kind}(,.*)?)?")
-        told = {name for name, section in sections.items() if mine.fullmatch(section)}
-        assert told - {"robot"} == {field.name for field in dataclasses.fields(kind)}
-    for suffix in SUFFIXES:
-        assert options["plot"].type(f"walk{suffix}", options["plot"], None) == Path(f"walk{suffix}")
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / "scene.xml"))
-    assert {model.camera(index).name for index in range(model.ncam)} == {*CAMERAS}
-
-
-@dataclasses.dataclass
-class Picture:
-    """How a picture is to look.
-
-    Picture:
-        sharp: Draw fine lines,
-            which take longer. None are left out.
-        frames: How many there are each second.
-    """
-
-    sharp: bool = True
-    frames: Annotated[int, domains.FPS, "fps"] = 30
-
-
-@dataclasses.dataclass(frozen=True)
-class Sprung(mjbiped.RimlessWheel):
-    """A wheel on springs.
-
-    Attributes:
-        stretch: Length that the springs add, over all
-            of the spokes, m. None of it is lost.
-        gravity: Not asked here.
-    """
-
-    stretch: Annotated[float, domains.LENGTH] = 0.25
-
-
-def show(
-    ground: str = "level",
-    /,
-    *,
-    reach: Annotated[float | None, domains.REACH] = 0.5,
-    picture: Picture,
-    given: Annotated[Given, [*parameter_options({"sprung": Sprung})]],
-) -> None:
-    """Show what was given.
-
-    Walk:
-        reach: Leg lengths.
-    """
-    print(ground, reach, picture.sharp, picture.frames, given)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ("", "level 0.5 True 30 {}\n"),
-        ("stairs --reach none --no-sharp", "stairs None False 30 {}\n"),
-        ("--fps 5 --stretch 0.25", "level 0.5 True 5 {'stretch': 0.25}\n"),
-    ],
-)
-def test_a_function_receives_what_was_given(words: str, said: str) -> None:
-    assert CliRunner().invoke(Command("show", show), words.split()).output == said
-
-
-def test_docstrings_are_the_help() -> None:
-    text = CliRunner().invoke(Command("show", show), ["--help"]).output
-    assert [line for line in text.splitlines() if line.endswith(":")] == ["Walk:", "Picture:", "Robot:", "Options:"]
-    words = " ".join(text.split())
-    assert "--reach X|none Leg lengths. [default: 0.5]" in words
-    assert "--sharp / --no-sharp Draw fine lines, which take longer. None are left out. [default: sharp]" in words
-    assert "--stretch X Length that the springs add, over all of the spokes, m. [default: 0.25]" in words
 
 
 # ---- names -----------------------------------------------------------------------------------------------------------

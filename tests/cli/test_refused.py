@@ -165,25 +165,6 @@ def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*") if "__pycache__" not in path.parts} == before
 
 
-TERRAINS = {
-    "a.csv": [("", "the file is empty"), ("0,0\n1,nan\n2,0\n", "line 2: z = nan: must be a finite number"),
-              ("0,0\n2,0\n1,0\n", "sort the rows by x"), ("0,0\n", "expected at least two rows"),
-              ("0,0\n1,2\n", "steeper than the robot can stand on"), ("5,0\n9,0\n", "the robot starts at 0")],
-    "a.yaml": [("segments: []\n", "there are no segments")],
-    "a.toml": [("segments = [[-1, 0]]\n", "segment 1: length")],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "reason"), [(name, *each) for name, every in TERRAINS.items() for each in every]
-)
-def test_terrain_files_that_are_none(name: str, text: str, reason: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text(text)
-    result = run("walk", tmp_path / name)
-    assert_refused(result, reason)
-    assert str(tmp_path / name) in result.stderr
-
-
 @pytest.mark.parametrize(
     ("module", "words", "extra"),
     [

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import mjbiped
-from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
 from mjbiped.errors import InputError
@@ -127,17 +126,6 @@ def test_a_copied_and_a_pickled_physics_go_on_by_themselves() -> None:
     np.testing.assert_array_equal(physics.joint_angles(), after)
     physics.reset()
     assert physics.time() == 0.0
-
-
-def test_an_interpreted_episode_that_begins_again_is_interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another simulation took its place, and the physics went on showing the old one."""
-    monkeypatch.setenv(VARIABLE, "never")
-    env = load("walk_level", {"random": 0}, {"flat_observation": True})
-    assert env.reset().observation["observations"].shape == (12,)
-    env.step([0.0, 0.0])
-    monkeypatch.setenv(VARIABLE, "always")
-    env.physics.reset()
-    assert env.physics.time() == 0.0
 
 
 @pytest.mark.slow

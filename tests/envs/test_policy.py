@@ -1,6 +1,5 @@
 """Policies as controllers: their walks are the episodes of their environments, in files too, and in both engines."""
 
-import hashlib
 import json
 import pickle
 import warnings
@@ -14,8 +13,7 @@ from episodes import begun, walked
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.control.loading import digest_of, located
-from mjbiped.control.registry import controller_class, controller_from, make_controller, settings_of
+from mjbiped.control.registry import controller_from, make_controller
 from mjbiped.envs import PolicyController, export_policy
 from mjbiped.envs.observation import bounds
 from mjbiped.envs.policy import OnnxController
@@ -162,19 +160,6 @@ def test_files_that_are_no_policies_are_named(described: dict[str, Any], words: 
     file.write_bytes(b"nothing")
     with pytest.raises(InputError, match="is no ONNX file"):
         OnnxController(str(file))
-
-
-def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tmp_path: Path) -> None:
-    assert controller_class("policy:walk.onnx") is OnnxController
-    assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
-    (tmp_path / "walk.onnx").write_bytes(b"a policy")
-    reference = located("policy:walk.onnx", tmp_path)
-    assert reference == f"policy:{tmp_path / 'walk.onnx'}"
-    assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
-    with pytest.raises(InputError, match="there is no such file"):
-        digest_of("policy:nowhere.onnx")
-    with pytest.raises(InputError, match="no file describes the controller adaptive"):
-        controller_class("adaptive:walk.onnx")
 
 
 def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,15 +68,6 @@ def test_an_episode_is_made_of_what_was_drawn_whatever_the_order_of_tables() -> 
     assert drawn_by(task, 1).drawn != episode.drawn
 
 
-def test_what_is_drawn_stays_within_its_ends() -> None:
-    task, random = WalkTask("walk_level", **DRAWN), np.random.default_rng(0)
-    values = [task.episode(random).drawn for _ in range(300)]
-    mass = np.array([each["robot.leg_mass"] for each in values])
-    assert 4.5 <= mass.min() < 4.52  # of 300 the least is more than 0.02 off once in 400 tries: 0.98^300
-    assert 5.48 < mass.max() <= 5.5
-    assert {each["terrain.count"] for each in values} == set(range(1, 10))
-
-
 def test_seeds_are_drawn_unless_given() -> None:
     assert "terrain.seed" in drawn_by(WalkTask("walk_level", terrain="waves")).drawn
     assert "disturbances.seed" in drawn_by(WalkTask("walk_level", disturbances={"angle_noise": 0.01})).drawn

@@ -197,8 +197,3 @@ def test_says_what_is_missing(name: str, tmp_path: Path) -> None:
         read(text, tmp_path)
     assert "model.xml': " in str(raised.value)
     assert len(str(raised.value).splitlines()) == 1
-
-
-def test_names_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such file"):
-        read_robot(tmp_path / "nothing.xml")

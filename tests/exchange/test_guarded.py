@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -55,14 +54,3 @@ def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch:
     message = refused(tmp_path, head, world)
     assert words in message
     assert "GiB of memory; expected the model of a robot alone" in message
-
-
-def test_what_waits_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the clock: what waits for a pipe takes no processor time."""
-    monkeypatch.setattr(parts, "_PATIENCE", 3.0)  # s
-    os.mkfifo(tmp_path / "pipe")
-    assert "has not come to an end" in refused(tmp_path, '<include file="pipe"/>')
-
-
-def test_what_is_no_xml_is_told_by_mujoco(tmp_path: Path) -> None:
-    assert "MuJoCo cannot read it: XML" in refused(tmp_path, "<")

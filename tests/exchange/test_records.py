@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import numpy as np
 import pandas
 import pyarrow.parquet
 import pytest
@@ -43,13 +42,6 @@ def test_parquet_holds_units_too(walk: mjbiped.Walk, tmp_path: Path) -> None:
         assert read.attrs["units"] == expected.attrs["units"]
     table = pyarrow.parquet.read_table(tmp_path / "walk.parquet")
     assert table["q_stance"].to_pylist() == walk.samples["q"][:, 0].tolist()
-
-
-def test_walk_without_samples_has_touchdowns(tmp_path: Path) -> None:
-    walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=2, engine="hybrid", sample_period=None)
-    export_walk(walk, tmp_path / "walk.csv")
-    assert len(pandas.read_csv(tmp_path / "walk.csv")) == len(walk.samples["time"])
-    assert np.array(pandas.read_csv(tmp_path / "walk_touchdowns.csv")["step"]).tolist() == [1, 2]
 
 
 def test_refusals(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

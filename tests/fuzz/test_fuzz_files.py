@@ -233,16 +233,6 @@ def test_study_files(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     read_all(cases("study", count), tmp_path / "study.toml", read_study)
 
 
-def test_bytes_that_are_no_text(tmp_path: Path) -> None:
-    chance = random.Random(5)
-    for number in range(50):
-        for suffix, read in ((".csv", Terrain.from_file), (".yaml", Terrain.from_file), (".toml", read_study)):
-            path = tmp_path / f"{number}{suffix}"
-            path.write_bytes(chance.randbytes(chance.randrange(1, 200)))
-            with pytest.raises(InputError, match=path.name):
-                read(path)
-
-
 def test_presets_of_the_command_line() -> None:
     chance = random.Random(3)
     keys = ["tread", "rise", "first", "count", "seed", "length", "slope_deg", "roughness", "spacing", "segment_length"]

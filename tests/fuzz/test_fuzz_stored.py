@@ -10,7 +10,6 @@ import json
 import math
 import random
 import re
-import sqlite3
 import tomllib
 import zipfile
 from collections.abc import Callable
@@ -31,8 +30,6 @@ from mjbiped.records.record import Walk
 from mjbiped.reports.page import flattened
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.plan import plan
-from mjbiped.studies.reproduction.cell import cell as make_cell
-from mjbiped.studies.reproduction.reproduce import walked
 from mjbiped.studies.run import columns_of
 from mjbiped.studies.store import opened
 
@@ -296,54 +293,3 @@ def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
     contents = {case: change_bytes(random.Random(case), table) for case in cases}
     taken = sum(within_limits(case, lambda: is_taken(content, tmp_path)) for case, content in contents.items())  # noqa: B023
     assert 0 < taken < len(cases)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ("ALTER TABLE cells DROP COLUMN strikes", "its columns are others"),
-        ("ALTER TABLE cells ADD COLUMN more", "its columns are others"),
-        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
-        ("DELETE FROM identity WHERE kind = 'format'", "format was nothing, is 1"),
-        ("DROP TABLE cells", "its columns are others"),
-    ],
-)
-def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
-    (tmp_path / "study.sqlite").write_bytes(table)
-    with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
-        database.execute(change)
-    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
-        store.rows()
-    assert "--fresh" in str(refused.value)
-    with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:
-        assert store.rows() == []
-
-
-def test_a_lock_that_is_none(tmp_path: Path) -> None:
-    lock = tmp_path / ".running"
-    lock.write_text("no lock of anybody's" * 100)
-    message = r"\.running cannot be written, or is no lock of ours: delete it"
-    with pytest.raises(InputError, match=message), opened(tmp_path, "study", COLUMNS, IDENTITY):
-        pass
-    lock.unlink()
-    lock.mkdir()
-    with pytest.raises(InputError, match="cannot be taken"), opened(tmp_path, "study", COLUMNS, IDENTITY):
-        pass
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("studies_in_threads")
-def test_damaged_walks_of_the_reproduction_are_walked_again_or_refused(tmp_path: Path) -> None:
-    cell = make_cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="hybrid")
-    walked([cell], tmp_path)
-    table = (tmp_path / "walks.sqlite").read_bytes()
-    refused: list[str] = []
-    for case in range(FEW):
-        (tmp_path / "walks.sqlite").write_bytes(change_bytes(random.Random(case), table))
-        with within(LONGEST, case):
-            try:
-                assert walked([cell], tmp_path)[0].finished
-            except (RecordError, InputError) as error:
-                refused.append(str(error))
-    assert 0 < len(refused) < FEW
-    assert all("--" in message or "delete it" in message for message in refused)

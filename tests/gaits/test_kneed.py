@@ -231,20 +231,6 @@ def test_without_radius_and_latched_steps_are_those_of_point_feet(gait: KneedGai
 # ---- trajectories ----------------------------------------------------------------------------------------------------
 
 
-def test_pieces_join_up_to_the_acceleration(gait: KneedGait) -> None:
-    """Those of the bent knee all; those of the straight knee from where its motion is no longer followed back."""
-    rate = gait.tables[0][RATE]
-    followed = math.floor(0.5 * gait.knee_strike * rate)
-    joints = np.arange(1, round(gait.horizon * rate)) / rate
-    for bent in (True, False):
-        before, after = (gait.branch(joints * (1.0 + side * 1e-12), bent=bent) for side in (-1, 1))
-        for order, tolerance in enumerate((1e-9, 1e-8, 2e-5)):  # of degree 9, times 9 and 8, and 20 pieces a second
-            jumps = np.abs(after[order] - before[order]).max(axis=1)
-            if order == 2 and not bent:
-                jumps = np.delete(jumps, followed - 1)
-            assert jumps.max() < tolerance
-
-
 def test_branches_move_by_the_robots_equations_about_the_strike(gait: KneedGait) -> None:
     """The free knee's for a while beyond it; then the knee closes on at the rate that it has in the end.
 
@@ -264,12 +250,3 @@ def test_branches_move_by_the_robots_equations_about_the_strike(gait: KneedGait)
     assert np.ptp(closing) < 1e-9
     _, dq, _ = gait.branch(np.linspace(0.0, since - 1e-9, 20), bent=False)
     assert np.ptp(dq, axis=0).max() < 1e-9
-
-
-def test_the_reference_is_the_branch_of_the_knee_at_each_time(gait: KneedGait) -> None:
-    """Bent before the knee strike; after it thigh and shank of the swing leg are in line."""
-    times = np.array([0.0, 0.9, 1.1]) * gait.knee_strike
-    bent, straight = gait.branch(times, bent=True), gait.branch(times, bent=False)
-    for found, first, second in zip(gait.reference(times), bent, straight, strict=True):
-        np.testing.assert_array_equal(found[:2], first[:2])
-        np.testing.assert_array_equal(found[2], second[2, [0, 1, 1]])

@@ -82,36 +82,6 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
     assert here.cost_of_transport == pytest.approx(there.cost_of_transport, rel=1e-5)
 
 
-@pytest.mark.slow
-def test_the_centre_of_pressure_stays_on_a_sole() -> None:
-    """By the robot's own matrices; without the sole it lies up to 28 mm behind the ankle."""
-    robot = mjbiped.Compass(sole=(0.005, 0.005))
-    gait = find_reference(robot, clearance=0.06)
-    places = []
-    for q, dq, ddq in zip(*gait.reference(np.linspace(0.0, gait.period * (1.0 - 1e-6), 400)), strict=True):
-        forces = robot.mass_matrix(q) @ ddq + robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, 0.0)
-        torques = np.linalg.solve(robot.input_matrix, forces)
-        places.append(-torques[0] / robot.ground_force(q, dq, torques, 0.0)[1])
-    # 5e-4 leg lengths is what a constraint may be broken by between the optimiser's points; measured 1e-4
-    assert np.abs(places).max() == pytest.approx(0.005, abs=5e-4)
-    assert gait.cost_of_transport > 2.0 * find_reference(mjbiped.Compass(), clearance=0.06).cost_of_transport
-
-
-@pytest.mark.slow
-def test_a_robot_of_four_times_the_size_walks_the_same_gait() -> None:
-    """On a sole of four times the length: the optimiser sees no units, and a power of two is not even rounded."""
-    small, large = (
-        find_reference(
-            mjbiped.Compass(lower_length=0.5 * size, upper_length=0.5 * size, sole=(0.005 * size, 0.005 * size)),
-            speed=0.494 * math.sqrt(size),
-            clearance=0.06 * size,
-        )
-        for size in (1.0, 4.0)
-    )
-    np.testing.assert_allclose(large.start[:2], small.start[:2], rtol=1e-12)
-    assert large.period == pytest.approx(2.0 * small.period, rel=1e-12)
-
-
 # ---- demands ---------------------------------------------------------------------------------------------------------
 
 
@@ -326,8 +296,3 @@ def test_a_passive_gait_is_kept_bit_by_bit(robot: mjbiped.Compass, folder: Path)
     assert (again.tables, again.period, again.step_length) == (first.tables, first.period, first.step_length)
     for name in ("start", "end", "multipliers"):
         assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
-
-
-def test_the_users_own_cache_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("MJBIPED_CACHE_DIR", raising=False)
-    assert store.folder().parts[-2:] == ("mjbiped", "references")

@@ -15,8 +15,6 @@ from PIL import Image
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.records import measures
-from mjbiped.records.summary import in_words
-from mjbiped.rendering.gl import gl_available
 
 
 @pytest.fixture(scope="module")
@@ -145,15 +143,6 @@ def test_what_does_not_exist_is_none() -> None:
     assert rows["peak torque, ankle"] == ("0.00", "N m")
 
 
-@pytest.mark.parametrize(
-    ("value", "form", "said"),
-    [(-1e-9, ".2f", "0.00"), (-0.004, ".2f", "-0.40"), (-0.0, "+.3g", "0"), (3, "d", "300"), (None, ".2f", "-"),
-     (math.inf, ".2f", "unbounded")],
-)  # fmt: skip
-def test_a_small_negative_number_is_no_negative_zero(value: float | None, form: str, said: str) -> None:
-    assert in_words(value, 100, form) == said
-
-
 def test_printed_it_is_what_the_command_line_prints(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Of a fall at once for a wrong slope estimate, which names the option."""
     monkeypatch.setenv("COLUMNS", "100")  # a narrow terminal folds lines
@@ -188,12 +177,3 @@ def test_a_notebook_shows_measures_and_the_time_lapse(controller: AdaptiveContro
     assert "<tr>" in walk.summary()._repr_html_()
     bare = replace(walk, samples={name: column[:0] for name, column in walk.samples.items()})
     assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error
-
-
-@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
-def test_the_video_takes_the_settings_of_the_renderer(controller: AdaptiveController, tmp_path: Path) -> None:
-    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
-    walk.video(tmp_path / "walk.mp4", width=64, height=64, fps=2)
-    assert (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp"
-    with pytest.raises(mjbiped.InputError):
-        walk.video(tmp_path / "walk.gif2")

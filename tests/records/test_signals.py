@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from report_pages import packed
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import loads, signals
-from mjbiped.records.signals import PANELS, SIGNALS, Signal, signals_of, torques_of, values_of
-from mjbiped.rendering.overlay import Chart
-from mjbiped.reports.walk import report_walk
+from mjbiped.records.signals import PANELS, signals_of, torques_of, values_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
-from mjbiped.utils.palette import IN_WORDS, ORANGE
+from mjbiped.utils.palette import IN_WORDS
 
 
 @pytest.mark.parametrize("robot", KINDS.values())
@@ -50,22 +44,6 @@ def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, k
         np.append(0.0, kneed.touchdowns["time"][:-1]) + kneed.touchdowns["knee_strike"]
     )
     assert not len(signals.knee_strikes(walk))
-
-
-def test_a_new_signal_is_one_row(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    row = Signal(
-        "slope", "twice the slope", "2φ", ORANGE, signals.SOLID, lambda walk: 2.0 * walk.samples["slope"], "slope"
-    )
-    monkeypatch.setitem(SIGNALS, "twice", row)
-    lines = [str(line.get_label()) for axes in plot_walk(walk).axes for line in axes.lines]
-    assert "twice the slope 2φ" in lines
-    report_walk(walk, tmp_path / "walk.html", video=False)
-    content = packed((tmp_path / "walk.html").read_text())
-    assert "twice the slope" in [line["name"] for line in content["plots"]["time"]["data"]]
-    assert "twice the slope" in [name for name, *_ in content["data"]["told"]]
-    frame = np.zeros((100, 640, 3), dtype=np.uint8)
-    Chart(walk, 0.0, 2.0, 640, 100).draw(frame, 1.0)
-    assert (np.abs(frame.astype(int) - (230, 159, 0)).max(axis=2) < 30).sum() > 100  # orange, as nothing else is
 
 
 def test_a_sole_is_drawn_where_there_is_one(walk: mjbiped.Walk, controller: AdaptiveController) -> None:

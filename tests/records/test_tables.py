@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from simulations import Plain
 
@@ -32,15 +31,6 @@ def test_rows_are_taken_in_their_order_and_once() -> None:
     assert recorder.touchdowns()["time"].tolist() == recorder.samples()["time"].tolist() == [0.1, 0.4, 0.7]
     assert recorder.samples()["controller_states"].shape == (3, 1)
     assert (recorder.steps, recorder.end) == (3, (0.7, 0.0))
-
-
-def test_without_samples_the_end_is_known() -> None:
-    recorder = Recorder(keep_samples=False)
-    assert recorder.end == (0.0, 0.0)
-    samples = rows_at(width(SAMPLES), 0.1, 0.2)
-    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
-    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
-    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)
 
 
 def test_a_motion_that_is_no_number_is_not_recorded() -> None:
@@ -103,14 +93,6 @@ def test_the_leg_tells_of_which_step_a_sample_at_a_touchdown_is(walk: mjbiped.Wa
     samples = {name: column.copy() for name, column in walk.samples.items()}
     samples["time"][at], samples["stance"][at] = walk.touchdowns["time"][1], walk.touchdowns["stance"][later]
     assert flat_samples(replace(walk, samples=samples))["step"][at] == 2 + later
-
-
-def test_frames_survive_parquet_with_their_units(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    samples = walk.to_pandas().samples
-    samples.to_parquet(tmp_path / "samples.parquet")
-    again = pd.read_parquet(tmp_path / "samples.parquet")
-    pd.testing.assert_frame_equal(samples, again, check_exact=True)
-    assert again.attrs == samples.attrs
 
 
 def test_walks_without_samples_and_without_steps_have_empty_frames(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """Marks in a scene point where they should, and are as large as what they stand for."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import mujoco
@@ -15,9 +15,7 @@ from mjbiped.rendering.marks import (
     FORCE_COLOUR,
     GHOST_COLOUR,
     MOST_GEOMS,
-    Pen,
     Scales,
-    arc_sweep,
     draw_marks,
 )
 from mjbiped.rendering.scene import Moment, Pair, beside_posture
@@ -128,13 +126,6 @@ def test_arcs_turn_as_the_torque_and_grow_with_it(colour: tuple[float, float, fl
     assert sizes[-1][0] == pytest.approx(math.radians(300.0))
 
 
-def test_the_sweep_grows_with_the_torque_up_to_300_degrees() -> None:
-    sweeps = [arc_sweep(share) for share in np.linspace(-1.2, 1.2, 25)]
-    assert sweeps == sorted(sweeps)
-    assert (sweeps[0], sweeps[-1]) == (-math.radians(300.0), math.radians(300.0))
-    assert arc_sweep(0.25) == pytest.approx(math.radians(150.0))  # the area is the torque
-
-
 @pytest.mark.parametrize("force", [(0.0, 98.1), (30.0, 80.0), (-30.0, 120.0)])
 def test_the_force_points_along_the_force_into_the_foot(force: Pair) -> None:
     at = moment(force=force)
@@ -181,33 +172,3 @@ def test_what_is_unknown_or_nothing_is_not_drawn() -> None:
     assert not marks(nothing, "torque", "force", "ghost", "estimate", "traces")
     assert not marks(moment(), "caption", "chart")
     assert not marks(moment()._replace(torque=(math.inf, math.inf), force=(0.0, 0.0)), "force")
-
-
-def test_shadows_fade_as_the_foot_rises() -> None:
-    def opacities() -> Iterator[float]:
-        for height in (0.0, 0.02, 0.05, 0.1):
-            feet = [foot_of(ROBOT, moment().qpos[:2], angle)[1] for angle in (0.05, -0.2)]
-            at = moment(ground=((feet[0] - height, 0.0), (feet[1] - 1.0, 0.0)))
-            [spot] = marks(at, "shadows")
-            yield float(spot.rgba[3])
-
-    found = list(opacities())
-    assert found == sorted(found, reverse=True)
-    assert found[-1] < 0.3 * found[0]
-
-
-def test_a_full_scene_gets_no_more() -> None:
-    assert len(marks(moment(), room=10)) == 10
-    assert len(marks(moment(torque=(10.0, 10.0)))) < MOST_GEOMS
-
-
-def test_nothing_of_a_geom_comes_from_what_was_in_its_memory() -> None:
-    fields = ("category", "objtype", "objid", "segid", "emission", "specular", "shininess")
-    scene = mujoco.MjvScene(MODEL, maxgeom=2)
-    for geom, value in zip(scene.geoms, (3, 5), strict=True):
-        for name in fields:
-            setattr(geom, name, value)
-    for _ in range(2):
-        Pen(scene, 1.0).blob(0j, 0.0, np.ones(3), 0.0, FORCE_COLOUR)
-    one, other = ([getattr(geom, name) for name in fields] for geom in scene.geoms)
-    assert one == other

@@ -1,8 +1,5 @@
 """Words and signs are drawn where they should be; the chart shows the part that is asked for, its cursor the time."""
 
-import dataclasses
-import math
-
 import numpy as np
 import pytest
 
@@ -30,15 +27,6 @@ def test_caption_and_legend_do_not_overlap(width: int) -> None:
     assert (columns.max() + 1, rows.max() + 1) == beside
     assert (legend != 200).any()
     assert (legend[..., 0].astype(int) > legend[..., 1] + 200).any()  # its red sign
-
-
-def test_panels_are_translucent() -> None:
-    frame = blank()
-    frame[:, ::2] = 0
-    over = Overlay(frame, 360)
-    over.caption(["t = 1.00 s"])
-    assert abs(int(frame[8, 8, 0]) - 255 * 190 // 255) < 3
-    assert abs(int(frame[8, 9, 0]) - (255 * 190 + 200 * 65) // 255) < 3
 
 
 @pytest.mark.parametrize("pixels_per_metre", [3.0, 50.0, 317.0, 4000.0])
@@ -108,19 +96,3 @@ def test_long_walks_have_pages(walk: Walk) -> None:
     assert columns[0] < columns[2] < columns[0] + 20
     assert columns[3] - 20 < columns[1] < columns[3]
     assert (drawn(chart, 0.0) != drawn(chart, end)).any(axis=2).sum() > 500
-
-
-def test_what_is_no_number_is_left_out(walk: Walk) -> None:
-    nothing = np.full_like(walk.samples["slope"], math.nan)
-    bare = dataclasses.replace(walk, samples={**walk.samples, "slope_estimate": nothing})
-    estimate = drawn(Chart(walk, 0.0, 10.0, *SIZE), 5.0)
-    none = drawn(Chart(bare, 0.0, 10.0, *SIZE), 5.0)
-    green = [(f[..., 1] > f[..., 0].astype(int) + 100).sum() for f in (estimate, none)]  # as nothing else is
-    assert green[0] > 100
-    assert green[1] == 0
-    torques = np.full_like(walk.samples["torque"], math.inf)
-    drawn(Chart(dataclasses.replace(walk, samples={**walk.samples, "torque": torques}), 0.0, 10.0, *SIZE), 5.0)
-
-
-def test_a_moment_has_a_chart(walk: Walk) -> None:
-    assert cursor(drawn(Chart(walk, 3.0, 3.0, *SIZE), 3.0)) > 0

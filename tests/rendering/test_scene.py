@@ -1,6 +1,5 @@
 """What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
-import dataclasses
 import math
 
 import mujoco
@@ -93,14 +92,6 @@ def test_with_knees_it_is_a_posture_too() -> None:
     assert 5 < locked < 60
 
 
-def test_no_ghost_where_nothing_is_tracked() -> None:
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
-    moments = Moments(walk)
-    assert moments.at(0.1).reference is None
-    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
-    assert Moments(unknown).at(0.1).reference is None
-
-
 def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     moments = Moments(walk)
     for time in (0.0, 0.5, 4.0):
@@ -113,14 +104,6 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
     assert len(shared) >= len(at_four) - 3  # they stay where they are
-
-
-def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
-    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
-    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
-    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
-    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
-    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
 
 
 @pytest.fixture(scope="module")
@@ -149,17 +132,6 @@ def test_the_ground_force_on_knees_accelerates_the_centre_of_mass(kneed: Walk) -
         force = moments.at(float(samples["time"][k])).force
         # fourth derivatives of 1e4 m/s^4 times h^2 / 12, and rounding of 1e-16 / h^2
         assert force == pytest.approx(expected, abs=0.02)
-
-
-def test_no_equation_is_asked_for_the_force_of_a_walk_that_diverged() -> None:
-    """Such a record's last state is beyond all measure: a video of it once was refused."""
-    robot = mjbiped.KneedBiped()
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
-    samples = {name: column.copy() for name, column in walk.samples.items()}
-    samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, math.nan
-    moments = Moments(dataclasses.replace(walk, samples=samples, outcome="diverged"))
-    assert all(map(math.isnan, moments.at(walk.end[0]).force))
-    assert all(map(math.isfinite, moments.at(walk.end[0] - 0.1).force))
 
 
 SCENE = """

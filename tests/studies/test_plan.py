@@ -10,9 +10,8 @@ import own_controllers
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, PassivityController
+from controllers import AdaptiveController, PassivityController
 from mjbiped.errors import InputError
-from mjbiped.studies.cell import KNEES_MEASURES, MEASURES
 from mjbiped.studies.plan import MOST_CELLS, Study, plan, read_study
 
 
@@ -103,26 +102,6 @@ def test_settings_reach_the_walk() -> None:
     assert parameters[0]["segment_length"] == (1.0, 1.5)
 
 
-@pytest.mark.slow
-def test_a_robots_name_can_vary_with_its_parameters() -> None:
-    """Inertias of rods follow the masses, as with a robot that is made so, and as the controller's wrong model does."""
-    study = planned("""
-        engine = "hybrid"
-        robot = { kind = ["kneed", "halved-rods"], shank_mass = [0.5, 1.0] }
-        model = { thigh_mass = 3.0 }
-    """)
-    assert [cell.robot() for cell in study.cells] == [
-        mjbiped.KneedBiped(shank_mass=0.5),
-        mjbiped.KneedBiped(shank_mass=1.0),
-        mjbiped.KneedBiped(2.5, 0.5, 0.0, thigh_centre=0.25, shank_centre=0.25),
-        mjbiped.KneedBiped(2.5, 1.0, 0.0, thigh_centre=0.25, shank_centre=0.25),
-    ]
-    law = study.cells[3].controller(mjbiped.find_reference(mjbiped.KneedBiped.halved_rods(), clearance=0.08))
-    assert isinstance(law, KneedController)
-    assert law.robot == mjbiped.KneedBiped(3.0, 1.0, 0.0, thigh_centre=0.25, shank_centre=0.25)
-    assert (study.measures, planned("").measures) == (KNEES_MEASURES, MEASURES)
-
-
 def test_initial_states(controller: AdaptiveController) -> None:
     def initial(text: str) -> object:
         return planned(text).cells[0].initial(lambda: controller.gait.start.tolist())
@@ -154,13 +133,6 @@ def test_the_scuffing_rule_can_vary() -> None:
         terrain = { name = "stairs", rise = 0.045, first = 0.532, count = 1, tread = 9 }
     """)
     assert [cell.row()["strikes"] for cell in study.cells] == [1, 0]
-
-
-def test_figures_leave_the_study_as_it_is() -> None:
-    text = "controller = { position_gain = [2, 3] }\n"
-    study = planned(text + '[plot]\nparameters = ["controller.position_gain"]\nmeasures = ["finished", "steps"]')
-    assert (study.plot_parameters, study.plot_measures) == (("controller.position_gain",), ("finished", "steps"))
-    assert study.declared == planned(text).declared
 
 
 COUNT = "{ from = 1, to = 2, count = 1001 }"

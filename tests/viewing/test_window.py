@@ -108,14 +108,6 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     assert "step" in viewed.closed()
 
 
-def test_on_long_ground_the_window_takes_the_next_model(screen: str, tmp_path: Path) -> None:
-    ground = tmp_path / "long.toml"
-    ground.write_text(f"segments = {[[0.05, 0.3 * (-1) ** n, 0.0] for n in range(3000)]}\n")
-    viewed = Viewed(screen, str(ground), "--for", "14", "--slow-motion", "0.1", "--hide", "traces")
-    words = viewed.closed()
-    assert "finished" in words or int(words.partition("step ")[2].partition(",")[0]) > 20  # some 8 m: two models
-
-
 def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
     viewed = Viewed(screen, "random:seed=3", "--for", "12")
     before = viewed.shot(tmp_path / "before.png")
