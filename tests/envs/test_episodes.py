@@ -16,7 +16,7 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.envs import TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError
 from mjbiped.rules.termination import Outcome
 
 NOISE = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.001, "angle_resolution": 1e-4}
@@ -222,16 +222,3 @@ def test_the_ground_is_seen_where_it_is() -> None:
     heights = terrain.height(foot + np.arange(1, 11) / 10.0) - terrain.height(foot)
     np.testing.assert_allclose(seen[1:], heights, rtol=0, atol=2e-6)  # the foot stands 1 µm deep
     assert np.ptp(seen[1:]) == pytest.approx(0.02)
-
-
-def test_before_and_after_episodes_it_is_said_what_to_do() -> None:
-    two = Walkers(WalkTask("walk_level"), 2)
-    two.begin(1, np.random.default_rng(0))
-    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
-        two.step()
-    two.begin(0, np.random.default_rng(0))
-    two.step()
-    two.close()
-    for late in (two.step, two.walk):
-        with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
-            late()

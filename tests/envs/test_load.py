@@ -10,7 +10,6 @@ import mujoco
 import numpy as np
 import pytest
 
-import mjbiped
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
 from mjbiped.errors import InputError
@@ -59,20 +58,6 @@ def test_it_is_the_environment_of_gymnasium(residual: bool) -> None:
 
 
 ZERO = np.zeros(2, dtype=np.float32)
-
-
-def test_each_seed_draws_episodes_of_its_own() -> None:
-    grounds = []
-    for seed in (1, 1, 2):
-        env = load("walk_random", {"random": seed})
-        for _ in range(2):
-            env.reset()
-            grounds.append(env.physics.walk().terrain.x)
-    assert grounds[:2] == grounds[2:4]
-    assert len({*grounds}) == 4
-    same = load("walk_random", {"random": np.random.RandomState(1), "terrain": {"seed": 4}})
-    same.reset()
-    assert same.physics.walk().terrain == mjbiped.Terrain.random(seed=4, length=15.0)
 
 
 def test_an_episode_ends_at_a_fall_and_at_the_time_limit() -> None:

@@ -5,36 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.cycle import free_motion, step
+from mjbiped.gaits.cycle import free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.reference import RATE
 from mjbiped.robots.chain import Array
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RoundKneed
 
 MCGEERS = 0.0456
 PLAIN = KneedBiped()
-
-
-class Latched(RoundKneed):
-    """A latch keeps the departing knee straight through the heel strike, as that of `KneedBiped`."""
-
-    knee_opens = False
-
-    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
-        """Legs of one piece."""
-        angles, rates = np.asarray(q), np.asarray(dq)
-        return angles[::-1], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
-
-    def after_touchdown(self, places: Array) -> Array:
-        """The knee is straight."""
-        return Robot.after_touchdown(self, places)
 
 
 @pytest.fixture(scope="module")
@@ -210,22 +193,6 @@ def test_what_cannot_be_found_is_told(robot: Any, degrees: float, error: type[Ex
 
 
 # ---- round feet and stops --------------------------------------------------------------------------------------------
-
-
-def test_without_radius_and_latched_steps_are_those_of_point_feet(gait: KneedGait) -> None:
-    """The whole step from the gait of `KneedBiped`, integrated to 1e-11, is the same to rounding; the stop alone opens.
-
-    Without the latch the heel strike bends the knee.
-    """
-    numbers = {name: getattr(PLAIN, name) for name in KneedBiped.numbers()}
-    terms = {**numbers, "foot_radius": 0.0, "stop_angle": 0.0, "shank_offset": 0.0}
-    second = math.sqrt(1.0 / 9.81)
-    for scaled in (gait.start[[0, 3, 4]] * [1.0, second, second], np.array([-0.22, 0.32, 0.09])):
-        mine, its = (step(robot, gait.slope, scaled) for robot in (Latched(**terms), PLAIN))
-        np.testing.assert_allclose(mine.after, its.after, rtol=0, atol=1e-12)
-        assert mine.second.duration == pytest.approx(its.second.duration, abs=1e-12)
-    _, rates = RoundKneed(**terms).heel_impact(gait.end[:2], gait.end[3:5])
-    assert rates[2] - rates[1] > 1.0
 
 
 # ---- trajectories ----------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ import stored_references
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.errors import GaitError, InputError
+from mjbiped.errors import InputError
 from mjbiped.gaits import optimised, store
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.optimisation import TOLERANCE, motion_of, optimise, tell
@@ -226,20 +226,6 @@ def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compas
 
 
 # ---- refusals --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"clearance": 0.06, "torque_limit": 0.5}, r"limit of 0.5 N m: without .* needs 24.8 N m; raise the limit"),
-        ({"speed": 2.0, "clearance": 0.05}, r"a clearance of 0.05 m: with a clearance of 0\S* m there is one; ask for"),
-        ({"speed": 9.0, "clearance": 0.0}, "9 m/s without clearance: the best one breaks the constraint '.*'"),
-    ],
-)
-def test_what_cannot_be_says_why(robot: mjbiped.Compass, asked: dict[str, Any], message: str) -> None:
-    with pytest.raises(GaitError, match=message):
-        find_reference(robot, **asked)
 
 
 @pytest.mark.parametrize(

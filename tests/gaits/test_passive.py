@@ -138,8 +138,6 @@ def test_times_outside_the_domain_are_refused(gait: PassiveGait, t: float) -> No
     ("robot", "degrees", "reason"),
     [
         (TABLE_ONE, 0.0, "walks only downhill; give one above 0"),
-        (TABLE_ONE, -2.0, "walks only downhill; give one above 0"),
-        (TABLE_ONE, -89.0, "walks only downhill; give one above 0"),
         (TABLE_ONE, 28.0, "the trailing foot already stays down; choose a gentler slope"),
         (Compass(leg_inertia=50.0), 2.0, "check the robot's"),
         (Compass(lower_length=1000.0, upper_length=1e-3, leg_inertia=0.0), 2.0, "check the robot's"),

@@ -2,7 +2,6 @@
 
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -85,14 +84,6 @@ def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:
     # all samples of a step stand on the leg that the touchdown before it put down
     stances = samples[samples.step > 1].groupby("step").stance.agg(["min", "max"])
     assert stances["min"].tolist() == stances["max"].tolist() == touchdowns.stance.tolist()
-
-
-@pytest.mark.parametrize("later", [0, 1])
-def test_the_leg_tells_of_which_step_a_sample_at_a_touchdown_is(walk: mjbiped.Walk, later: int) -> None:
-    at = int(np.searchsorted(walk.samples["time"], walk.touchdowns["time"][1]))
-    samples = {name: column.copy() for name, column in walk.samples.items()}
-    samples["time"][at], samples["stance"][at] = walk.touchdowns["time"][1], walk.touchdowns["stance"][later]
-    assert flat_samples(replace(walk, samples=samples))["step"][at] == 2 + later
 
 
 def test_walks_without_samples_and_without_steps_have_empty_frames(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -159,16 +159,3 @@ def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
         assert there[0] == pytest.approx(hip, abs=1e-6)
         assert there[1] == pytest.approx(foot_of(ROBOT, tuple(hip), angle + at.slope), abs=1e-6)
         assert 0.0 < leg.rgba[3] < 1.0
-
-
-def test_what_is_unknown_or_nothing_is_not_drawn() -> None:
-    nothing = moment(
-        torque=(math.nan, 0.0),
-        force=(math.nan, 1.0),
-        reference=None,
-        slope_estimate=math.nan,
-        traces=(np.empty((1, 2)),) * 2,
-    )
-    assert not marks(nothing, "torque", "force", "ghost", "estimate", "traces")
-    assert not marks(moment(), "caption", "chart")
-    assert not marks(moment()._replace(torque=(math.inf, math.inf), force=(0.0, 0.0)), "force")

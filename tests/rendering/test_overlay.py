@@ -86,13 +86,3 @@ def test_the_cursor_goes_with_time_and_the_rest_stands(walk: Walk) -> None:
     assert columns[2] - columns[0] == pytest.approx(0.5 * (columns[3] - columns[0]), abs=1.0)
     changed = (frames[0] != frames[2]).any(axis=2).any(axis=0)
     assert changed.sum() <= 2  # a column each
-
-
-def test_long_walks_have_pages(walk: Walk) -> None:
-    end = float(walk.samples["time"][-1])
-    assert 20.0 < end < 40.0
-    chart = Chart(walk, 0.0, end, *SIZE)
-    columns = [cursor(drawn(chart, time)) for time in (0.0, 0.49 * end, 0.51 * end, end)]
-    assert columns[0] < columns[2] < columns[0] + 20
-    assert columns[3] - 20 < columns[1] < columns[3]
-    assert (drawn(chart, 0.0) != drawn(chart, end)).any(axis=2).sum() > 500

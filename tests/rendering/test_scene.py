@@ -1,13 +1,11 @@
 """What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
-import math
-
 import mujoco
 import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, PassiveController
+from controllers import AdaptiveController
 from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import View
@@ -74,24 +72,6 @@ def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
     assert max(off) < 0.2
 
 
-def test_with_knees_it_is_a_posture_too() -> None:
-    """Also of a leg that stands bent, and after the knee strike."""
-    robot = mjbiped.KneedBiped()
-    law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
-    ground = Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
-    walk = mjbiped.walk(law, ground, engine="hybrid", steps=8, sample_period=2e-3)
-    moments, off, locked = Moments(walk), [], 0
-    for time in np.linspace(0.1, walk.samples["time"][-1], 90).tolist():
-        moment = moments.at(time)
-        assert moment.reference is not None
-        feet = robot.limbs(moment.reference)[:, -1], robot.limbs(moment.qpos)[:, -1]
-        assert feet[0][moment.stance] == pytest.approx(feet[1][moment.stance], abs=1e-6)
-        off.append(np.abs(np.subtract(moment.reference, moment.qpos)).max())
-        locked += moment.reference[5 - moment.stance] == 0.0
-    assert np.median(off) < 0.02  # rad
-    assert 5 < locked < 60
-
-
 def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     moments = Moments(walk)
     for time in (0.0, 0.5, 4.0):
@@ -104,34 +84,6 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
     assert len(shared) >= len(at_four) - 3  # they stay where they are
-
-
-@pytest.fixture(scope="module")
-def kneed() -> Walk:
-    start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
-    return mjbiped.walk(
-        PassiveController(),
-        Terrain.incline(2.5),
-        robot=mjbiped.KneedBiped(),
-        engine="hybrid",
-        initial=start,
-        steps=2,
-        sample_period=1e-3,
-    )
-
-
-def test_the_ground_force_on_knees_accelerates_the_centre_of_mass(kneed: Walk) -> None:
-    """As without knees: by second differences, on both sides of the knee strike."""
-    robot, samples, moments = kneed.robot, kneed.samples, Moments(kneed)
-    centre = robot.centre_of_mass(samples["qpos"])
-    strike = kneed.touchdowns["knee_strike"][0]
-    for time in (0.2, strike - 0.05, strike + 0.03):
-        k = int(np.searchsorted(samples["time"], time))
-        pull = (centre[k + 1] - 2.0 * centre[k] + centre[k - 1]) / 1e-6
-        expected = robot.total_mass * (pull + np.array([0.0, robot.gravity]))
-        force = moments.at(float(samples["time"][k])).force
-        # fourth derivatives of 1e4 m/s^4 times h^2 / 12, and rounding of 1e-16 / h^2
-        assert force == pytest.approx(expected, abs=0.02)
 
 
 SCENE = """

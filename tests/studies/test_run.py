@@ -25,9 +25,9 @@ from mjbiped.engines.mujoco import scene
 from mjbiped.errors import InputError, MjbipedError
 from mjbiped.records import measures
 from mjbiped.studies import run as running
-from mjbiped.studies.cell import KNEES_MEASURES, MEASURES, Cell, Row
-from mjbiped.studies.plan import plan, read_study
-from mjbiped.studies.run import digest, estimate, machinery, run
+from mjbiped.studies.cell import MEASURES, Cell, Row
+from mjbiped.studies.plan import read_study
+from mjbiped.studies.run import digest, machinery, run
 from mjbiped.studies.store import FILE
 
 ROOT = Path(__file__).parents[2]
@@ -53,14 +53,6 @@ engine = "hybrid"
 steps = 2
 controller = [{ name = "laws/spread.py:HipSpread", stiffness = [0.4, 0.5] }, { name = "passive" }]
 terrain = { name = "incline", slope_deg = 2 }
-"""
-KNEES = """
-engine = "hybrid"
-steps = 3
-robot = { kind = ["compass", "halved-rods"] }
-initial = { around = "gait", dq1 = 0.01 }
-disturbances = { control_period = 0.002 }
-terrain = { name = "stairs", rise = 0.02 }
 """
 in_threads = pytest.mark.usefixtures("studies_in_threads")
 
@@ -100,33 +92,6 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
         assert {*summary} == {*MEASURES, "outcome", "verdict", "warnings"}
         assert (row["outcome"], row["error"], row["sample"]) == (done.outcome, None, cell.index // 2)
         assert row["terrain.seed"] == dict(done.terrain.parameters)["seed"]
-
-
-@pytest.mark.slow
-@in_threads
-def test_rows_of_knees_are_what_the_walks_give(file: Path, tmp_path: Path) -> None:
-    file.write_text(KNEES)
-    study = read_study(file)
-    rows, *_ = run(study, tmp_path, workers=1, trajectories=True)
-    for row, cell in zip(rows, study.cells, strict=True):
-        law, disturbances = cell.controller(), mjbiped.Disturbances(control_period=0.002)
-        assert law.gait is not None
-        first = law.gait.start.copy()
-        first[len(first) // 2] += 0.01
-        given: dict[str, Any] = {
-            "engine": "hybrid",
-            "steps": 3,
-            "initial": first.tolist(),
-            "disturbances": disturbances,
-        }
-        summary = measures.summary(mjbiped.walk(law, mjbiped.Terrain.stairs(rise=0.02), **given))
-        known = [name for name in KNEES_MEASURES if name in summary]
-        assert [row[name] for name in known] == [summary[name] for name in known]
-    assert (rows[0]["peak_knee_torque_Nm"], rows[1]["peak_knee_torque_Nm"] > 1.0) == (None, True)
-    samples = pd.read_parquet(tmp_path / FILE)
-    assert samples.attrs["units"]["q_shank"] == "rad"
-    shanks = samples.groupby("cell")["q_shank"].count()
-    assert (shanks[0], shanks[1] > 100) == (0, True)
 
 
 @in_threads
@@ -219,31 +184,6 @@ def test_failed_cells_are_rows_and_a_table_is_the_same_as_parquet(file: Path, tm
     assert made.cost_of_transport.dtype == float
     assert made["controller.replanning_delay"].dropna().tolist() == ["0.8", "0.8", "none", "none"]
     pd.testing.assert_frame_equal(texts, made, check_exact=True, check_dtype=False, check_like=False)
-
-
-@in_threads
-def test_the_time_of_a_study_is_inferred_from_some_walks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the number of walks over that of processes; nothing is kept."""
-    now, real = [0.0], Cell.row
-
-    def walked(cell: Cell, **settings: Any) -> Row:
-        now[0] += 1.0
-        return real(cell, **settings)
-
-    monkeypatch.setattr(Cell, "row", walked)
-    monkeypatch.setattr("time.perf_counter", lambda: now[0])
-    study = plan(
-        file, {"engine": "hybrid", "steps": 2, "controller": {"position_gain": {"from": 3, "to": 6, "count": 60}}}
-    )
-    expected = estimate(study, workers=4)
-    assert {name: expected[name] for name in ("walks", "workers", "seconds", "tried")} == {
-        "walks": 60, "workers": 4, "seconds": 60 / 4, "tried": 5,
-    }  # fmt: skip
-    assert expected["bytes"] < estimate(study, trajectories=True)["bytes"]
-    assert [*file.parent.iterdir()] == [file]
-    run(study, file.parent / "out", workers=1)
-    made = sum(each.stat().st_size for each in (file.parent / "out").iterdir())
-    assert 0.3 * made < expected["bytes"] < 3.0 * made  # whole pages of the database are not in it
 
 
 @pytest.mark.slow
