@@ -135,7 +135,7 @@ def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch:
 
 
 def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that fails does not stop the others; the summary tells each command; Ctrl-C keeps those before."""
+    """One that fails does not stop the others; the summary tells each command."""
     wheel = "gait --robot wheel --slope-deg 5"
     shown = {
         "steep": "gait --slope-deg 80",
@@ -151,14 +151,6 @@ def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.Mo
     assert f"mjbiped {wheel} --plot '{folder / 'wheel.pdf'}'" in result.stdout
     assert result.stdout.endswith(f"wrote {folder / 'wheel.pdf'}\nwrote {folder / 'last.pdf'}\n")
     assert sorted(path.name for path in folder.iterdir()) == ["last.pdf", "wheel.pdf"]
-
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(main.commands["return-map"], "callback", interrupted)
-    result = run("figures", tmp_path / "again", "--quiet")
-    assert (result.exit_code, "interrupted in mjbiped return-map" in result.stderr) == (130, True)
-    assert [path.name for path in (tmp_path / "again").iterdir()] == ["wheel.pdf"]
 
 
 @pytest.mark.parametrize("name", export.SET)

@@ -227,14 +227,6 @@ def test_compare_walks_every_terrain(terrain: str, folder: Path) -> None:
     assert "The engines agree at all 2 touchdowns" in " ".join(result.stdout.split())
 
 
-def test_compare_shows_falls_of_both() -> None:
-    words = ("compare", "level", "--controller", "passive", "--initial=-0.19,0.19,0.3,0")
-    assert re.search(r"outcome +fell +fell", run(*words).stdout)
-    printed = json.loads(run(*words, "--json").stdout)
-    assert printed["measures"]["steps"] == {"mujoco": 0, "hybrid": 0, "difference": 0, "difference_percent": None}
-    assert printed["settings"]["hybrid"]["engine"] == "hybrid"
-
-
 def test_render_draws_beside_the_record_or_where_it_is_told(folder: Path, drawings: Drawings) -> None:
     result = run("render", "walk.npz", "--hide", "caption", "--flag", "contactpoint", "--start", 0.1, "--stop", 0.3)
     assert (result.exit_code, result.stdout, result.stderr) == (0, "wrote walk.mp4\n", "")

@@ -129,19 +129,6 @@ def test_pixels() -> None:
     env.physics.free()
 
 
-def test_wrappers_of_dm_control() -> None:
-    from dm_control.suite.wrappers import action_noise, action_scale, mujoco_profiling
-
-    made: Any = [load("walk_level", {"random": 0, "residual": True}) for _ in range(3)]
-    noisy, scaled = action_noise.Wrapper(made[0], scale=0.1), action_scale.Wrapper(made[1], minimum=-1.0, maximum=1.0)
-    for env in (noisy, scaled, mujoco_profiling.Wrapper(made[2])):
-        env.reset()
-        for _ in range(30):
-            step = env.step(np.zeros(2))
-        assert not step.last()
-    assert step.observation["step_timing"][1] == 30.0
-
-
 def test_the_viewers_runtime_runs_and_begins_again() -> None:
     """All of dm_control's viewer that needs no window."""
     if gl_available():

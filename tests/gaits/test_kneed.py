@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mjbiped.errors import GaitError, InputError
+from mjbiped.errors import GaitError
 from mjbiped.gaits.cycle import free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.reference import RATE
 from mjbiped.robots.chain import Array
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.round import RoundKneed
 
@@ -175,21 +174,6 @@ def test_gaits_end_where_two_meet_or_the_foot_touches(robot: Any, walks: float, 
     assert find_kneed_gait(robot, math.radians(walks)).clearance < clearance
     with pytest.raises(GaitError):
         find_kneed_gait(robot, math.radians(none))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("robot", "degrees", "error", "message"),
-    [
-        (PLAIN, 0.0, GaitError, "walks only downhill"),
-        (Compass(), 6.0, InputError, "robot must be a mjbiped.KneedBiped"),
-        (PLAIN, 25.0, GaitError, "on a slope of 25 degrees: the search found none"),
-        (PLAIN, 7.2, GaitError, "the search found none"),  # the swing foot would dip into the ground
-    ],
-)
-def test_what_cannot_be_found_is_told(robot: Any, degrees: float, error: type[Exception], message: str) -> None:
-    with pytest.raises(error, match=message):
-        find_kneed_gait(robot, math.radians(degrees))
 
 
 # ---- round feet and stops --------------------------------------------------------------------------------------------

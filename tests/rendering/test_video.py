@@ -88,10 +88,10 @@ def test_refused_arguments(walk: Walk, tmp_path: Path, arguments: dict[str, Any]
 
 def test_refused_times_and_records(walk: Walk) -> None:
     for time in (-0.1, walk.end[0] + 0.1, float("nan")):
-        with pytest.raises(InputError, match=r"from 0 to .* s of the record"):
+        with pytest.raises(InputError, match="of the record"):
             render_frame(walk, time)
     empty = dataclasses.replace(walk, samples={name: array[:0] for name, array in walk.samples.items()})
-    with pytest.raises(RenderError, match="no samples"):
+    with pytest.raises(RenderError):
         render_frame(empty, 0.0)
 
 

@@ -1,7 +1,9 @@
-"""Studies: the same table however they are walked, however often they are broken off."""
+"""Studies: the same table however they are walked, however often they are broken off; tables on disk."""
 
 from __future__ import annotations
 
+import csv
+import math
 import os
 import random
 import signal
@@ -22,13 +24,13 @@ import controllers
 import mjbiped
 from mjbiped.control.loading import digest_of
 from mjbiped.engines.mujoco import scene
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.records import measures
 from mjbiped.studies import run as running
 from mjbiped.studies.cell import MEASURES, Cell, Row
-from mjbiped.studies.plan import read_study
-from mjbiped.studies.run import digest, machinery, run
-from mjbiped.studies.store import FILE
+from mjbiped.studies.plan import plan, read_study
+from mjbiped.studies.run import columns_of, digest, machinery, run
+from mjbiped.studies.store import FILE, opened, read_table
 
 ROOT = Path(__file__).parents[2]
 STUDY = """
@@ -253,3 +255,44 @@ def test_every_file_that_a_number_depends_on_is_in_the_digest(place: str, tmp_pa
     assert len({first, second, digest(*parts)}) == (3 if place in COUNTED else 1 if place in LEFT_OUT else 2)
     house, laws = Path(mjbiped.__file__).parent, Path(controllers.__file__).parent
     assert machinery()["sources"] == digest(house, [laws], scene.models_folder())
+
+
+GAINS = [{"name": "adaptive", "gain": 5}, {"name": "passive"}]
+IDENTITY = {
+    "study": {"steps": 3, "robot": {"hip_mass": [5, 10]}, "controller": GAINS},
+    "versions": {"numpy": "2.4"},
+    "sources": "abc",
+}
+COLUMNS = columns_of(plan(Path("study.toml"), {"robot": {"hip_mass": [5, 10, 15]}}))
+
+
+def row(cell: int, **others: object) -> dict[str, object]:
+    return {"cell": cell, "robot.hip_mass": 5.0, "outcome": "finished", **others}
+
+
+def test_rows_come_back_as_they_were_in_order(tmp_path: Path) -> None:
+    third, folder = math.pi / 3.0, tmp_path / "new" / "folder"
+    with opened(folder, "study", COLUMNS, IDENTITY) as store:
+        store.save([row(2, steps=3, cost_of_transport=third), row(1, steps=8)])
+        store.save([row(0, error='no, "gait"\nthere', strikes=0), row(1)])
+        with pytest.raises(RecordError, match="cannot be written"):
+            store.save([row(0), row(2, error=object())])  # none of both
+    with opened(folder, "study", COLUMNS, IDENTITY) as store:
+        rows, path = store.rows(), store.export()
+    assert [each["cell"] for each in rows] == [0, 1, 2]
+    assert (rows[2]["cost_of_transport"], rows[1]["steps"], rows[0]["cost_of_transport"]) == (third, None, None)
+    assert type(rows[2]["steps"]) is int
+    assert read_table(path.with_suffix(".sqlite")) == (rows, {"format": 1, **IDENTITY})
+    with path.open(newline="", encoding="utf-8") as file:
+        texts = list(csv.DictReader(file))
+    assert tuple(texts[0]) == COLUMNS
+    assert float(texts[2]["cost_of_transport"]) == third  # every digit
+    assert (texts[0]["error"], texts[1]["cost_of_transport"]) == ('no, "gait"\nthere', "")
+
+
+def test_one_process_at_a_time(tmp_path: Path) -> None:
+    with opened(tmp_path, "study", COLUMNS, IDENTITY), pytest.raises(InputError, match="another process is at it"):
+        opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True).__enter__()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot make the folder"):
+        opened(tmp_path / "file", "study", COLUMNS, IDENTITY).__enter__()
