@@ -176,9 +176,6 @@ def test_gaits_end_where_two_meet_or_the_foot_touches(robot: Any, walks: float, 
         find_kneed_gait(robot, math.radians(none))
 
 
-# ---- round feet and stops --------------------------------------------------------------------------------------------
-
-
 # ---- trajectories ----------------------------------------------------------------------------------------------------
 
 

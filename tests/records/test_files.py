@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import AdaptiveController, Controller
 from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
@@ -183,14 +183,6 @@ def test_files_that_are_no_records(walk: Walk, tmp_path: Path) -> None:
     ):
         with pytest.raises(RecordError, match=message):
             refused()
-
-
-def test_walk_without_touchdowns(tmp_path: Path) -> None:
-    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial=(-0.3, 0.3, 0.0, 0.0))
-    assert (walk.steps, walk.distance) == (0, 0.0)
-    assert math.isnan(walk.cost_of_transport)
-    walk.save(tmp_path / "walk.npz")
-    assert Walk.load(tmp_path / "walk.npz") == walk
 
 
 class Parts:

@@ -221,10 +221,3 @@ def test_each_group_is_asked_of_its_own_walks() -> None:
         assert asked(others, words, FITTED).holds is True
         assert asked(others, words, BLIND).holds is None
     assert asked(others, "the adaptive controller's c_mt is 0.0350", UNFITTED).holds is True
-    place = dict(zip(("ground", "pattern", "first"), BEST.places[1], strict=True))
-    settled = [
-        made_row(cost, part="table 2", method=method, slope_source="two_point", delay=None, **place)
-        for method, cost in (("PBC", 0.0331), ("ECC", 0.0324), ("KETC", 0.0334))
-    ]
-    answer = asked([*paper_s(), *settled], "stair 1 the adaptive", FITTED)
-    assert answer.found == "PBC 0.0362, ECC 0.0361, KETC 0.0363, adaptive 0.0357"

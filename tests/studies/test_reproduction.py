@@ -226,9 +226,6 @@ def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
     assert write_rows(read_rows(text)) == text
 
 
-# figures
-
-
 # kept walks
 
 

@@ -108,17 +108,6 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     assert "step" in viewed.closed()
 
 
-def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
-    viewed = Viewed(screen, "random:seed=3", "--for", "12")
-    before = viewed.shot(tmp_path / "before.png")
-    viewed.press("Return", "space")
-    time.sleep(3.0)  # until it has taken the new model
-    after = viewed.shot(tmp_path / "after.png")
-    assert not np.array_equal(before, after)
-    assert len(near(after, (0, 115, 180))) > 200  # the robot is in the new ground's window
-    assert "on random, seed 4: walking" in viewed.closed()
-
-
 def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -> None:
     record = tmp_path / "walk.npz"
     walk = mjbiped.walk(controller, mjbiped.Terrain.mixed(), steps=4)
