@@ -73,26 +73,16 @@ PUBLIC: tuple[Callable[..., Any], ...] = (
     *(getattr(mjbiped.Terrain, name) for name in PRESETS),
 )
 
-OF_COMMANDS = {
-    "what is written, and where": "out plot plot_width panels plot_multipliers video video_size no_video report "
-    "parquet trajectories",
-    "what is printed": "json quiet dry_run",
-    "how a long command runs": "fresh quick scheduler clear for",
-}
-"""Options that are of commands alone: Python has other means."""
-
-SAID_OTHERWISE = {
-    "scuffing_reach": "`reach` of the argument `scuffing`",
-    "disturb": "one field of `Disturbances`, so that it may be repeated",
-    "push": "one of the field `pushes`",
-    "flag": "one of the argument `flags`",
-    "model_error": "a factor on a parameter of the model: in Python the model is an object",
-    "reference": "the goal of a search for the field `gait`, in words",
-    "imitate_slope_deg": "the slope of the passive gait that becomes the field `gait`",
-    "points": "how many states stand in a section of the return map, which Python is given",
-    "grid": "how many of `stance_rates` and `swing_rates`, which the command line gives by their ends",
-}
-"""Options that give what is an object or an array in Python, each with the reason."""
+OTHERS = set(
+    (
+        # of commands alone: what is written, what is printed, and how a long command runs
+        "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories "
+        "json quiet dry_run fresh quick scheduler clear for "
+        # what is an object, an array or a field of either in Python
+        "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
+    ).split()
+)
+"""Options that have no name of Python's."""
 
 OF_STUDIES = {*["samples", "plot", "model", "grounds", "seeds", "limits", "margins"]}
 """Keys at the top of study files that neither `walk` nor its engine takes."""
@@ -111,7 +101,6 @@ NAMES = {name for public in PUBLIC for name in taken(public)}
 
 def test_settings_have_the_names_of_python() -> None:
     """With `_deg` where degrees are given; every exception is an option, and no name of Python."""
-    others = {*SAID_OTHERWISE, *" ".join(OF_COMMANDS.values()).split()}
     options = {
         (option.opts[0].removeprefix("--").replace("-", "_"), option.name)
         for command in COMMANDS.values()
@@ -119,12 +108,12 @@ def test_settings_have_the_names_of_python() -> None:
         if isinstance(option, click.Option)
     }
     for written, becomes in options:
-        assert written in others or written.removesuffix("_deg") in NAMES, written
-        assert written == becomes or written in others, written
-    assert others <= {written for written, _ in options}
-    assert not {name.removesuffix("_deg") for name in others} & NAMES
+        assert written in OTHERS or written.removesuffix("_deg") in NAMES, written
+        assert written == becomes or written in OTHERS, written
+    assert {written for written, _ in options} >= OTHERS
+    assert not {name.removesuffix("_deg") for name in OTHERS} & NAMES
     for name in controller_names():
-        assert {key.removesuffix("_deg") for key in settings_of(name) if key not in SAID_OTHERWISE} <= NAMES
+        assert {key.removesuffix("_deg") for key in settings_of(name) if key not in OTHERS} <= NAMES
     arguments = {name for public in (mjbiped.walk, mjbiped.Mujoco, mjbiped.Terrain.random) for name in taken(public)}
     assert {*sweeps.KEYS, *robustness.KEYS} - arguments == OF_STUDIES
     assert {*SCUFFING} <= {*taken(mjbiped.ScuffingRule)}

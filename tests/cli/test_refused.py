@@ -43,6 +43,8 @@ REFUSED = {
     "walk none.csv": "there is no such file",
     "walk incline:slope_deg=50": "steeper than the robot can stand on",
     "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, recorded",
+    "walk stairs:rise": "expected key=value",
+    "walk random:seed=1 --seed 2": "contradicts",
     # controllers and their settings
     "walk --controller pasive": "did you mean 'passive'?",
     "walk --controller spread.py:HipSpred": "did you mean 'HipSpread'",
@@ -53,6 +55,7 @@ REFUSED = {
     "walk --position-gain 3 --gain position_gain=3": "--position-gain is given, too; give one of them",
     "walk --reference height=1": "valid are speed, clearance, retraction, torque_limit, friction",
     "walk --reference clearance=0.1 --imitate-slope-deg 3": "give one of them",
+    "walk --reference clearance=0.1 --controller kinetic-energy": "needs a passive gait",
     # robots
     "walk --robot knee": "unknown robot 'knee'",
     "walk --robot none.xml": "--robot 'none.xml': there is no such file",
@@ -60,6 +63,8 @@ REFUSED = {
     "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round; kneed has no such thing",
     "walk --robot wheel --spokes 4": "'--spokes': '4'; expected a whole number from 5 to 100",
     "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
+    "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
+    "walk --model-error leg_mass=1 --model-error leg_mass=1": "a name is given twice",
     # engines
     "walk --control-period 1.5e-4": "multiple of the timestep",
     "walk --engine hybrid --no-lands": "--no-lands is for --engine mujoco; hybrid has no such thing",
@@ -83,6 +88,11 @@ REFUSED = {
     "export walk.npz scene.xml --robot kneed": "--robot is for a TERRAIN; the record walk.npz has no",
     "report steps.toml": "expected is the folder of its sweep, which is steps unless",
     "report .": "holds no study.sqlite",
+    "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
+    "export level walk.csv": "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv",
+    "report none.npz": "there is no",
+    "report broken.npz": "no walk's record",
+    "report walk.npz --out page.pdf": ".html",
     # gaits and maps
     "gait --slope-deg 0": "no passive gait on a slope of 0 degrees",
     "return-map --robot kneed --scuffing-reach 0.3": "scuffing is for straight legs",
@@ -91,10 +101,15 @@ REFUSED = {
     "bifurcation --robot wheel": "no swing leg",
     "basin --grid 1": "grid",
     "basin --controller spread.py:HipSpread": "HipSpread imitates no gait",
+    "bifurcation --slope-deg 3..2": "the first below the second",
+    "bifurcation --slope-deg 0..2": "slopes must be above 0",
+    "bifurcation --slopes 40000 --keep 600": "--keep times --slopes",
+    "basin --slope-deg -2": "downhill",
     # studies
     "sweep none.toml": "there is no such file",
     "sweep steps.toml --workers 1 --scheduler tcp://x": "--workers is for this machine",
     "reproduce --workers 0": "workers",
+    "reproduce --out bare.toml": "is a file",
     "figures bare.toml/folder": "cannot be made: Not a directory; give another folder",
     "compile spread.py:HipSpread": "is plain Python, of which no machine code is made",
     "compile adaptive --clear": "--clear deletes all machine code; give it alone",

@@ -123,3 +123,16 @@ def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
     short = dataclasses.replace(LEVEL, end=0.1)
     with pytest.raises(InputError, match=r"ends at x = 0\.1 m"):
         export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")
+
+
+def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Path) -> None:
+    """On samples at equal distances too, which share heightfields."""
+    file = tmp_path / "trail.csv"
+    file.write_text("".join(f"{k * 0.1 - 2:.1f},{0.002 * (k % 2)}\n" for k in range(60)))
+    model, _ = exported(tmp_path, mjbiped.Compass(), mjbiped.Terrain.from_file(file), initial="rest")
+    behind = [model.geom(k) for k in range(model.ngeom) if model.geom(k).conaffinity[0] == 1]
+    ahead = [model.geom(k) for k in range(model.ngeom) if model.geom(k).conaffinity[0] == 3]
+    assert max(geom.pos[0] + geom.size[0] for geom in behind if geom.name.startswith("ground")) < 0.2 + 1e-9
+    assert min(geom.pos[0] - geom.size[0] for geom in ahead) > 0.2 - 1e-9
+    assert model.geom("left_foot").contype[0] == 1
+    assert model.geom("right_foot").contype[0] == 2

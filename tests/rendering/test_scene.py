@@ -1,11 +1,13 @@
 """What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, PassiveController
 from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import View
@@ -108,3 +110,11 @@ def test_pixels_of_places(camera: str) -> None:
         found = View.of(model, data, model.camera(camera).id, (320, 240)).pixel(-0.5, 0.3, 0.2)
     # pixels' middles are half a pixel from their corner; a ball off the axis looks a little oval
     assert found == pytest.approx((columns.mean() + 0.5, rows.mean() + 0.5), abs=0.6)
+
+
+def test_no_ghost_where_nothing_is_tracked() -> None:
+    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
+    moments = Moments(walk)
+    assert moments.at(0.1).reference is None
+    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
+    assert Moments(unknown).at(0.1).reference is None

@@ -152,6 +152,8 @@ COUNT = "{ from = 1, to = 2, count = 1001 }"
         ("controller = { position_gain = [5, -1] }", r"cell 1 \(controller.position_gain = -1\): position_gain = "),
         ('controller = { name = ["adaptive", "passive"], position_gain = 3 }', "name = 'passive'.*position_gain"),
         ("scuffing = { reach = [0.1, -1] }", r"cell 1 \(scuffing.reach = -1\).*reach = -1"),
+        ("initial = { q1 = 1 }", "all of q1, q2, dq1, dq2"),
+        ('terrain = { name = "random", slope_deg = { low = 3 } }', "expected {low, high} or {plus_minus}"),
         ('terrain = { name = "stairs", slope_deg = 3 }', "tread, rise, first, count"),
         ('terrain = { name = "random", slope_deg = "3..-3" }', "low end first"),
         (f"controller.position_gain = {COUNT}\nrobot.hip_mass = {COUNT}", f"at most {MOST_CELLS}"),

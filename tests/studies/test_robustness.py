@@ -160,6 +160,8 @@ def test_seeds_walk_on_stretches_of_a_record_beside_the_file(tmp_path: Path) -> 
     [
         ({"sedes": 3}, "unknown key 'sedes'"),
         ({"grounds": ["stairs"]}, "unknown random ground 'stairs'"),
+        ({"grounds": ["treads:seed=1"]}, "leave seed out"),
+        ({"grounds": ["recorded"]}, "needs an elevation file"),
         ({"grounds": ["waves", "waves"]}, "each of them once"),
         ({"limits": {"step up": [0.02, 0.01]}}, "magnitudes must ascend"),
         ({"limits": {"basin": 1}}, "limits.basin = 1: must be a whole number from 2"),

@@ -136,6 +136,8 @@ def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(running, "machinery", lambda: {**machinery(), "sources": "mended" * 20})
     with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
         run(read_study(file), tmp_path / "out")
+    with pytest.raises(MjbipedError, match="install the same versions"):
+        running.walk_one(Cell.row, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
     run(read_study(file), tmp_path / "out", fresh=True)
     file.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
     for slope in (1, 2):

@@ -4,7 +4,9 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.rendering import ELEMENTS
 from mjbiped.viewing import FASTEST, KEYS, SLOWEST, STRIDE, Player
+from mjbiped.viewing import window as words
 from mjbiped.viewing.sources import Replay
 
 
@@ -78,3 +80,12 @@ def test_the_model_is_in_the_record_s_posture(player: Player) -> None:
     assert player.source.data.qpos.tolist() == list(player.source.moment().qpos)
     # in the record both feet are on the ground at a touchdown, so MuJoCo finds contacts
     assert player.source.data.ncon >= 1
+
+
+def test_words_tell_the_state_and_the_end(player: Player) -> None:
+    press(player, "pause")
+    names, values = words.state(player, player.source.moment(), ELEMENTS)
+    assert (names + values).isascii()
+    assert (names.count("\n"), "(paused)" in values) == (values.count("\n"), True)
+    press(player, *["next_touchdown"] * 10)
+    assert words.news(player).startswith("finished")
