@@ -73,16 +73,13 @@ PUBLIC: tuple[Callable[..., Any], ...] = (
     *(getattr(mjbiped.Terrain, name) for name in PRESETS),
 )
 
-OTHERS = set(
-    (
-        # of commands alone: what is written, what is printed, and how a long command runs
-        "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories "
-        "json quiet dry_run fresh quick scheduler clear for "
-        # what is an object, an array or a field of either in Python
-        "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
-    ).split()
+OF_COMMANDS = (
+    "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories",
+    "json quiet dry_run fresh quick scheduler clear for",
 )
-"""Options that have no name of Python's."""
+OF_OBJECTS = "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
+OTHERS = {*" ".join((*OF_COMMANDS, OF_OBJECTS)).split()}
+"""Options that have no name of Python's: of commands alone, and what is an object, an array or a field there."""
 
 OF_STUDIES = {*["samples", "plot", "model", "grounds", "seeds", "limits", "margins"]}
 """Keys at the top of study files that neither `walk` nor its engine takes."""
