@@ -17,7 +17,7 @@ from mjbiped.envs import IDS, TASKS, observation
 from mjbiped.envs.single import WalkEnv
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, MjbipedError
 from mjbiped.rendering.gl import gl_available
 from mjbiped.utils.files import markdown_table
 
@@ -263,3 +263,8 @@ def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -
     with pytest.raises(InputError, match="give settings when"):
         env.set_attr("task", 1)
     env.close()
+
+
+def test_a_step_before_an_episode_is_refused() -> None:
+    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
+        WalkVectorEnv(2).step(np.zeros((2, 2), dtype=np.float32))

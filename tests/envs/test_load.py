@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import mjbiped
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
 from mjbiped.errors import InputError
@@ -184,3 +185,17 @@ except mjbiped.MjbipedError as error:
 def test_where_a_package_is_missing(missing: str, code: str, said: str) -> None:
     program = [sys.executable, "-c", WITHOUT.format(missing=missing, code=code)]
     assert said in subprocess.run(program, capture_output=True, text=True, check=True).stdout
+
+
+def test_each_seed_draws_episodes_of_its_own() -> None:
+    grounds = []
+    for seed in (1, 1, 2):
+        env = load("walk_random", {"random": seed})
+        for _ in range(2):
+            env.reset()
+            grounds.append(env.physics.walk().terrain.x)
+    assert grounds[:2] == grounds[2:4]
+    assert len({*grounds}) == 4
+    same = load("walk_random", {"random": np.random.RandomState(1), "terrain": {"seed": 4}})
+    same.reset()
+    assert same.physics.walk().terrain == mjbiped.Terrain.random(seed=4, length=15.0)

@@ -1,5 +1,6 @@
 """Policies as controllers: their walks are the episodes of their environments, in files too, and in both engines."""
 
+import hashlib
 import json
 import pickle
 import warnings
@@ -13,7 +14,8 @@ from episodes import begun, walked
 from numpy.typing import NDArray
 
 import mjbiped
-from mjbiped.control.registry import controller_from, make_controller
+from mjbiped.control.loading import digest_of, located
+from mjbiped.control.registry import controller_class, controller_from, make_controller, settings_of
 from mjbiped.envs import PolicyController, export_policy
 from mjbiped.envs.observation import bounds
 from mjbiped.envs.policy import OnnxController
@@ -210,3 +212,16 @@ def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) ->
     with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
         export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
     env.close()
+
+
+def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tmp_path: Path) -> None:
+    assert controller_class("policy:walk.onnx") is OnnxController
+    assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
+    (tmp_path / "walk.onnx").write_bytes(b"a policy")
+    reference = located("policy:walk.onnx", tmp_path)
+    assert reference == f"policy:{tmp_path / 'walk.onnx'}"
+    assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
+    with pytest.raises(InputError, match="there is no such file"):
+        digest_of("policy:nowhere.onnx")
+    with pytest.raises(InputError, match="no file describes the controller adaptive"):
+        controller_class("adaptive:walk.onnx")

@@ -1,5 +1,7 @@
 """Steps on arrays against impact maps, MuJoCo's inverse dynamics, and differences; curves, their pieces, the hold."""
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from scipy.interpolate import BPoly
 from mjbiped.gaits.optimisation import evaluate
 from mjbiped.gaits.reference import (
     DEGREE,
+    FALLEN,
+    count_of_pieces,
     curve,
     curve_in_pieces,
     hold,
@@ -221,3 +225,14 @@ def test_it_begins_where_the_step_ends_and_comes_to_rest(end: tuple[float, ...])
     assert one[4] == pytest.approx(0.0, abs=1e-8)  # the stance leg's acceleration, within 0.05 s
     assert two[3] == pytest.approx(0.0, abs=1e-9)  # the swing leg's rate, within 0.1 s, and its acceleration
     assert two[5] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_it_ends_before_the_stance_leg_has_fallen() -> None:
+    pieces = hold(np.array([0.3, -0.3]), np.array([3.0, 0.0]), np.zeros(2), WIDTH, 40)
+    assert len(pieces) == math.floor((FALLEN - 0.3) / (3.0 * WIDTH))
+
+
+def test_pieces_scale_with_the_leg_and_gravity() -> None:
+    assert count_of_pieces(0.8, 1.0, 9.81) == 16
+    assert count_of_pieces(0.8 * 2, 4.0, 9.81) == 16
+    assert count_of_pieces(0.801, 1.0, 9.81) == 17

@@ -93,3 +93,12 @@ def test_walks_without_samples_and_without_steps_have_empty_frames() -> None:
     assert "q_stance" in samples.columns
     assert "controller_state_0" not in flat_samples(walk)
     assert samples.stance.dtype == "int64"
+
+
+def test_without_samples_the_end_is_known() -> None:
+    recorder = Recorder(keep_samples=False)
+    assert recorder.end == (0.0, 0.0)
+    samples = rows_at(width(SAMPLES), 0.1, 0.2)
+    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
+    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
+    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)

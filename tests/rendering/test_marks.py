@@ -19,6 +19,7 @@ from mjbiped.rendering.marks import (
     MOST_GEOMS,
     Scales,
     Sign,
+    arc_sweep,
     draw_marks,
 )
 from mjbiped.rendering.overlay import Chart, Overlay, Pixels, View
@@ -129,6 +130,7 @@ def test_arcs_turn_as_the_torque_and_grow_with_it(colour: tuple[float, float, fl
     assert all(one[0] < next_[0] for one, next_ in pairwise(sizes))
     assert sizes[-1][1] > sizes[-3][1]
     assert sizes[-1][0] == pytest.approx(math.radians(300.0))
+    assert arc_sweep(0.25) == pytest.approx(math.radians(150.0))  # the area is the torque
 
 
 @pytest.mark.parametrize("force", [(0.0, 98.1), (30.0, 80.0), (-30.0, 120.0)])
@@ -241,3 +243,13 @@ def test_the_cursor_goes_with_time_and_the_rest_stands(walk: Walk) -> None:
     assert columns[2] - columns[0] == pytest.approx(0.5 * (columns[3] - columns[0]), abs=1.0)
     changed = (frames[0] != frames[2]).any(axis=2).any(axis=0)
     assert changed.sum() <= 2  # a column each
+
+
+def test_long_walks_have_pages(walk: Walk) -> None:
+    end = float(walk.samples["time"][-1])
+    assert 20.0 < end < 40.0
+    chart = Chart(walk, 0.0, end, *SIZE)
+    columns = [cursor(drawn(chart, time)) for time in (0.0, 0.49 * end, 0.51 * end, end)]
+    assert columns[0] < columns[2] < columns[0] + 20
+    assert columns[3] - 20 < columns[1] < columns[3]
+    assert (drawn(chart, 0.0) != drawn(chart, end)).any(axis=2).sum() > 500

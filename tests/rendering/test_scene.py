@@ -1,6 +1,7 @@
 """What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
 import dataclasses
+import math
 
 import mujoco
 import numpy as np
@@ -118,3 +119,11 @@ def test_no_ghost_where_nothing_is_tracked() -> None:
     assert moments.at(0.1).reference is None
     unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
     assert Moments(unknown).at(0.1).reference is None
+
+
+def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
+    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
+    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
+    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
+    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
+    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0

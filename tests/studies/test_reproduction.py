@@ -12,12 +12,15 @@ from reproduction_rows import changed, made_row
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
+from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction import section_5 as paper
+from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
 
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
@@ -265,3 +268,30 @@ def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.
     assert mjbiped.Walk.load(kept[0]) == first
     results(tmp_path, [], fresh=True)
     assert not any(path.exists() for path in kept)
+
+
+def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
+    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
+    for second, truths in ((walk, 1), (other, 2)):
+        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
+        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
+        for axes in figure.axes:
+            lines = [line for line in axes.lines if "from" in str(line.get_label())]
+            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
+            for line in lines:
+                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
+            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
+
+
+def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
+    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
+    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
+    assert "no re-planning" in titles[2]
+    low, high = figure.axes[1].get_ylim()
+    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
+    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
+    labels = [line.get_label() for line in figure.axes[0].lines]
+    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)

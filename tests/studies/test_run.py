@@ -298,3 +298,14 @@ def test_one_process_at_a_time(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot make the folder"):
         opened(tmp_path / "file", "study", COLUMNS, IDENTITY).__enter__()
+
+
+@pytest.mark.slow
+def test_worker_processes_load_a_controllers_file(own: Path, tmp_path: Path) -> None:
+    rows, *_ = run(read_study(own), tmp_path / "out", workers=1)
+    assert [row["outcome"] for row in rows] == ["finished"] * 3
+    law = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
+    own_controllers.write(tmp_path, "laws/spread.py", law)
+    rows, *_ = run(read_study(own), tmp_path / "again", workers=1)
+    assert rows[0]["outcome"] == "failed"
+    assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3" in rows[0]["error"]

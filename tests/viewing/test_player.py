@@ -83,6 +83,9 @@ def test_the_model_is_in_the_record_s_posture(player: Player) -> None:
 
 
 def test_words_tell_the_state_and_the_end(player: Player) -> None:
+    for _ in range(6):
+        player.tick(0.2)  # of which a frame makes up for half
+    assert "(reached 0.5 x)" in words.state(player, player.source.moment(), ())[1]
     press(player, "pause")
     names, values = words.state(player, player.source.moment(), ELEMENTS)
     assert (names + values).isascii()
