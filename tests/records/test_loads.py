@@ -89,6 +89,7 @@ def test_no_foot_is_long_enough_where_the_ground_must_pull() -> None:
     times[0], times[HALF] = 0.5, 9.5
     assert shortest_foot(times, 10.0, 0.005, 0.3, 1.0, 0.94) < 0.4
     assert shortest_foot(times, 10.0, 0.005, 0.3, 1.0) == math.inf
+    assert shortest_foot(times[::-1], 10.0, 0.3, 0.005, 1.0) == math.inf
     assert math.isnan(shortest_foot(unknown(), 10.0, 0.1, 0.1, 1.0))
 
 
