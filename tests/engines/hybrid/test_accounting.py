@@ -5,33 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
-from mjbiped.engines.hybrid.accounting import _total_variation, _turns
+from mjbiped.engines.hybrid.accounting import _total_variation
 
 ONE: Any = SimpleNamespace(size=1)
-
-
-def rates(power: np.polynomial.Polynomial) -> Any:
-    """What a step leaves of a power: that of its stages, of which eight are looked at."""
-    k = [[0.0] for _ in range(STAGES_WITH_DENSE)]
-    for stage, place in zip(IN_ORDER, PLACES, strict=True):
-        k[stage] = [float(power(place))]
-    return SimpleNamespace(k=k)
-
-
-@given(st.floats(0.03, 0.97), st.floats(1e-3, 0.2), st.floats(-3.0, 3.0), st.sampled_from([-1.0, 1.0]))
-@settings(deadline=None, derandomize=True)
-def test_two_changes_of_sign_between_two_stages_are_seen(middle: float, width: float, tilt: float, sign: float) -> None:
-    first, last = middle - width / 2.0, middle + width / 2.0
-    assume(first > 0.0 and last < 1.0)
-    dip = np.polynomial.Polynomial.fromroots([first, last])
-    shape = dip + 0.02 * tilt * dip**2
-    assert _turns(ONE, rates(sign * shape), 0, 0.1)
 
 
 def test_absolute_work_is_that_of_a_fine_quadrature() -> None:

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulations import started
-from standing import begun, constants, standing_at
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController
 from mjbiped.engines.mujoco import feet
-from mjbiped.engines.mujoco.constants import sole_angle
 from mjbiped.engines.mujoco.feet import Felt, felt
 from mjbiped.robots.footed import FootedCompass
 
@@ -42,19 +39,6 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
     walk = mjbiped.walk(AdaptiveController(robot, GAIT), mjbiped.Terrain.incline(-2.0), engine="mujoco", steps=3)
     assert walk.samples["ankle_asked"].tobytes() == walk.samples["torque"][:, 0].tobytes()
     assert np.abs(walk.samples["slope"] - math.radians(-2.0)).max() > 0.01
-
-
-def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
-    """A foot that landed on an edge turns to it; what holds it parallel to the ground so far must give."""
-    simulation = started(LAW, mjbiped.Terrain.level())
-    constants, u = simulation.constants, simulation.state
-    leg, torques = constants.legs[1], []
-    for error in (0.0, 0.5, 1.0, 3.0, -3.0):
-        u.q[leg.sole] += error * feet.PLAUSIBLE - sole_angle(leg, u.q)
-        torques.append(feet.swing_foot_torque(constants, u))
-    half, full, far, other = (torque - torques[0] for torque in torques[1:])
-    assert full == far == pytest.approx(2.0 * half, rel=1e-12)
-    assert other == pytest.approx(-full, rel=1e-12)
 
 
 def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
@@ -132,54 +116,3 @@ def test_a_face_presses_and_is_no_ground() -> None:
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
     assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
     assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
-
-
-def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
-    """Of contacts on level ground, by place ahead of the ankle, normal force, and friction; an empty slot is old."""
-    data: list[float] = []
-    for found, x, force, friction in ((1.0, -0.1, 30.0, 5.0), (1.0, 0.12, 70.0, -9.0), (0.0, 0.5, 11.0, 13.0)):
-        data += [found, force, 0.0, friction, -1e-6, 0.3 + x, 0.0, 0.1, 0.0, 0.0, -1.0]
-    borne = felt_in(data, q=(0.3, 0.1), sole=3)
-    assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
-    assert borne.behind == pytest.approx(0.1)
-    assert borne.ahead == pytest.approx(0.12)
-    assert borne.shear == pytest.approx(-4.0)
-
-
-def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
-    """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
-    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
-    u.effective_step, u.torque[0] = 1e-3, 4.0
-    count = math.ceil(c.averaged / 1e-3 - 1e-9)
-    forces = [60.0 + 2.0 * k for k in range(count - 1)]
-    for force in [*forces, 0.0]:
-        u.force = force
-        feet.weigh(c, u, u.torque[0])
-    assert u.normal_force == math.inf  # it ends out of contact: not yet
-    u.force = 100.0
-    feet.weigh(c, u, u.torque[0])
-    average = (sum(forces) + 100.0) / (count + 1)
-    assert u.normal_force == pytest.approx(average)
-    assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
-    assert sum(u.pressure[2:]) == pytest.approx((count + 1) * 1e-3)
-    assert u.stretch == u.impulse == u.ankle_impulse == 0.0
-    u.force = 0.0
-    for k in range(math.ceil(c.airborne / 1e-3 - 1e-9)):
-        assert u.normal_force > 0.0, k
-        feet.weigh(c, u, u.torque[0])
-    assert u.normal_force == 0.0
-
-
-def test_friction_counts_that_lasts() -> None:
-    """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
-    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
-    for step, ratio, expected in (
-        (1e-5, 0.8, 0.0),
-        (1e-3, 0.3, 0.3),
-        (1e-3, 0.4, 0.4),
-        (1e-3, 0.2, 0.4),
-        (1e-5, 0.8, 0.4),
-    ):
-        u.effective_step, u.ratio = step, ratio
-        feet.weigh(c, u, u.torque[0])
-        assert u.friction == expected

@@ -1,19 +1,16 @@
 """The biped with knees in MuJoCo: its motors at touchdowns, stubs, faces, and steps that lead to gaps."""
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 from simulations import started
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import make_controller
-from mjbiped.engines.mujoco.state import State
-from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
+from mjbiped.engines.mujoco.step_size import Lengths, sooner
 from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
@@ -94,26 +91,6 @@ def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> Non
 
 def test_friction_is_the_feets() -> None:
     assert walked(2, disturbances=mjbiped.Disturbances(friction=0.05)).outcome == "slipped"
-
-
-def test_steps_that_lead_to_a_gap() -> None:
-    """A gap that closes at an even rate is reached exactly, by steps that become shorter, whatever is left of it."""
-    for start in (0.01, 0.0123, 0.5e-3, 3e-6):
-        left, planned, steps = start, 1e-3, 0
-        while True:
-            u = State()
-            steps_of: Any = SimpleNamespace(longest=1e-3, shortest=1e-5)
-            u.planned = planned
-            lengths = approach(lambda _, __, t, gap=left: gap - t, 0.0, steps_of, u)
-            left -= lengths.length
-            steps += 1
-            assert left > -1e-12
-            if lengths.reached:
-                break
-            planned = lengths.following
-        assert left == pytest.approx(0.0, abs=1e-9)  # the shortest step
-        assert lengths.following == 1e-5
-        assert steps < 20
 
 
 def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> None:
