@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from law_rooms import parameters_of, tracking_torque
 
 import mjbiped
 from controllers import KneedController
@@ -103,23 +102,6 @@ def test_errors_obey_linear_equations_where_model_and_slope_are_true(
     z2 = inverse @ (dz + 5.0 * z)
     parts = [z2 @ gravity(angle) for angle in (math.pi / 2, 0.0)]
     assert torque[3:] == pytest.approx(0.3 * np.array(parts), abs=1e-10)
-
-
-@given(STATES)
-@settings(deadline=None)
-def test_a_locked_knee_is_driven_by_the_compass_bipeds_law(away: tuple[float, ...]) -> None:
-    robot, table_one = mjbiped.KneedBiped.halved_rods(), mjbiped.Compass()
-    law = KneedController(robot, GAIT)
-    memory, t = memory_at(law), 0.4
-    law.on_knee_strike(memory, t, (0.0,) * 3, (0.0,) * 3)
-    stance, swing, _ = tracked(law, memory, t)
-    q1, q2, dq1, dq2 = away[:4]
-    angles, rates, accelerations = (np.array(pair) for pair in zip(stance, swing, strict=True))
-    state = np.array([q1, q2]), np.array([dq1, dq2])
-    estimate = memory[0], memory[1]
-    expected = tracking_torque(parameters_of(table_one), (angles, rates, accelerations), *state, estimate)
-    found = law.torque(memory, t, (q1, q2, q2), (dq1, dq2, dq2))
-    assert found[:2] == pytest.approx(expected, abs=1e-10)  # the same sums in another order, of 1e2 N m
 
 
 @pytest.mark.parametrize("replanning", ["paper", "additive"])

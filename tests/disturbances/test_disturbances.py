@@ -12,7 +12,7 @@ from scipy import stats
 from simulations import make_simulation
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import PassiveController
 from mjbiped.cli.walkers import disturbances_of, model_of
 from mjbiped.disturbances import chance
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
@@ -137,18 +137,6 @@ def test_friction_goes_along_with_a_window_of_the_ground() -> None:
         assert simulation.model.geom_friction[feet, 0].tolist() == [0.3, 0.3]
         simulation.data.qpos[0] = simulation.inside[1] + 0.1
         assert simulation.move_on()
-
-
-def test_a_step_in_which_the_ground_would_have_to_pull_is_marked(controller: AdaptiveController) -> None:
-    """A push forward on a leg that leans forward: the hybrid engine's foot stays all the same, MuJoCo's leaves it."""
-    given: Any = {"steps": 4, "disturbances": Disturbances(pushes=((0.65, 20.0),), push_duration=0.1)}
-    level = mjbiped.Terrain.level()
-    hybrid, mujoco = (mjbiped.walk(controller, level, engine=each, **given) for each in ("hybrid", "mujoco"))
-    assert hybrid.ground_pulls.tolist() == [True, True, False, False]
-    assert (hybrid.touchdowns["normal_force"][hybrid.ground_pulls] < 0.0).all()
-    assert hybrid.summary()["steps_that_pull"] == 2
-    assert mujoco.ground_pulls.tolist() == [True]
-    assert mujoco.outcome == "slipped"
 
 
 @pytest.mark.parametrize("seed", [0, 2**63 + 5])

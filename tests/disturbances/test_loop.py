@@ -14,7 +14,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Disturbances, KneedBiped, Terrain, Walk
-from mjbiped.control.controller import Law, Memory
+from mjbiped.control.controller import Memory
 from mjbiped.disturbances.loop import SampledController
 
 ENGINES = ("mujoco", "hybrid")
@@ -98,24 +98,6 @@ def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees
     together = mjbiped.walk_many(adaptive(knees), ground, engine=engine, steps=4, disturbances=each, workers=2)
     assert together[0] == first
     assert together[0] != together[1]
-
-
-@each_case
-def test_plain_python_walks_as_compiled(engine: str, knees: bool) -> None:
-    """Bitwise in MuJoCo; in the hybrid engine the integrator may round products otherwise (docs/hybrid.md)."""
-    law = adaptive(knees)
-
-    class InPython(type(law)):  # type: ignore[misc]  # of either class
-        def law(self) -> Law | None:
-            return None
-
-    ours, theirs = (
-        walked(engine, NOISY, knees, steps=2, controller=each) for each in (law, InPython(law.robot, law.gait))
-    )
-    for name in ("q", "dq", "torque"):
-        # an encoder's step of 1e-3 rad does not decide here
-        tolerance = 0.0 if engine == "mujoco" else 1e-9
-        np.testing.assert_allclose(ours.samples[name], theirs.samples[name], rtol=tolerance, atol=tolerance)
 
 
 @each_case

@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from lagrange import Body, lagrange
+from lagrange import RELATIVE, Body, close, lagrange
 
 from mjbiped.robots.compass import Array, Compass, acceleration
 
@@ -19,21 +17,6 @@ ROBOTS = [
     Compass(hip_mass=10.0, leg_inertia=0.0),
     Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62),
 ]
-
-# rounding of a few dozen operations; the terms differ by at most a factor of about 1e2
-RELATIVE = 1e-12
-
-angles = st.floats(-1.5, 1.5)
-rates = st.floats(-8, 8)
-compasses = st.builds(
-    Compass,
-    leg_mass=st.floats(0.1, 50),
-    hip_mass=st.floats(0, 50),
-    lower_length=st.floats(0.05, 2),
-    upper_length=st.floats(0.05, 2),
-    leg_inertia=st.none() | st.floats(0, 5),
-    gravity=st.floats(1, 20),
-)
 
 
 @cache
@@ -87,12 +70,6 @@ def value(name: str, robot: Compass, q: Array, dq: Array, slope: float) -> Array
     return np.squeeze(np.asarray(derived()[name]((*numbers, robot.gravity, slope), q.tolist(), dq.tolist())))
 
 
-def close(actual: object, expected: object, scale: float | None = None, relative: float = RELATIVE) -> None:
-    """Equal to `relative` of the largest expected entry (or of `scale`)."""
-    size = float(np.max(np.abs(np.asarray(expected)))) if scale is None else scale
-    np.testing.assert_allclose(np.asarray(actual), np.asarray(expected), rtol=0, atol=relative * size)
-
-
 def states(count: int = 50) -> list[tuple[Array, Array, float]]:
     random = np.random.default_rng(7)
     return [
@@ -128,36 +105,6 @@ def test_acceleration_solves_the_equation_of_motion(robot: Compass) -> None:
         ddq = accelerate(robot, q, dq, slope, force)
         expected = np.linalg.solve(value("M", robot, q, dq, slope), force - value("h", robot, q, dq, slope))
         close(ddq, expected, relative=1e-11)  # the mass matrix's condition number is up to 30
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_torques_change_the_energy_by_their_power(robot: Compass) -> None:
-    for q, dq, slope in states(10):
-        tau = np.array([1.7, 0.8])
-        force = robot.input_matrix @ tau
-        ddq = accelerate(robot, q, dq, slope, force)
-        step = 1e-5
-        ahead = robot.energy(q + step * dq, dq + step * ddq, slope)
-        behind = robot.energy(q - step * dq, dq - step * ddq, slope)
-        power = tau[0] * dq[0] + tau[1] * (dq[1] - dq[0])
-        # differences: rounding 1e-14 of some 100 J over 1e-5 s, truncation 1e-10 times the third derivative (1e4 W/s^2)
-        assert (ahead - behind) / (2 * step) == pytest.approx(power, abs=1e-5)
-
-
-@given(compasses, angles, angles, rates, rates)
-@settings(deadline=None, derandomize=True)
-def test_mass_is_positive_and_its_derivative_less_twice_coriolis_is_skew(
-    robot: Compass, q1: float, q2: float, dq1: float, dq2: float
-) -> None:
-    q, dq = np.array([q1, q2]), np.array([dq1, dq2])
-    M = robot.mass_matrix(q)
-    assert np.array_equal(M, M.T)
-    assert np.linalg.eigvalsh(M).min() > 0
-    step = 1e-5
-    change = (robot.mass_matrix(q + step * dq) - robot.mass_matrix(q - step * dq)) / (2 * step)
-    skew = change - 2 * robot.coriolis_matrix(q, dq)
-    # differences: truncation step^2 (dq1 - dq2)^3 / 6 < 1e-7 of the coupling, rounding 1e-11 of it
-    np.testing.assert_allclose(skew + skew.T, 0, atol=3e-7 * robot.constants[1])
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
