@@ -32,8 +32,6 @@ from mjbiped.rendering import gl, video
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.presets import PRESETS
 
-KNEED = mjbiped.KneedBiped()
-
 Asked = tuple[Controller, mjbiped.Terrain, dict[str, Any]]
 
 

@@ -24,13 +24,6 @@ NEAR = st.floats(-0.3, 0.3)
 STATES = st.tuples(*[NEAR] * 6)
 
 
-class Plain(KneedController):
-    """As a user's own class would come: without functions to compile."""
-
-    def law(self) -> None:  # type: ignore[override]
-        return None
-
-
 def tracked(law: KneedController, memory: list[float], t: float) -> Array:
     """Angle, rate and acceleration (columns) of stance leg, swing thigh and swing shank (rows) that are tracked."""
     return np.array(law.reference_of(memory, t)).T
@@ -162,7 +155,7 @@ def test_the_branches_are_the_gait() -> None:
 
 def test_level_ground_costs_the_sine_of_the_slope() -> None:
     """Exact tracking, as without knees; the prototype's 0.0439 is of all sixty steps."""
-    walk = mjbiped.walk(Plain(ROBOT, GAIT), Terrain.level(), engine="hybrid", steps=12, sample_period=None)
+    walk = mjbiped.walk(KneedController(ROBOT, GAIT), Terrain.level(), engine="hybrid", steps=12, sample_period=None)
     assert walk.outcome == "finished"
     work, x = (np.diff(walk.touchdowns[name][[6, 11]])[0] for name in ("work_net", "x"))
     # the estimator's error of the first steps is forgotten by a factor of some 0.1 per step
@@ -172,7 +165,7 @@ def test_level_ground_costs_the_sine_of_the_slope() -> None:
 
 
 def test_no_torque_on_the_gaits_own_slope() -> None:
-    law = Plain(ROBOT, GAIT, initial_slope_estimate=GAIT.slope)
+    law = KneedController(ROBOT, GAIT, initial_slope_estimate=GAIT.slope)
     walk = mjbiped.walk(law, Terrain.incline(2.5), engine="hybrid", steps=3, sample_period=None)
     assert walk.peak_torque.max() < 1e-4  # N m: of the branches' 1e-6 rad/s^2 times 15 kg m^2, and the strike's 1e-10 s
 

@@ -28,7 +28,6 @@ RELATIVE, ABSOLUTE = 1e-12, 1e-12
 
 FOUR = st.lists(st.floats(-1.2, 1.2), min_size=4, max_size=4).map(np.array)
 RATES = st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4).map(np.array)
-SLOPES = st.floats(-0.3, 0.3)
 
 
 @cache

@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import mujoco
@@ -109,14 +108,11 @@ def making_a_list(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: 
     [
         ({"terrains": [Terrain.level()] * 3}, "2 of controllers, 3 of terrains"),
         ({"initial": ["rest"] * 3}, "3 of initial"),
-        ({"workers": 0}, "workers"),
         ({"workers": True}, "workers"),
         ({"controllers": [PassiveController(), None]}, "walk 1 of 2 .*controllers.Controller"),
         ({"terrains": "mixed", "controllers": PassiveController()}, "walk 0 of 1 .*Terrain"),
         ({"terrains": [Terrain.incline(2.0), Terrain.level()]}, "walk 1 of 2 .*no passive gait"),
         ({"initial": ["rest", "sleeping"]}, "walk 1 of 2 .*sleeping"),
-        ({"engine": "bullet"}, "bullet"),
-        ({"engine": mjbiped.Mujoco}, r"Mujoco\(\)"),
         ({"engine": "hybrid", "sample_period": 1e-9}, "sample_period"),
     ],
 )
@@ -253,27 +249,6 @@ def test_warnings_go_to_the_walk_that_they_are_of(controller: AdaptiveController
     assert walks[0] == walks[2] == mjbiped.walk(controller, Terrain.level(), steps=1)
     assert (bool(walks[0].settings["warnings"]), bool(walks[1].settings["warnings"])) == (False, True)
     assert walks[1] == mjbiped.walk(wild, Terrain.level(), steps=1)
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("install", [mujoco.set_mju_user_warning, mujoco.set_mjcb_control], ids=["warning", "control"])
-def test_walks_in_threads_are_the_same_beside_somebodys_function(install: Any, controller: AdaptiveController) -> None:
-    """A scene that is built in one thread once took the control from the walks of the others, or ended the process."""
-    before, walks = mujoco.get_mju_user_warning(), list[mjbiped.Walk]()
-    alone = mjbiped.walk(controller, Terrain.level(), steps=1)
-    install(lambda *_: None)
-    try:
-        walk = partial(mjbiped.walk, controller, Terrain.level(), steps=1)
-        threads = [threading.Thread(target=lambda: walks.extend(walk() for _ in range(4))) for _ in range(4)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-    finally:
-        mujoco.set_mju_user_warning(before)
-        mujoco.set_mjcb_control(None)
-    assert len(walks) == 16
-    assert all(each == alone for each in walks)
 
 
 def test_walks_inside_a_controller_are_refused() -> None:

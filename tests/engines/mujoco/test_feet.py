@@ -1,4 +1,4 @@
-"""What MuJoCo's feet feel, how that is averaged, and feet that are bodies: when they stand, and how they are held."""
+"""What feet of MuJoCo feel; feet that are bodies: when they stand, how they are held, and faults that were mended."""
 
 import math
 from types import SimpleNamespace
@@ -10,15 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mjbiped
-from controllers import AdaptiveController, BoundedAnkleController
+from controllers import AdaptiveController, BoundedAnkleController, SupervisedController
 from mjbiped.engines.mujoco import feet
 from mjbiped.engines.mujoco.feet import Felt, felt
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
-LAW = BoundedAnkleController(ROBOT, GAIT)
-SHORT = 1e-4  # s: the engine's longest step with feet
 
 
 def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
@@ -83,11 +82,11 @@ def reading(found: bool, tilt: float, force: tuple[float, float], distance: floa
     return [float(found), force[0], 17.0, force[1], distance, 0.0, 0.0, 0.0, *normal]
 
 
-def felt_in(readings: list[float], before: int = 0, q: tuple[float, float] = (0.0, 0.0), sole: int = -1) -> Felt:
+def felt_in(readings: list[float], before: int = 0) -> Felt:
     """What a foot under a straight leg feels whose readings begin behind others."""
-    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
     c: Any = SimpleNamespace(slots=len(readings) - before)
-    u: Any = SimpleNamespace(q=[*q, 0.0, 0.0])
+    u: Any = SimpleNamespace(q=[0.0] * 4)
     return felt(c, u, readings, leg)
 
 
@@ -116,3 +115,64 @@ def test_a_face_presses_and_is_no_ground() -> None:
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
     assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
     assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
+
+
+SOLE = (0.12, 0.12)
+FLAT = mjbiped.Compass(sole=SOLE)
+LEVEL = mjbiped.Terrain.level()
+
+
+def supervised(robot: mjbiped.Compass) -> SupervisedController:
+    return SupervisedController(robot, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
+
+
+def stepped_up(place: float, rise: float, steps: int = 2, **feet: Any) -> mjbiped.Walk:
+    """A walk from level ground over a step up, whose first foothold is at 0.393 m."""
+    robot, ground = mjbiped.FootedCompass(sole=SOLE, **feet), mjbiped.Terrain.from_segments
+    law = supervised(robot)
+    return mjbiped.walk(law, ground([(place, 0.0, 0.0), (8.0, 0.0, rise)]), engine="mujoco", steps=steps)
+
+
+def test_a_pad_that_comes_down_along_a_riser_is_not_gripped() -> None:
+    """The toe slides down the face and stands before it; it was held by 1000 weights until the robot fell."""
+    walk = stepped_up(0.512, 0.008)
+    assert (walk.outcome, walk.steps) == ("finished", 2)
+    assert walk.touchdowns["contact_force"].max() < 2.0 * walk.robot.weight
+    assert walk.touchdowns["x"][0] + SOLE[1] == pytest.approx(0.512, abs=1e-4)
+    assert SQUEEZING_WORDS not in walk.settings["warnings"]
+    assert walk.settings["warnings"][INTRUSION_WORDS] == 1  # the step's edge stands beside the toe
+    assert walk.touchdowns["intrusion"][0] == pytest.approx(0.008, abs=2e-4)
+
+
+def test_a_box_with_an_edge_beside_its_ankle_stands() -> None:
+    """It bears the robot on 3 mm ahead of the ankle; it never became the stance foot, and slipped."""
+    walk = stepped_up(0.3935, 0.01, underside="box")
+    assert walk.outcome != "slipped"
+    assert walk.steps >= 1
+    assert walk.touchdowns["support_ahead"][0] < 0.005
+
+
+@pytest.mark.parametrize("underside", ["pads", "box"])
+@pytest.mark.parametrize("change", [-3.0, 3.0])
+def test_a_foot_slaps_in_both_engines_on_ground_of_another_slope(change: float, underside: str) -> None:
+    """Heel or toe comes down first; the hybrid engine's foot lay flat at once, and its rates were off by up to 3.3 %.
+
+    0.5 % is the goal that was set; at the engine's usual 0.1 ms MuJoCo's rates before are 0.7 % from those at 20 us.
+    """
+    robot = mjbiped.FootedCompass(sole=SOLE, underside=underside)
+    ground = mjbiped.Terrain.from_segments([(0.2, 0.0, 0.0), (8.0, change, 0.0)])
+    engines = "hybrid", mjbiped.Mujoco(timestep=2e-5)
+    here, there = (mjbiped.walk(supervised(robot), ground, engine=engine, steps=1) for engine in engines)
+    for column in ("dq", "dq_before"):
+        rates, expected = here.touchdowns[column], there.touchdowns[column]
+        np.testing.assert_allclose(rates, expected, atol=0.005 * np.abs(expected).max())
+    np.testing.assert_allclose(here.touchdowns["slap"], there.touchdowns["slap"], atol=3e-4)
+    assert here.touchdowns["slap"][0] > 0.01
+
+
+def test_states_of_a_controller_have_no_bias() -> None:
+    """They are integrated by the mean of both ticks' rates; by the earlier one alone 0.0248 degrees, and 0.04 mm."""
+    law = BoundedAnkleController(FLAT, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
+    walks = {name: mjbiped.walk(law, LEVEL, engine=name, steps=4) for name in ("mujoco", "hybrid")}
+    assert np.abs(walks["mujoco"].samples["slope_estimate"]).max() < math.radians(0.002)
+    np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], rtol=0, atol=2e-5)
