@@ -15,9 +15,15 @@ from simulations import UNEQUAL
 from mjbiped.dynamics.linkage import Motion, room
 from mjbiped.dynamics.modes import bend_stance_knee, bent_leg, land
 from mjbiped.robots.chain import Array
+from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
+COMPASSES = [
+    Compass(),
+    Compass(hip_mass=10.0, leg_inertia=0.0),
+    Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62),
+]
 
 
 @cache
@@ -45,9 +51,19 @@ def derived(n: int) -> dict[str, Callable[..., object]]:
     ]
     free, velocities = sp.Matrix([*foot, *q]), sp.Matrix([*dfoot, *dq])
     laws = lagrange(free, velocities, bodies, g)
-    pinned = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}
+    pinned, M = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}, laws["M"][2:, 2:]
+    by_christoffel = sp.Matrix(
+        2,
+        2,
+        lambda k, j: sum(
+            (sp.diff(M[k, j], q[i]) + sp.diff(M[k, i], q[j]) - sp.diff(M[i, j], q[k])) * dq[i] / 2 for i in range(2)
+        ),
+    )
     expressions = {
-        "M": laws["M"][2:, 2:],
+        "M": M,
+        "T": laws["T"].subs(pinned),
+        "C": by_christoffel,  # of two segments
+        "g": laws["g"][2:, :].subs(pinned),
         "h": (laws["h"] + laws["g"])[2:, :].subs(pinned),
         "V": laws["V"].subs(pinned),
         "swing_foot": swing_foot.subs(pinned),
@@ -58,9 +74,12 @@ def derived(n: int) -> dict[str, Callable[..., object]]:
     return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}
 
 
-def value(name: str, robot: KneedBiped, q: Array, rates: Array, slope: float = 0.0) -> Array:
+def value(name: str, robot: KneedBiped | Compass, q: Array, rates: Array, slope: float = 0.0) -> Array:
     """One of `derived`; the rates are of the angles, or of the stance foot's place and then of the angles."""
     numbers = [getattr(robot, name) for name in robot.numbers()]
+    if isinstance(robot, Compass):  # its legs are thighs, and shanks of no length
+        mass, hip, _, upper, inertia, gravity = numbers
+        numbers = [mass, 0.0, hip, robot.leg_length, 0.0, upper, 0.0, inertia, 0.0, gravity]
     whole = rates if len(rates) > len(q) else np.concatenate([np.zeros(2), rates])
     return np.squeeze(np.asarray(derived(len(q))[name]((*numbers, slope), q.tolist(), whole.tolist())))
 
@@ -72,22 +91,51 @@ def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
     ]
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
-def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None:
+@pytest.mark.parametrize(
+    ("robot", "n"),
+    [
+        *((robot, 2) for robot in [*COMPASSES, *ROBOTS]),
+        *(pytest.param(robot, n, marks=[pytest.mark.slow] * (n == 4)) for robot in ROBOTS for n in (3, 4)),
+    ],
+)
+def test_equations_follow_from_the_lagrangian(robot: KneedBiped | Compass, n: int) -> None:
     chain = robot.chains[n]
     greatest = 25 * float(np.abs(chain.weights).sum()) + float(np.abs(chain.moments).sum())
     for q, dq, slope in states(n):
         M, h = value("M", robot, q, dq, slope), value("h", robot, q, dq, slope)
         close(robot.mass_matrix(q), M)
         close(robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope), h, scale=greatest)
+        close(robot.gravity_vector(q, slope), value("g", robot, q, dq, slope), scale=greatest)
+        close(robot.kinetic_energy(q, dq), value("T", robot, q, dq, slope), scale=greatest)
         close(robot.potential_energy(q, slope), value("V", robot, q, dq, slope), scale=greatest)
+        if n == 2:
+            close(robot.coriolis_matrix(q, dq), value("C", robot, q, dq, slope), scale=greatest)
         # the condition number of M is up to 1e3
         expected = np.linalg.solve(M, -h)
         close(chain.free_motion(q, dq, slope), expected, relative=1e-10)
         foot = value("swing_foot", robot, q, dq, slope)  # x and z; along the ground and normal to it:
         turn = np.array([[math.cos(slope), -math.sin(slope)], [math.sin(slope), math.cos(slope)]])
         close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
+
+
+@pytest.mark.parametrize("robot", COMPASSES)
+def test_the_compass_bipeds_short_equations_and_its_impact(robot: Compass) -> None:
+    """The acceleration, and the plastic impulse that stops the swing foot of the free robot."""
+    for q, dq, slope in states(2, 50):
+        M, h = value("M", robot, q, dq, slope), value("h", robot, q, dq, slope)
+        force = robot.input_matrix @ [3.0, -2.0]
+        state = map(float, (*q, *dq, math.sin(slope), math.cos(slope), *force))
+        # the mass matrix's condition number is up to 30
+        close(acceleration(robot.constants, *state), np.linalg.solve(M, force - h), relative=1e-11)
+        M, Jc = (value(name, robot, q, dq, slope) for name in ("free_mass", "swing_foot_jacobian"))
+        before = np.array([0.0, 0.0, *dq])
+        weighted = np.linalg.solve(M, Jc.T)
+        after = before - weighted @ np.linalg.solve(Jc @ weighted, Jc @ before)
+        q_plus, dq_plus = robot.impact(q, dq)
+        np.testing.assert_array_equal(q_plus, q[::-1])
+        # two linear systems with condition numbers up to 1e2 each
+        close(dq_plus[::-1], after[2:], scale=float(np.abs(before).max()), relative=1e-11)
+        assert robot.kinetic_energy(q_plus, dq_plus) <= robot.kinetic_energy(q, dq) * (1 + RELATIVE)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -148,3 +149,24 @@ def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
         robot_named("kneed", {"leg_mass": 3.0})
     with pytest.raises(InputError, match="unknown robot 'knead'"):
         robot_named("knead", {})
+
+
+def test_defaults_are_table_one() -> None:
+    robot = mjbiped.Compass()
+    assert asdict(robot) == {
+        "leg_mass": 5.0,
+        "hip_mass": 0.0,
+        "lower_length": 0.5,
+        "upper_length": 0.5,
+        "leg_inertia": 5 / 12,
+        "gravity": 9.81,
+        "sole": None,
+    }
+    assert robot == mjbiped.Compass(**asdict(robot))
+    assert (robot.leg_length, robot.total_mass) == (1.0, 10.0)
+    assert robot.weight == pytest.approx(98.1, rel=1e-12)
+    assert robot.leg_inertia == pytest.approx(0.4167, abs=5e-5)  # Table I's digits
+    np.testing.assert_array_equal(robot.input_matrix, [[1, -1], [0, 1]])
+    assert all(type(number) is float for number in mjbiped.Compass(leg_mass=3, hip_mass=np.float32(1)).constants)  # type: ignore[arg-type]
+    assert mjbiped.Compass(leg_inertia=None).leg_inertia == robot.leg_inertia  # type: ignore[arg-type]
+    assert replace(robot, leg_mass=1).leg_inertia == robot.leg_inertia
