@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scipy.integrate import simpson, solve_ivp
 
 import mjbiped
 from controllers import (
@@ -19,7 +18,7 @@ from controllers import (
     LimitCycleController,
     PassivityController,
 )
-from mjbiped.controllers.comparison.known_slope import SLOPE_SOURCES, KnownSlopeController, against_slope
+from mjbiped.controllers.comparison.known_slope import KnownSlopeController, against_slope
 from mjbiped.errors import InputError
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.terrain.terrain import Terrain
@@ -54,21 +53,6 @@ def power(controller: KnownSlopeController, memory: list[float], state: Array) -
     """Power of ankle and hip, W: the rate of the true energy."""
     ankle, hip = controller.torque(memory, 0.0, state[:2].tolist(), state[2:].tolist())
     return float(ankle * state[2] + hip * (state[3] - state[2]))
-
-
-def motion(controller: KnownSlopeController, tilt: float, start: Sequence[float], times: Array) -> Array:
-    """States at some times of a step under control on ground of the slope given, shape (n, 4); eq. (1) in matrices."""
-    robot, memory, slope = controller.robot, memory_on(controller, tilt), controller.initial_slope_estimate
-
-    def rate(t: float, state: Array) -> Array:
-        q, dq = state[:2], state[2:]
-        torque = np.array(controller.torque(memory, t, q.tolist(), dq.tolist()))
-        force = robot.input_matrix @ torque - robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
-        return np.concatenate([dq, np.linalg.solve(robot.mass_matrix(q), force)])
-
-    done = solve_ivp(rate, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-13)
-    assert done.success
-    return np.asarray(done.y.T)
 
 
 def in_plain_python(controller: KnownSlopeController) -> KnownSlopeController:
@@ -169,33 +153,6 @@ def test_accelerations_of_limit_cycle_tracking(
     assert controller.next_discontinuity(memory, GAIT.horizon) == math.inf
 
 
-@pytest.mark.parametrize(("slope", "tilt"), [(0.03, 0.0), (-0.03, 0.05)])
-def test_the_errors_of_a_step_decay_as_promised(slope: float, tilt: float) -> None:
-    """The laws, integrated, from states off the gait."""
-    given: Any = {"initial_slope_estimate": slope, "slope_source": "two_point"}
-    times, tilted = np.linspace(0.0, 0.4, 801), GAIT.start + np.array([tilt, tilt, 0.0, 0.0])
-    passivity = PassivityController(ROBOT, GAIT, gain=3.0, **given)
-    path = motion(passivity, tilt, tilted + np.array([0.0, 0.0, 0.3, -0.2]), times)
-    errors = np.array([surplus(ROBOT, state, tilt) for state in path])
-    # E - E_ref falls by exp(-k times the integral of |dq|^2); Simpson's rule over 0.5 ms leaves 1e-10
-    left = math.exp(-3.0 * float(simpson((path[:, 2:] ** 2).sum(axis=1), x=times)))
-    assert errors[-1] == pytest.approx(errors[0] * left, rel=1e-8)
-    kinetic = KineticEnergyController(ROBOT, GAIT, gain=5.0, hip_weight=0.3, **given)
-    path = motion(kinetic, tilt, tilted + np.array([0.0, 0.0, 0.25, 0.4]), times[::40])
-    errors = np.array([surplus(ROBOT, state, tilt) for state in path])
-    assert errors == pytest.approx(errors[0] * np.exp(-5.0 * times[::40]), abs=1e-9)  # integrator, of energies of 50 J
-    constraint = EnergyConstraintController(ROBOT, GAIT, gain=6.0, ratio=-2.0, **given)
-    path = motion(constraint, tilt, tilted + np.array([0.0, 0.0, 0.1, 0.1]), times[::40])
-    errors = np.array([above_wanted(ROBOT, state, slope, tilt) for state in path])
-    assert errors == pytest.approx(errors[0] * np.exp(-6.0 * times[::40]), abs=1e-9)
-    off = np.array([0.03, -0.05, -0.2, 0.3])
-    path = motion(LimitCycleController(ROBOT, GAIT, **given), tilt, tilted + off, times[::40])
-    reference = np.array([GAIT.reference(t)[0] for t in times[::40]])
-    # s^2 + 10 s + 25 = (s + 5)^2; the reference's position, rate and acceleration agree to 1e-9
-    expected = np.exp(-5.0 * times[::40])[:, None] * (off[:2] + np.outer(times[::40], off[2:] + 5.0 * off[:2]))
-    assert path[:, :2] - reference - tilt == pytest.approx(expected, abs=1e-8)
-
-
 def test_claims_of_the_energy_constraint() -> None:
     """Asano's law on the level; virtual gravity's ratio of -2; where on the gait the singular configuration lies."""
     own = mjbiped.find_passive_gait(Compass(gravity=ROBOT.gravity / math.cos(GAIT.slope)), GAIT.slope)
@@ -248,12 +205,6 @@ def test_dead_reckoning_finds_every_slope_and_keeps_the_error_of_the_first(sourc
     assert not np.allclose(line, true, atol=1e-3)  # else it would be no test
     expected = line if source == "two_point" else touchdowns["slope_estimate"]
     assert law == pytest.approx(expected, abs=1e-8)  # the engine's feet stand on the ground to 1e-9 m
-
-
-def test_the_sources_of_slopes() -> None:
-    """Two-point for PBC, of which the paper says so, and for KETC, which with it bears what the paper says it bears."""
-    assert SLOPE_SOURCES == ("none", "local", "two_point")
-    assert [kind(ROBOT, GAIT).slope_source for kind in KINDS] == ["two_point", "local", "two_point", "local"]
 
 
 @each_kind

@@ -143,16 +143,6 @@ def test_a_step_that_was_felt_lifts_the_knee() -> None:
     assert shanks[1] - shanks[0] == pytest.approx(5.0 * 0.04, abs=1e-12)
 
 
-def test_the_branches_are_the_gait() -> None:
-    """Each goes on past the knee strike as the robot's equations have it."""
-    for t, bent in ((GAIT.knee_strike + 0.03, True), (GAIT.knee_strike - 0.1, False)):
-        q, dq, ddq = GAIT.branch(t, bent=bent)
-        asked = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, GAIT.slope)
-        assert np.abs(asked).max() < 1e-5  # N m: no torque; the second derivative of 1e-11 over (4 ms)^2
-    flexion = np.diff(GAIT.branch(GAIT.period, bent=True)[0][1:])
-    assert flexion < -0.1  # driven on past the stop
-
-
 def test_level_ground_costs_the_sine_of_the_slope() -> None:
     """Exact tracking, as without knees; the prototype's 0.0439 is of all sixty steps."""
     walk = mjbiped.walk(KneedController(ROBOT, GAIT), Terrain.level(), engine="hybrid", steps=12, sample_period=None)

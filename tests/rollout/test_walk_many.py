@@ -14,8 +14,6 @@ from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.control.compiled import LawError
-from mjbiped.control.controller import Law
 from mjbiped.engines.base import Run
 from mjbiped.records import measures
 
@@ -92,17 +90,6 @@ def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
     )
 
 
-class Wrong(PassiveController):
-    def law(self) -> Law:
-        return super().law()._replace(torque=making_a_list)
-
-
-def making_a_list(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    numbers = [0.0 * q[0]]
-    numbers.append(t)
-    out[0] = out[1] = numbers[0]
-
-
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
@@ -134,15 +121,6 @@ def forbid_walking(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("something was computed")
 
     monkeypatch.setattr(Run, "go", never)
-
-
-@pytest.mark.slow  # what fails to compile is not kept
-@pytest.mark.compiled
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_bad_law_is_refused_before_anything_runs(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    forbid_walking(monkeypatch)
-    with pytest.raises(LawError, match=r"Wrong .*it allocates memory"):
-        mjbiped.walk_many([PassiveController(), Wrong()], Terrain.incline(2.0), engine=engine)
 
 
 class Counting(Controller):
