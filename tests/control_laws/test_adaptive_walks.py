@@ -40,8 +40,8 @@ def walked(controller: AdaptiveController, *ground: tuple[float, float], steps: 
         first, last = (np.array(controller.reference(memory, t))[:2] for t in (0.0, period))
         errors = np.abs(first - begun.q).max(), np.abs(last - rows["q_before"][row]).max()
         replanned = controller.reference(memory, 0.5 * period) != motion_at(GAIT.tables[0], 0.5 * period)
-        told = (rows[name][row] for name in ("slope", "slope_estimate_before", "slope_estimate"))
-        found.append(Step(*map(float, (*errors, *told)), replanned=replanned))
+        slope, before, after = (float(rows[name][row]) for name in ("slope", "slope_estimate_before", "slope_estimate"))
+        found.append(Step(float(errors[0]), float(errors[1]), slope, before, after, replanned))
     assert len(found) == steps
     return found
 

@@ -82,7 +82,7 @@ def test_a_foot_of_mujoco_slips(law: Controller, start: Any) -> None:
     walk = mjbiped.walk(law, Terrain.level(), initial=start)
     assert (walk.outcome, walk.steps) == ("slipped", 0)
     foot = walk.robot.limbs(walk.samples["qpos"][-1])[0, -1]
-    assert 0.1 < np.abs(foot).max() < 0.103  # a tenth of a leg, and what is passed in a physics step
+    assert 0.1 < np.abs(foot).max() < 0.1055  # a tenth of a leg, and what is passed in a physics step
 
 
 @BOTH
