@@ -4,12 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from simulations import Plain, hybrid_run, hybrid_simulation
+from numpy.typing import NDArray
+from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
 import mjbiped
 from mjbiped import KneedBiped, RoundKneed, Terrain
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
 from mjbiped.engines.hybrid.gait_step import advance
-from mjbiped.engines.hybrid.resets import note_face
+from mjbiped.engines.hybrid.motion import enter_mode
+from mjbiped.engines.hybrid.resets import lands, note_face
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
@@ -73,6 +76,46 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
     assert simulation.outcome is Outcome.FINISHED
     touched = simulation.recorder.touchdowns()
     assert 0.0 < touched["knee_strike"][0] == touched["time"][0] < 1e-3
+
+
+H = 1e-6
+
+
+def rise_of_the_old_foot(robot: KneedBiped, q: NDArray[np.float64], dq: NDArray[np.float64], bent: float) -> float:
+    """Rate at which the foot that stood leaves the new stance foot upwards after the impact, m/s."""
+    after = robot.rates_after_touchdown(q, dq, bent)  # of the leg that struck, and of the other one
+    _, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
+    segments = np.array([q[0] + lean, q[0] + lean - bent, q[1], q[2]])
+    rates = np.array([after[1], after[1], after[0], after[0]])
+    ends = [robot.swing_foot(segments + side * H * rates)[1] for side in (-1, 1)]
+    return float(ends[0] - ends[1]) / (2 * H)
+
+
+@pytest.mark.parametrize("robot", [KneedBiped(), UNEQUAL])
+def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: KneedBiped) -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
+    c, w, draw = simulation.constants, simulation.state, np.random.default_rng(1)
+    w.foot_x, seen = 0.4, []
+    for _ in range(400):
+        # the swing leg is ahead of the other one, or behind it, and comes down at any rates
+        bent, flexion = draw.choice([0.0, draw.uniform(0.05, 0.8)]), draw.choice([0.0, draw.uniform(0.05, 0.8)])
+        line, thigh = draw.uniform(-0.1, 0.5), draw.uniform(-0.7, 0.2)
+        q, dq = np.array([line, thigh, thigh + flexion]), draw.uniform(-3.0, 3.0, 3)
+        locked = flexion == 0.0
+        dq[2] = dq[1] if locked else dq[2]
+        w.y[:6] = [*q, *dq]
+        w.locked, w.stance_flexion = LOCKED if locked else FREE, bent
+        bend_stance_knee(w, c.upper, c.lower, bent)
+        enter_mode(c, w)
+        length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
+        ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
+        straight = locked and bent == 0.0
+        takes = ahead and (straight or rise_of_the_old_foot(robot, q, dq, bent) > 0.0)
+        assert lands(c, w) == takes
+        seen.append((ahead, ahead and straight, takes))
+    # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
+    kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
+    assert min(seen.count(kind) for kind in kinds) > 30
 
 
 EDGE = -0.45
