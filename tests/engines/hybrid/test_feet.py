@@ -13,6 +13,7 @@ import mjbiped
 from controllers import BoundedAnkleController
 from mjbiped.control.controller import Unpowered
 from mjbiped.engines.hybrid.engine import HybridRun
+from mjbiped.engines.hybrid.setup import raised
 from mjbiped.robots.robot import Robot
 
 FOOTED = mjbiped.FootedCompass()
@@ -85,3 +86,15 @@ def test_a_foot_tips_and_comes_down(pulse: Pulse, sign: float) -> None:
     assert end == pytest.approx(0.12, abs=1e-7)  # the moment of tipping is known to 1e-9 s
     edge = FOOTED.outline(places)[:, 0, -1 if sign > 0 else -2]
     np.testing.assert_allclose(edge - edge[0], 0.0, atol=1e-9)  # it stays where it is
+
+
+def test_segments_are_raised_along_their_normals() -> None:
+    terrain = mjbiped.Terrain.from_segments([(1.0, 2.0, 0.0), (1.3, -4.0, 0.0), (1.0, 3.0, 0.05), (2.0, 3.0, 0.0)])
+    ground, height = raised(terrain, 0.02), 0.02
+    for i, angle in enumerate(terrain.angle):
+        x = terrain.x[i] + 0.5
+        over = ground.z[i] + ground.gradient[i] * (x + height * math.sin(angle) - ground.x[i])
+        assert over == pytest.approx(terrain.z[i] - 0.5 * math.tan(angle) + height * math.cos(angle), abs=1e-15)
+    before = ground.z[0] + ground.gradient[0] * (ground.x[1] - ground.x[0])
+    assert ground.z[1] == pytest.approx(before, abs=1e-15)  # no riser where there was none
+    assert ground.x[2] == terrain.x[2]  # a riser stays
