@@ -115,6 +115,7 @@ def test_a_face_presses_and_is_no_ground() -> None:
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
     assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
     assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
+    assert (felt_in(face).shear, felt_in(face + tread + tread).shear) == (0.0, 60.0)
 
 
 SOLE = (0.12, 0.12)
