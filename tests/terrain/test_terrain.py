@@ -24,7 +24,6 @@ from mjbiped.terrain.terrain import STEP_RESOLUTION, Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))
 SEGMENTS = st.lists(st.tuples(st.floats(0.01, 20.0), st.floats(-38.0, 38.0), STEPS), min_size=1, max_size=12)
-PLACES = st.floats(-30.0, 300.0)
 THREE = [(1.0, 2.0, 0.0), (2.0, -1.0, 0.01), (0.5, -3.0, 0.0)]
 
 
