@@ -89,7 +89,7 @@ REFUSED = {
     "report steps.toml": "expected is the folder of its sweep, which is steps unless",
     "report .": "holds no study.sqlite",
     "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
-    "export level walk.csv": "walk.csv is of a walk: give its record, as mjbiped export walk.npz walk.csv",
+    "export level walk.csv": "walk.csv holds the samples of a walk: give the walk's record",
     "report none.npz": "there is no",
     "report broken.npz": "no walk's record",
     "report walk.npz --out page.pdf": ".html",

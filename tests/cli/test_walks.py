@@ -202,7 +202,10 @@ def test_a_narrow_terminal_of_plain_ascii_and_a_refusal_in_processes(tmp_path: P
     assert refused.stderr.startswith("Error: terrain incline: slope_deg")
 
 
-def test_compare_prints_both_engines_and_writes_both_records(tmp_path: Path, drawings: Drawings) -> None:
+def test_compare_prints_both_engines_and_writes_both_records(
+    tmp_path: Path, drawings: Drawings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     out, plot = tmp_path / "both.npz", tmp_path / "both.png"
     result = run("compare", "level", "--steps", 2, "--out", out, "--plot", plot)
     assert (result.exit_code, complaints(result)) == (0, "")
