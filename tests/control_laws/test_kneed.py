@@ -61,6 +61,13 @@ def moved_by(
     return np.linalg.solve(mass, pull - gravity(slope)), (np.linalg.inv(mass), gravity)
 
 
+def test_a_locked_knee_tracks_the_gait_with_a_straight_knee() -> None:
+    memory, t = memory_at(LAW), 0.8 * GAIT.period
+    LAW.on_knee_strike(memory, t, GAIT.start[:3].tolist(), GAIT.start[3:].tolist())
+    straight = np.array(GAIT.branch(t, bent=False))[:, [0, 1, 1]]
+    np.testing.assert_allclose(tracked(LAW, memory, t), straight.T, rtol=0, atol=1e-12)
+
+
 @given(STATES, st.floats(0.0, 1.0), st.booleans(), st.one_of(st.just(0.0), st.floats(0.05, 1.0)))
 @settings(deadline=None)
 def test_errors_obey_linear_equations_where_model_and_slope_are_true(

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from simulations import hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
+from mjbiped.engines.hybrid.accounting import _greatest_torque
 from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
 
@@ -145,3 +148,13 @@ def test_absolute_work_is_that_of_a_fine_quadrature() -> None:
         expected += np.trapezoid(each, time[within]) + each[-1] * (end - time[within][-1])
     # trapezia of 20 us leave 1e-8 of it, and the last piece, of less than that, 1e-8 more; a missed dip is 1e-4
     assert walk.touchdowns["work_absolute"][0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("top", [0.1, 0.47, 0.72, 0.95])
+def test_the_peak_of_a_torque_between_stages_is_that_of_the_parabola_about_it(top: float) -> None:
+    given = [[0.0]] * STAGES_WITH_DENSE
+    for stage, place in zip(IN_ORDER, PLACES, strict=True):
+        given[stage] = [3.0 - (place - top) ** 2]
+    w: Any = SimpleNamespace(given=given, peak_torque=[0.0] * 4)
+    c: Any = SimpleNamespace(given=1)
+    assert _greatest_torque(c, w, 0) == pytest.approx((3.0, top), abs=1e-12)
