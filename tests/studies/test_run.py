@@ -78,7 +78,7 @@ def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
     """Run a study in a process of its own, as a user does."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     program = [sys.executable, "-m", "mjbiped", "sweep", *map(str, (folder / "study.toml", "--quiet", *words))]
-    return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, stderr=subprocess.PIPE)
+    return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
 
 
 @in_threads
@@ -209,12 +209,12 @@ def test_killed_twice_it_ends_with_the_same_table(file: Path, tmp_path: Path, en
     file.write_text(STUDY.format(samples=samples).replace("hybrid", engine).replace("steps = 6", f"steps = {steps}"))
     assert start(tmp_path, "--out", tmp_path / "whole", "--workers", 2).wait(timeout=300) == 0
     chance = random.Random(4)
-    for kind in (signal.SIGKILL, signal.SIGINT):
+    for _ in range(2):
         process = start(tmp_path, "--out", tmp_path / "killed", "--workers", 2)
         with pytest.raises(subprocess.TimeoutExpired):
             process.wait(chance.uniform(2.0, 4.0))  # the start takes one or two
-        os.kill(process.pid, kind)
-        process.communicate(timeout=60.0)  # until the last worker has gone, too
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
     assert start(tmp_path, "--out", tmp_path / "killed", "--workers", 1).wait(timeout=300) == 0
     assert (tmp_path / "killed" / "study.csv").read_bytes() == (tmp_path / "whole" / "study.csv").read_bytes()
 
