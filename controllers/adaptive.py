@@ -2,13 +2,12 @@
 
 Law (14), adaptive law (17), update (27) and re-planning are those of every chain of segments. What knees add:
 
-- The reference has a branch for the bent and one for the straight knee, and the law follows the one of the knee that
-  the robot has, not of the clock (reference spreading). The bent branch drives on past the stop, so that a knee that is
-  late still strikes.
-- After a touchdown with a bent knee the stance leg stays bent. The law takes it for what it is
-  (`mjbiped.controllers.slope_estimator`), and (27) compares thighs, which are then not where the leg's line is.
-- A re-planned curve would lead a straight leg straight on. So a bump is added to the shank's curve, higher where the
-  robot has felt a step at its touchdown.
+- The reference has a branch for the bent and one for the straight knee, and the law follows the one of the actual knee,
+  not of the time (reference spreading). The bent branch goes on past the stop, so that a late knee still strikes.
+- After a touchdown with a bent knee the stance leg stays bent. The law models the bent leg
+  (`mjbiped.controllers.slope_estimator`), and (27) compares thighs, whose angle then differs from that of the leg.
+- A re-planned curve would keep a straight leg straight. So a bump is added to the shank's curve, a higher one after a
+  touchdown at which the robot has felt a step.
 """
 
 from __future__ import annotations
@@ -48,14 +47,14 @@ class PaperSettings(LawController):
     Attributes:
         robot: Robot model of the law; it may differ from the robot that walks.
         gait: Gait that is imitated.
-        position_gain: K1 = diag(k, k), 1/s.
-        velocity_gain: K2 = diag(k, k), 1/s.
+        position_gain: Gain k in K1 = diag(k, k) of the tracking law (14), 1/s.
+        velocity_gain: Gain k in K2 = diag(k, k) of the tracking law (14), 1/s.
         adaptation_gain: gamma_1 = gamma_2 of the slope estimator.
-        replanning_delay: zeta in (0, 1], the transition's time in gait periods; None switches re-planning off.
+        replanning_delay: Time zeta of the transition back to the gait, in gait periods; None switches re-planning off.
         replanning: "paper": the curve leads from the measured state to the gait, in its stead. "additive": it leads
             from the measured state's distance from the gait to zero, and is added to the gait, so that the clearance
             of the gait's swing foot is not lost.
-        estimate_update: Whether (27) corrects the estimate at touchdown.
+        estimate_update: Whether the paper's update (27) corrects the slope estimate at each touchdown.
         update_threshold: epsilon of (27), rad. The paper gives no number.
         replanning_threshold: A step is re-planned when one of its first angles (rad) or rates (rad/s) is further than
             this from the limit cycle. Above the error of a simulated impact (some 5e-3 rad/s), so that walking on

@@ -1,17 +1,17 @@
 r"""Equations of motion of a chain of two or three segments for control laws; `layout` says what stands where.
 
-With unit vectors e_i along the segments, x forward along the ground and z along its normal, the accelerations
+Unit vectors e_i along the segments, with x forward along the ground and z along its normal, have the accelerations
 
 .. math:: \\ddot e_i = (c_i \\ddot q_i - s_i \\dot q_i^2, \\; -s_i \\ddot q_i - c_i \\dot q_i^2)
 
-make of (1), with A and b of `mjbiped.robots.chain` and gravity that leans by the slope,
+With these, A and b of `mjbiped.robots.chain`, and gravity on a slope, the generalised forces of (1) are
 
 .. math:: f_i = c_i [\\sum_j A_{ij} \\ddot e_{jx} - b_i \\sin\\varphi]
                 - s_i [\\sum_j A_{ij} \\ddot e_{jz} + b_i \\cos\\varphi]
 
-A stance leg that stands with a bent knee has weight beside its line, whose moment adds to gravity.
+The centre of mass of a bent stance leg lies beside the line from foot to hip; its moment is added to gravity's.
 
-Sums over the segments are written out, and the third one is left out of straight legs: plain Python is slow in loops.
+Sums over the segments are written without loops, which are slow in plain Python; straight legs skip the third segment.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _observe(i: int, q: Numbers, dq: Numbers, room: Room) -> None:
 
 
 def move_end(i: int, ddq: float, room: Room) -> None:
-    """Write the acceleration of the end of a unit vector along segment i, 1/s², that turns with ddq (rad/s²)."""
+    """Write the acceleration of the end of the unit vector along segment i, 1/s², from its ddq (rad/s²)."""
     s, c, rate = room[SINE + i], room[COSINE + i], room[DQ + i]
     square = rate * rate
     room[FORWARD + i] = c * ddq - s * square
@@ -65,7 +65,7 @@ def inverse_dynamics(chain: Numbers, first: int, n: int, slope: tuple[float, flo
 
 
 def _force(chain: Numbers, row: int, moment: float, n: int, slope: tuple[float, float], i: int, room: Room) -> None:
-    """Write the generalised force on segment i, N m, whose row of A begins at an index."""
+    """Write the generalised force on segment i, N m; `row` is the index at which the segment's row of A begins."""
     forward = chain[row] * room[FORWARD] + chain[row + 1] * room[FORWARD + 1] - moment * slope[0]
     upward = chain[row] * room[UPWARD] + chain[row + 1] * room[UPWARD + 1] + moment * slope[1]
     if n > 2:
@@ -89,7 +89,7 @@ def masses(chain: Numbers, first: int, n: int, room: Numbers) -> tuple[float, fl
 
 
 def solve(chain: Numbers, first: int, n: int, room: Numbers, right: int) -> tuple[float, float, float]:
-    """Return M^-1 times the n numbers at the index `right` of the room; the others are those of `inverse_dynamics`."""
+    """Return M^-1 times the n numbers at index `right` of the room; other arguments as for `inverse_dynamics`."""
     m11, m12, m22, m13, m23, m33 = masses(chain, first, n, room)
     f1, f2, f3, share1, share2 = room[right], room[right + 1], 0.0, 0.0, 0.0
     if n > 2:  # the third row first: without it straight legs remain

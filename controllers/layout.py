@@ -1,9 +1,9 @@
-"""Where the numbers of the paper's law stand in its parameters.
+"""Indices of the parameters of the paper's law.
 
 Robots with straight legs are chains of n = 2 segments, robots with knees chains of n = 3 while the swing knee is free
 and of 2 once it is locked. Angles, rates and forces are ordered as the segments: stance leg, swing leg or thigh, swing
-shank. All laws of `mjbiped.controllers.adaptive.PaperSettings` read one layout, with zeros where a law has no use for
-a number. `mjbiped.controllers.room` and `mjbiped.controllers.room` say what stands elsewhere.
+shank. All laws of `mjbiped.controllers.adaptive.PaperSettings` read one layout, with zeros for the
+numbers that a law does not use. `mjbiped.controllers.room` has the indices of intermediate results and of the memory.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An economical gait, and one of more clearance for some steps after uneven ground was felt."""
+"""Controller with two gaits: an economical one, and one of more clearance for some steps after uneven ground."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from mjbiped.robots.compass import Compass
 from mjbiped.utils import domains
 
 CLEARANCE, THRESHOLD = 0.14, 0.025
-"""Clearance of the climbing gait and height change that counts, in leg lengths, where no others are given."""
+"""Default clearance of the climbing gait and default threshold of the height change, in leg lengths."""
 
 
 @dataclass(frozen=True)
 class GaitLibrary(PaperSettings):
-    r"""Settings of controllers that walk economically on even ground, and lift their feet where they have felt a step.
+    r"""Settings of controllers with an economical gait, and a climbing gait for the steps after a height change.
 
     At touchdown both feet are on the ground, and the legs' angles tell by how much the new foothold is higher than the
     old one, along the normal of the ground under the old one:
 
     .. math:: \Delta = l \, (\cos q_1^- - \cos q_2^-)
 
-    Where that is more than a threshold, the next steps are made with a gait of more clearance; after the last of them
-    the economical one returns. The re-planning, additive by default, leads from one gait to the other.
+    If the change of height is more than a threshold, the next steps are made with the climbing gait, which has more
+    clearance; then the economical gait returns. Re-planning, additive by default, leads from one gait to the other.
 
     Attributes:
         climbing_clearance: Clearance of the climbing gait, m; see `mjbiped.find_reference`. None: `CLEARANCE`.
         climbing_steps: Number of steps made with the climbing gait after a height change.
-        height_threshold: Height change that counts, m. None: `THRESHOLD`.
+        height_threshold: Least height change after which the climbing gait is used, m. None: `THRESHOLD`.
         climbing_gait: The climbing gait; unless given, the optimised reference of the economical one's speed and of
             `climbing_clearance`, with retraction unless the economical one is without.
         replanning: See `PaperSettings`, as for all attributes not named here.
@@ -47,13 +47,13 @@ class GaitLibrary(PaperSettings):
     climbing_gait: Gait | None = None
 
     lifts_after_drop: ClassVar[bool] = False
-    """Whether a step down counts, too."""
+    """Whether the climbing gait is used after a step down, too."""
 
     def __post_init__(self) -> None:
         """Refuse parameters outside their domain, and find the climbing gait.
 
         Raises:
-            InputError: One is; see `mjbiped.utils.domains`.
+            InputError: A parameter is outside its domain; see `mjbiped.utils.domains`.
             GaitError: There is no such climbing gait.
         """
         super().__post_init__()
@@ -84,9 +84,9 @@ class GaitLibrary(PaperSettings):
 
 @dataclass(frozen=True)
 class LibraryController(GaitLibrary, AdaptiveController):
-    """Walks as `AdaptiveController`, with one of two gaits: see `GaitLibrary`. A step down counts as one up does.
+    """Walks as `AdaptiveController`, with one of two gaits: see `GaitLibrary`, also after a step down.
 
-    The first step up is met with the economical gait: what that one cannot climb, this controller cannot either.
+    The economical gait meets the first step up, so this controller climbs no higher first step than that gait.
 
     Attributes:
         gait: The economical gait.

@@ -1,7 +1,7 @@
 """A learned policy: a linear feedback whose gains are linear in the time since the touchdown.
 
-It feels what the paper's robot can feel, and remembers one number: by how much the ground has turned since the start,
-which the touchdowns tell exactly (the paper's (27), from the posture at touchdown against the old ground and the new).
+It observes what the paper's robot can sense, and remembers one number: the change of slope since the start, which
+follows exactly from the postures at touchdowns against the old and the new ground (the paper's (27)).
 
 The memory holds the new stance leg's angle just after the last touchdown and the slope since the start, rad.
 """

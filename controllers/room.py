@@ -1,4 +1,4 @@
-"""Where intermediate results of the paper's law stand; see `mjbiped.controllers.layout`."""
+"""Indices of the paper's law: intermediate results and memory; `mjbiped.controllers.layout` has the parameters'."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ forward of the line from its foot to the hip, rad."""
 
 SUPPORT, SUPPORT_AHEAD, CLIMBING, RECOVERING = range(7, 11)
 """Indices of how far behind and ahead of the ankle the ground bears the foot, m (`Controller.support`); of the number
-of steps left with the climbing gait, this one included; and of whether this is a recovery step. Behind that stand its
-time (s), half angle (rad) and retraction."""
+of steps left with the climbing gait, this one included; and of whether this is a recovery step. The recovery step's
+time (s), half angle (rad) and retraction follow."""
 
 CURVES = ROOM + 48
 """Index in the memory of the control points of re-planned steps."""

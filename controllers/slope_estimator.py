@@ -1,7 +1,7 @@
-"""What a law learns of the ground: the adaptive law (17) within a step, the update (27) and footholds at touchdown.
+"""Estimates of the ground: slope by the adaptive law (17) within a step, slope (27) and foothold at a touchdown.
 
-A touchdown tells, by the angles of the legs, the height of the new foothold, and how the stance leg is bent. After a
-touchdown with a bent knee the stance leg stays bent. It then is one body, told by the angle of the line from its foot
+At a touchdown, the angles of the legs give the height of the new foothold and the flexion of the stance leg. After a
+touchdown with a bent knee the stance leg stays bent. It is then one body, whose angle is that of the line from its foot
 to the hip; `mjbiped.dynamics.modes` has the equations.
 """
 
@@ -39,7 +39,7 @@ def estimate_rates(gain: float, chain: Numbers, first: int, n: int, room: Number
         pull = w3 * chain[moments + 2]
         on_sine, on_cosine = on_sine - pull * room[COSINE + 2], on_cosine - pull * room[SINE + 2]
     beside = chain[moments + n]
-    if beside != 0.0:  # of a bent stance leg's weight
+    if beside != 0.0:  # the weight of a bent stance leg
         on_sine, on_cosine = on_sine + w1 * beside * room[SINE], on_cosine - w1 * beside * room[COSINE]
     return gain * on_sine, gain * on_cosine
 
@@ -59,12 +59,12 @@ def slope_change(stance_before: float, swing_after: float) -> float:
 
 
 def felt_change(parameters: Numbers, stance_before: float, swing_after: float) -> float:
-    r"""Return by how much (27) changes the slope estimate, rad.
+    r"""Return the change of the slope estimate by (27), rad.
 
     .. math:: \hat\varphi^+ = \hat\varphi^- + q_1^- - q_2^+ \quad \text{if } |q_1^- - q_2^+| > \epsilon
 
     Args:
-        parameters: Of the law, which may be without (27).
+        parameters: Parameters of the law; they may switch (27) off.
         stance_before: q1 just before the touchdown, rad; of a bent leg the angle of its thigh.
         swing_after: q2 just after it, rad.
     """
@@ -87,19 +87,18 @@ def slope_estimate(parameters: Numbers, memory: Numbers) -> float:
 
 
 def feel(parameters: Numbers, memory: Memory, before: Numbers) -> tuple[float, float]:
-    """Take up what a touchdown tells.
+    """Update the memory by the posture at a touchdown: height change, climbing steps, flexion of the stance leg.
 
-    By how much the new foothold is higher than the old one, along the normal of the ground under the old one, follows
-    from the levers of the swing foot. Where that is more than a threshold, the next steps are made with the gait for
-    uneven ground.
+    The levers of the swing foot give the rise from the old foothold to the new one, along the normal of the old ground.
+    If the rise is more than a threshold, the next steps are made with the gait for uneven ground.
 
     Args:
-        parameters: Of the law; see `mjbiped.controllers.layout`.
-        memory: Of the controller, to be changed.
+        parameters: Parameters of the law; see `mjbiped.controllers.layout`.
+        memory: Memory of the controller, to be changed.
         before: Angles just before the touchdown, rad.
 
     Returns:
-        Angle of the leg that stood, rad, of a bent one that of its thigh; and the rise to the new foothold, m.
+        Angle of the old stance leg, or of its thigh if it is bent, rad; and the rise to the new foothold, m.
     """
     n, rise = int(parameters[layout.SEGMENTS]), 0.0
     thigh = before[0] + memory[LEAN] - memory[BENT]

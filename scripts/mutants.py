@@ -38,9 +38,8 @@ _HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
 _WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
 ROOMS = {
     "controllers/adaptive.py": ("control_laws/test_adaptive.py", "control_laws/test_kneed.py"),
-    _HYBRID + "accounting.py": ("engines/hybrid/test_accounting.py", _WALKS, _EQUATIONS),
+    _HYBRID + "accounting.py": ("engines/hybrid/test_simulation.py", _WALKS, _EQUATIONS),
     _HYBRID + "guards.py": (
-        "engines/hybrid/test_events.py",
         "engines/hybrid/test_simulation.py",
         "engines/hybrid/test_feet.py",
         _WALKS,
@@ -54,14 +53,14 @@ ROOMS = {
     ),
     _HYBRID + "resets.py": (
         "engines/hybrid/test_kneed.py",
-        "engines/hybrid/test_events.py",
+        "engines/hybrid/test_simulation.py",
         "engines/hybrid/test_feet.py",
         _WALKS,
     ),
     _MUJOCO + "collisions.py": ("engines/mujoco/test_collisions.py", "engines/mujoco/test_simulation.py"),
     _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py", _WALKS),
-    _MUJOCO + "motors.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed_stance.py", _WALKS),
-    _MUJOCO + "observation.py": ("engines/mujoco/test_observation.py", "engines/mujoco/test_kneed.py", _WALKS),
+    _MUJOCO + "motors.py": ("disturbances/test_pushes.py", "engines/mujoco/test_kneed.py", _WALKS),
+    _MUJOCO + "observation.py": ("engines/test_outcomes.py", "engines/mujoco/test_kneed.py", _WALKS),
     _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
     "mjbiped/envs/walkers.py": ("envs/test_episodes.py",),
     "mjbiped/gaits/optimisation.py": ("gaits/test_steps.py", "gaits/test_optimised.py"),

@@ -5,10 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 Body = tuple[Any, Any, Any, sp.Matrix]
 """Mass (kg), inertia about its centre of mass (kg m^2), angular rate (rad/s), and place (x, z), m."""
+RELATIVE = 1e-12
+"""Rounding of a few dozen operations; the terms differ by a factor of about 1e2 at most."""
+
+
+def close(actual: object, expected: object, scale: float | None = None, relative: float = RELATIVE) -> None:
+    """Check that numbers are equal to `relative` of the largest expected one, or of `scale`."""
+    size = float(np.max(np.abs(np.asarray(expected)))) if scale is None else scale
+    np.testing.assert_allclose(np.asarray(actual), np.asarray(expected), rtol=0, atol=relative * size)
 
 
 def lagrange(q: sp.Matrix, dq: sp.Matrix, bodies: Sequence[Body], gravity: Any) -> dict[str, Any]:

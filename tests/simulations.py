@@ -10,7 +10,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from controllers import KneedController
 from mjbiped.control.controller import Controller, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import TOLERANCE, Hybrid, HybridRun
@@ -38,13 +37,6 @@ class Plain(Unpowered):
 
     def law(self) -> None:  # type: ignore[override]
         return None
-
-
-class InPython(KneedController):
-    """The same law, of which no machine code is made."""
-
-    def law(self) -> None:  # type: ignore[override]
-        """None."""
 
 
 def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -39,11 +38,8 @@ def test_short_values_are_shown_whole(value: object) -> None:
     [
         ("begin" + "x" * 5000 + "end", "'begin", "end'"),
         (10**5000, "<a whole number of about 5001 digits>", ""),
-        (-(10**10**5), "", ""),
-        (b"\0" * 400, "b'", "'"),
         (nested(100_000), "[[[", "]"),
         ({str(k): "x" * 100 for k in range(100)}, "{'0': ", "}"),
-        (np.zeros((1000, 4)), "array([[0.", ")"),
         ([NoRepr()], "[<an object of type NoRepr>", "]"),
         (NoReprList(range(5)), "<an object of type NoReprList>", ""),
         ("\ud800" * 100, "'", "'"),

@@ -1,9 +1,9 @@
 """What `import mjbiped` and the command line load: neither may wait for what only some walks need."""
 
-import subprocess
-import sys
+from pathlib import Path
 
 import pytest
+from command_line import python
 
 import mjbiped
 
@@ -28,11 +28,10 @@ ALL = f"{LATER} mujoco numpy rich"
         ("controllers", ENGINES),
     ],
 )
-def test_an_import_loads_nothing_that_is_needed_later(module: str, later: str) -> None:
+def test_an_import_loads_nothing_that_is_needed_later(module: str, later: str, tmp_path: Path) -> None:
     code = f"import sys, {module}; print(*[name for name in {later.split()} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == []
-    assert done.stderr == ""
+    done = python("-c", code, cwd=tmp_path)
+    assert (done.stdout.split(), done.stderr) == ([], "")
 
 
 @pytest.mark.parametrize("name", mjbiped.__all__)

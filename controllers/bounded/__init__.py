@@ -1,1 +1,1 @@
-"""Laws for an ankle whose torque a sole bounds: tracking within the bound, a recovery step, and who chooses."""
+"""Laws for an ankle whose torque a sole bounds: tracking within the bound, recovery steps, and their supervisor."""

@@ -1,4 +1,4 @@
-"""The paper's tracking law on a sole: what the ankle cannot give is left to the stance leg, not to the swing leg.
+"""The paper's tracking law on a sole: a bounded ankle torque costs tracking of the stance leg, not of the swing leg.
 
 Its laws are those of every chain of segments, with straight legs and with knees, and of recovery steps where one is
 planned (`mjbiped.controllers.bounded.supervisor`).

@@ -1,4 +1,4 @@
-r"""Slope identifier: by how much the angular momentum about the stance foot changes otherwise than predicted.
+r"""Slope identifier: from the error of the predicted angular momentum about the stance foot.
 
 The hip torque does not act on this momentum, and the ankle's is known:
 
@@ -6,9 +6,9 @@ The hip torque does not act on this momentum, and the ankle's is known:
           \dot{\hat\sigma} = \tau_1 + G(q, \hat\varphi) + k (\sigma - \hat\sigma), \quad
           \dot{\hat\varphi} = \gamma \, \frac{G'}{I} \, \frac{\sigma - \hat\sigma}{I}
 
-with the moment of gravity G, its derivative by the slope G', and the inertia I of the robot about its foot. It has the
-form of the adaptive law (17) with an error of prediction in the place of the tracking error: tracking errors that a
-bounded ankle leaves say nothing of the slope, and this law is not misled by them.
+with the moment of gravity G, its derivative by the slope G', and the inertia I of the robot about its foot. The law
+has the form of the adaptive law (17), with an error of prediction in place of the tracking error. Tracking errors of a
+bounded ankle, which say nothing about the slope, do not mislead it.
 """
 
 from __future__ import annotations

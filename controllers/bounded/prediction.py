@@ -1,4 +1,4 @@
-"""Steps ahead, simulated by the model that a law has: on a plane of the slope that it estimates."""
+"""Prediction of steps by the law's own model, on a plane of the estimated slope."""
 
 from __future__ import annotations
 

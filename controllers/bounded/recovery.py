@@ -1,12 +1,12 @@
-r"""A recovery step: the swing leg follows the stance leg, and the ankle drives that toward a rate.
+r"""A recovery step: the swing leg follows the stance leg, and the ankle drives the stance leg toward a rate.
 
 The swing leg is led onto a virtual constraint of the stance angle within a time T, and stays on it:
 
 .. math:: q_2 = f(q_1) = q_1 - 2 \alpha - \rho (q_1 - \alpha)
 
-On level ground the feet are then 2 alpha apart at touchdown, whenever that is. So the step needs no clock, and a short
-or a long swing, a narrow or a wide step decides with how much energy the next one begins. The ankle torque is
-proportional to the lack of a rate that is higher the further the stance leg leans; the sole bounds it.
+On level ground the feet are then 2 alpha apart at touchdown, whenever that is. So the step needs no clock; T and alpha
+decide the energy with which the next step begins. The ankle torque is proportional to the difference from a desired
+rate, which rises as the stance leg leans; the sole bounds the torque.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Controllers that compensate gravity on a slope that is given or dead reckoned, not estimated.
 
-`KnownSlopeController` is what the comparison controllers of the paper's section V have in common.
+`KnownSlopeController` is the base class of the comparison controllers of the paper's section V.
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ Behind these stands the gait's trajectory, for a law that follows it."""
 
 @dataclass(frozen=True)
 class KnownSlopeController(LawController):
-    r"""A law that uses the slope of the ground, given at the start and then, by choice, dead reckoned at touchdowns.
+    r"""A law that uses the slope of the ground: given at the start, and dead reckoned at touchdowns if so chosen.
 
-    | `slope_source` | the law's slope :math:`\varphi`, which its angles are taken from the normal of |
+    | `slope_source` | slope :math:`\varphi` of the law, which measures angles from its normal |
     |---|---|
-    | `"none"` | the slope given at the start, for ever |
-    | `"local"` | of the ground under the stance foot |
-    | `"two_point"` | of the line through both feet at the last touchdown; before the first one as `"local"` |
+    | `"none"` | the slope given at the start |
+    | `"local"` | the slope of the ground under the stance foot |
+    | `"two_point"` | the slope of the line through both feet at the last touchdown; before the first, as `"local"` |
 
     The local slope is exact kinematics from touchdown to touchdown, and the line follows from the equal legs:
 
     .. math:: \varphi^+ = \varphi^- + q_1^- - q_2^+, \qquad
               \varphi_{line} = \varphi^+ + \tfrac12 (q_1^+ + q_2^+)
 
-    Nothing corrects an error of the slope given at the start: it stays for ever. On ground that is not level under
+    Nothing corrects an error of the slope given at the start. On ground that is not level under
     x = 0, give `initial_slope_estimate=terrain.slope_at(0.0)`.
 
     Attributes:
@@ -70,7 +70,7 @@ class KnownSlopeController(LawController):
         """Refuse a robot or gait of another kind, an unknown source, and numbers outside their domains.
 
         Raises:
-            InputError: An attribute is so; see `mjbiped.utils.domains`.
+            InputError: An attribute is refused; see `mjbiped.utils.domains`.
         """
         check_imitation(self)
         domains.known_name("slope_source", self.slope_source, SLOPE_SOURCES)
@@ -115,7 +115,7 @@ def _touchdown(parameters: Numbers, memory: Memory, q_before: Numbers, q: Number
 
 
 def _slope_estimate(parameters: Numbers, memory: Memory) -> float:
-    """Slope under the stance foot as given or dead reckoned, rad; with "two_point" too, whose line differs."""
+    """Slope under the stance foot as given or dead reckoned, rad, also with "two_point"."""
     return memory[_LOCAL]
 
 
@@ -126,7 +126,7 @@ def energy_error(constants: Any, slope: float, energy: float, q1: float, q2: flo
 
     Args:
         constants: Begin with the lumped `compass.Constants` of the controller's robot model.
-        slope: phi, whose gravity counts; of the imitated slope or of the ground, rad.
+        slope: phi, of the imitated slope or of the ground, rad.
         energy: E_ref about the stance foot, J.
         q1: Stance angle, rad.
         q2: Swing angle, rad.

@@ -42,9 +42,9 @@ class Comparison:
         mujoco: The walk in MuJoCo.
         hybrid: The walk in the hybrid engine.
         touchdowns: Differences MuJoCo - hybrid at each touchdown that both walks have, in the columns of
-            `mjbiped.analysis.divergence.COLUMNS`, with `limit_` columns beside them: the differences that the contact's
-            resolution explains.
-        divergence: The first touchdown at which the walks differ by more, and the causes; None where they never do.
+            `mjbiped.analysis.divergence.COLUMNS`; beside each a column `limit_...`, the greatest difference that the
+            contact's resolution explains.
+        divergence: The first touchdown at which a difference exceeds its limit, and the causes; None without one.
     """
 
     mujoco: Walk
@@ -75,7 +75,7 @@ class Comparison:
 
         Returns:
             By name of the measure: "mujoco", "hybrid", "difference", and "difference_percent" of the hybrid engine's
-            value; the last two are None where they do not exist or mean nothing, as shares of a rounding error.
+            value; the last two are None if a value is missing, the percentage also if it would be beyond 1000 %.
         """
         there, here = measures.summary(self.mujoco), measures.summary(self.hybrid)
         table: dict[str, dict[str, Any]] = {}
@@ -118,7 +118,7 @@ def compare(
     A fall, in one engine or in both, is a result.
 
     Args:
-        controller: As for `mjbiped.walk`, like all that follows.
+        controller: The controller; the arguments are those of `mjbiped.walk`.
         terrain: The ground.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
         distance: Position x of the stance foot at which it is finished, m.
@@ -128,7 +128,7 @@ def compare(
         hybrid: Settings of the hybrid engine.
         sample_period: Time between two samples of the records, s.
         scuffing: When the swing foot may touch the ground.
-        disturbances: Of both walks: the same noise and pushes.
+        disturbances: Noise and pushes, the same in both walks.
         progress: Show progress bars.
 
     Returns:
@@ -146,7 +146,7 @@ def compare(
     contacts = Mujoco() if mujoco is None else check_kind("mujoco", mujoco, Mujoco)
     impacts = Hybrid() if hybrid is None else check_kind("hybrid", hybrid, Hybrid)
     walked = partial(walk, **terms)
-    there = walked(engine=contacts)  # first: it refuses all that the hybrid engine would, and more
+    there = walked(engine=contacts)  # first: MuJoCo refuses all arguments that the hybrid engine refuses, and more
     try:
         here = walked(engine=impacts)
     except (WalkStopped, WalkInterrupted) as stop:
@@ -157,9 +157,9 @@ def compare(
 
 
 def torque_differences(comparison: Comparison) -> tuple[Array, Array]:
-    """The difference of torques MuJoCo - hybrid at the same time since the same touchdown.
+    """Differences of torques MuJoCo - hybrid at equal times since the same touchdown.
 
-    Compared at the same time since the start, a step that begins 0.1 ms later would show as a spike.
+    Differences at equal times since the start would have a spike where one step begins 0.1 ms later than the other.
 
     Returns:
         Times of MuJoCo's samples (s) and differences of all joints (N m), shapes (n,) and (n, joints); NaN beyond the

@@ -49,7 +49,8 @@ class Survival:
         """
         if not self.steps or len(self.steps) != len(self.fell):
             raise InputError(
-                f"one end for each of at least one walk is needed; got {len(self.fell)} of {len(self.steps)}"
+                f"survival needs at least one walk, and one end per walk; got {len(self.steps)} walks and "
+                f"{len(self.fell)} ends"
             )
 
     @classmethod

@@ -40,7 +40,7 @@ def export(
 
     \b
       .xml      robot and ground of SOURCE ("mixed" if left out) as one MJCF file, for plain MuJoCo
-      .urdf     robot alone, of the options or of a record, for ROS and simulators
+      .urdf     robot alone, given by options or a record, for ROS and simulators
       .csv      samples of a record, with its touchdowns in a second file FILE_touchdowns
       .parquet  the same; needs pip install 'mjbiped[data]'
       .mcap     a record as ROS 2 messages, for Foxglove, PlotJuggler, Rerun, RViz; needs pip install 'mjbiped[ros]'
@@ -63,7 +63,9 @@ def export(
     robot = robot_of(scene) if walk is None else walk.robot
     if file.suffix in MODULES:
         if walk is None:
-            raise click.UsageError(f"{file} is of a walk: give its record, as mjbiped export walk.npz {file}.")
+            raise click.UsageError(
+                f"{file} holds the samples of a walk: give the walk's record, as mjbiped export walk.npz {file}."
+            )
         results.save(walk, file)
     elif file.suffix == _ROBOT:
         from mjbiped.exchange.ros import export_urdf  # which loads an engine, as the next does
@@ -147,8 +149,8 @@ def figures(folder: Annotated[Path, options.FOLDER], /, *, results: Figures) -> 
     """Draw the whole set of figures into FOLDER, as PDF for slides and papers.
 
     Gaits, return maps, bifurcations, basins, walks, both engines compared, and Theorem 1, with straight legs and with
-    knees. Each is what another command draws; the summary tells that command, to draw it again otherwise. It takes some
-    minutes.
+    knees. Another command draws each figure; the summary lists these commands, so that you can redraw single figures
+    with other options. The set takes some minutes.
 
     \b
     Examples:

@@ -82,11 +82,11 @@ def stability(
 ) -> None:
     """Evaluate the paper's Theorem 1 along the walk of RECORD, an .npz file.
 
-    The walk is an adaptive controller's, of either engine. The page "stability" of the documentation explains the
-    numbers.
+    An adaptive controller must have made the walk, in either engine. The page "stability" of the documentation
+    explains the numbers.
 
     Walk:
-        controller: Your own controller class, if it made the walk: a record never decides which code is loaded.
+        controller: Your own controller class, if it made the walk; mjbiped never loads code that only a record names.
 
     \b
     Examples:

@@ -1,7 +1,7 @@
-"""The command line: its commands, each of which is imported when it is called, and the end of each.
+"""The command line: imports a command when it is called, and turns its end into a message and an exit status.
 
-Exit status: 0 for a walk that came to an end, a fall included; 2 for anything that the user can correct, told in one
-line; 1 for a walk or a drawing that failed by itself; 130 after Ctrl-C, 143 after SIGTERM.
+Exit status: 0 for a walk that came to an end, a fall included; 2 for anything that the user can correct, with one line
+that says how; 1 for any other failed walk or drawing; 130 after Ctrl-C, 143 after SIGTERM.
 """
 
 from __future__ import annotations

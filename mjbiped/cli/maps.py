@@ -60,8 +60,9 @@ def return_map(
 ) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
-    The figure has angle and rates of the legs after a step over those before it; the gait, where the map meets the
-    diagonal; its multipliers; and a walk that begins 2 % off the gait.
+    The figure plots the legs' angle and rates after a step over their values before the step. The gait is the point
+    where the map meets the diagonal. The figure also has the gait's multipliers, and a walk that begins 2 % off the
+    gait.
 
     Map:
         slope_deg: Slope of the plane, positive downhill.
@@ -98,11 +99,12 @@ def bifurcation(
 ) -> None:
     """Follow the passive gait over the slope: where its period doubles, and where the robot falls.
 
-    Newton's method finds the onsets, the gaits with a multiplier of -1. For the diagram the robot walks on each slope.
+    Newton's method finds the period doublings, the gaits with a multiplier of -1. The diagram shows the last steps of a
+    walk on each slope.
 
     Map:
         slope_deg: Slopes of the diagram; around the period doublings if left out.
-        slopes: Number of slopes; half of them where the period keeps doubling.
+        slopes: Number of slopes, half of them in the range of the period doublings.
         steps: Steps on each slope.
         keep: Number of last steps that are kept.
         doublings: Period doublings to look for.
@@ -176,7 +178,7 @@ def basin(
     """Map the initial rates of the legs from which the robot settles into walking, or falls.
 
     Each start stands just after an impact, both feet on the plane and the legs as far apart as in the gait. A
-    controller's torques are not bounded; the map shows the greatest.
+    controller's torque is not limited; the map shows the peak torque of each walk.
 
     Map:
         slope_deg: Slope of the plane; 2 for the passive robot, 0 with a controller.

@@ -96,7 +96,8 @@ def _all_gains() -> str:
         gains = gains_of(name)
         more = {key: value for key, value in gains.items() if key not in usual}
         builds = usual.keys() <= gains.keys()
-        known.append(f"{name}: {'those, and ' if builds else ''}{shown_defaults(more if builds else gains) or 'none'}")
+        inherited = "those of adaptive, and " if builds else ""
+        known.append(f"{name}: {inherited}{shown_defaults(more if builds else gains) or 'none'}")
     return "; ".join(known)
 
 
@@ -123,26 +124,29 @@ class _Walk:
         initial: First state: 'gait' (on the limit cycle), 'rest' (legs together, at rest), or q1,q2,dq1,dq2 of stance
             and swing leg from the ground's normal, rad and rad/s; with knees q1,q2,q3,dq1,dq2,dq3.
         controller: 'adaptive' imitates a passive gait on ground of unknown slope; 'passive' applies no torque;
-            {built_on} go further, see the pages "references" and "feet" of the documentation; {compared} are those that
-            the paper compares with, see its page "comparison". Your own by its class: {forms}, as spread.py:HipSpread.
+            {built_on} are further controllers of this project, see the pages "references", "feet" and "environments" of
+            the documentation; {compared} are those that the paper compares with, see the page "comparison". Name your
+            own controller by its class: {forms}, as spread.py:HipSpread.
         gain: Set a field of the controller, may be repeated; {gains}; your own: its dataclass fields.
-        scuffing_reach: Leg lengths ahead of the stance foot from which the swing foot may touch the ground; steps must
-            be longer.
+        scuffing_reach: Least distance, in leg lengths ahead of the stance foot, at which the swing foot can touch the
+            ground; each step must be longer.
 
     Adaptive controller:
-        imitate_slope_deg: Slope of the passive gait that is imitated; for all but passive.
-        reference: Track an optimised gait instead: clearance=X,retraction=no,speed=X,torque_limit=X,friction=X, any of
-            them, in m, m/s and N m; for adaptive, limit-cycle, {built_on}.
-        initial_slope_estimate_deg: Slope estimate at the start; for the comparison controllers the slope that they are
-            given.
+        imitate_slope_deg: Slope, degrees, of the passive gait that the controller tracks; for all but passive.
+        reference: Track an optimised gait instead of a passive gait. GOAL is one or more of clearance=X (m),
+            retraction=no, speed=X (m/s), torque_limit=X (N m) and friction=X, separated by commas; for adaptive,
+            limit-cycle, {built_on}.
+        initial_slope_estimate_deg: Slope estimate at the start, degrees; comparison controllers take this value for the
+            slope.
 
     Comparison controllers:
-        slope_source: The slope that gravity is compensated for: as given at the start, dead reckoned under the stance
-            foot, or of the line through both feet; two_point for passivity, local for the others unless given.
+        slope_source: Slope for which the controller compensates gravity: 'none', the slope given at the start; 'local',
+            the slope under the stance foot by dead reckoning; 'two_point', the slope of the line through both feet. By
+            default 'two_point' for passivity, 'local' for the others.
 
     Robot:
-        robot: {robots} Or a .toml file with a kind and parameters as in the record; or an .xml file (MJCF) of a planar
-            biped, see the page "exports" of the documentation. Options below change single parameters.
+        robot: {robots} Or a .toml file with kind = "NAME" and parameters; or an .xml file (MJCF) of a planar biped,
+            see the page "exports" of the documentation. Options below change single parameters.
 
     Disturbances:
         disturb: Noise, delay, weak motors, random pushes, in SI units; may be repeated: {settings}. The page

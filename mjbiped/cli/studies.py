@@ -40,11 +40,11 @@ def sweep(
     """Run the walks that STUDY, a .toml file, describes: grids, random samples, or both.
 
     Each walk is a row of the table, kept as soon as it has ended: if interrupted or killed, the same command
-    resumes. The page "sweeps" of the documentation describes the file.
+    resumes. The page "studies" of the documentation describes the file.
 
     Walks:
         trajectories: Keep the samples of all walks too, in trajectories.parquet; needs pip install 'mjbiped[data]'.
-        dry_run: Walk a few of them only, and tell how many there are, their time and the size of the files.
+        dry_run: Make a few walks only, and estimate number, time and file sizes of all walks.
 
     Results:
         out: Folder for table and figures; beside STUDY, with its name, unless given.
@@ -93,10 +93,10 @@ def robustness(study: File, /, *, walks: Study, dry_run: bool = False, out: Fold
 
     Each controller walks on level ground, over single steps and changes of slope that come at all phases of its step,
     and on random ground until it falls. Finished walks are kept: if interrupted or killed, the same command
-    resumes. The page "robustness" of the documentation describes the file and what is measured.
+    resumes. The page "studies" of the documentation describes the file and what is measured.
 
     Walks:
-        dry_run: Walk a few of them only, and tell how many there are and how much time they take.
+        dry_run: Make a few walks only, and estimate number and time of all walks.
 
     Results:
         out: Folder for table and figures; beside STUDY, with its name, unless given.
@@ -185,8 +185,9 @@ def compile(
     Name your own by its class, as for `mjbiped walk`.
 
     The machine code is kept in the user's cache, or in the folder that the environment variable NUMBA_CACHE_DIR names:
-    set it for an image or a cluster, here and where the walks are made. It fits one kind of processor and one version
-    of the project. Existing machine code is not compiled again; beyond 1 GB the oldest is deleted.
+    for an image or a cluster, set the same folder for this command and for the walks. The machine code fits one kind of
+    processor and one version of the project. Existing machine code is not compiled again; beyond 1 GB the oldest
+    is deleted.
 
     Machine code:
         engine: Only for this engine; for all unless given.

@@ -83,6 +83,7 @@ def _described(text: str) -> tuple[str, dict[str, Any]]:
                 f"its kind is missing; without one it is a {Compass.kind}, which has no {shortened(foreign[0])}: write "
                 f"kind = one of {', '.join(KINDS)}"
             )
+        known_name("robot", written.get("kind", Compass.kind), NAMED)
     return written.pop("kind", Compass.kind), written
 
 

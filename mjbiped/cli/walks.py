@@ -49,11 +49,11 @@ def walk(
     slope_deg, step_m], ...].
 
     Walk:
-        engine: The physics: MuJoCo's contacts, or the paper's impact map.
+        engine: Engine of the simulation: MuJoCo with contacts, or 'hybrid' with the paper's equations and impact map.
 
     Results:
         out: Write the record, an .npz file, which other commands read; or .csv, .parquet or .mcap for other programs.
-        video: Write a video, .mp4 or .gif; see below.
+        video: Write a video, .mp4 or .gif, with the options under "Video".
 
     \b
     Presets: level, incline, slopes, stairs, mixed, random, treads, waves, recorded; with parameters:
@@ -168,7 +168,7 @@ def render(
     no_video: bool = False,
     pictures: Video,
 ) -> None:
-    """Draw the walk of RECORD, an .npz file: a video, a figure.
+    """Draw a video or a figure of the walk in RECORD, an .npz file.
 
     The video goes to VIDEO, an .mp4 or .gif file; if left out, to an .mp4 file beside the record, with its name.
 

@@ -1,7 +1,7 @@
 """Machine code of a controller's laws, apart from any engine: one calling convention for all that call laws.
 
-An engine compiled around a law has to be compiled again with every other law, which takes ten times as long as the law
-itself. So each law becomes C functions, and engines call what stands at the addresses of a `Law`:
+Compiling an engine together with each law would take ten times as long as compiling the law. So each law becomes C
+functions, whose addresses a `Law` holds and engines call:
 
 | function | arguments | returns |
 |---|---|---|
@@ -11,10 +11,9 @@ itself. So each law becomes C functions, and engines call what stands at the add
 | `next_discontinuity` | int64 parameters, int64 memory, double t | double |
 | `tick`, `knee_strike` | int64 parameters, int64 memory, double t, int64 q, int64 dq | nothing |
 
-All integers are addresses of contiguous floats, that of the parameters excepted: there a `Head` stands, which has the
-lengths of all arrays. So one machine code serves all gains, gaits and robots of a law. `out` has places for torques,
-rates of the states, and `ROOM` floats more. A law that raises an exception sets `Head.failed`, and all torques are NaN
-from then on.
+`parameters` is the address of a `Head`, which has the lengths of all arrays; the other integers are addresses of
+contiguous floats. So one machine code serves all gains, gaits and robots of a law. `out` holds torques, rates of the
+states, and `ROOM` further floats. A law that raises an exception sets `Head.failed`; all later torques are NaN.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ _ADVICE = (
     "calls only functions that do the same, of `math` or at the top level of a module. Correct it, or let law() return "
     "None: the walk then runs in plain Python"
 )
-_OURS = ("mjbiped.", "controllers.")  # whose indices tests have checked
+_OURS = ("mjbiped.", "controllers.")  # tests check the indices of these packages; machine code need not
 
 
 class LawError(InputError):
@@ -49,15 +48,15 @@ class LawError(InputError):
 
 
 class Head(Block):
-    """What stands at the address of a law's parameters.
+    """The block at the address of a law's parameters.
 
     Attributes:
         failed: Not zero once a function has raised an exception.
-        parameters: The parameters.
-        length: Number of parameters; 0: they are one block.
-        memory: Floats of the memory.
-        angles: Of the robot, as many as joints.
-        values: Torques and rates of states.
+        parameters: Address of the parameters.
+        length: Number of parameters; 0 for parameters in one block.
+        memory: Number of floats in the memory.
+        angles: Number of the robot's angles, which is also that of its joints.
+        values: Number of torques and rates of states.
     """
 
 
@@ -118,8 +117,8 @@ class CalledMethods:
 
     Attributes:
         law: Addresses, for compiled engines.
-        error: What a method has raised: no exception could pass through C. From then on none is called, and torques are
-            zero.
+        error: Exception that a method has raised, kept because exceptions cannot pass through C. After it no method is
+            called, and torques are zero.
     """
 
     law: Law
@@ -127,7 +126,7 @@ class CalledMethods:
 
     def __init__(self, controller: Controller) -> None:
         """Wrap the functions of a controller."""
-        self._failed = ctypes.c_double()  # as a head begins
+        self._failed = ctypes.c_double()  # the first field of a `Head`
         law = in_python(controller)
         self._kept = {name: self._behind(name, each, law, controller) for name, each in law.functions.items()}
         addresses: Any = {name: ctypes.cast(each, ctypes.c_void_p).value for name, each in self._kept.items()}
@@ -139,12 +138,12 @@ class CalledMethods:
         return self.error is not None
 
     def raised(self) -> BaseException | None:
-        """Take what a method has raised: from then on methods are called again."""
+        """Return and clear the exception that a method has raised; methods are then called again."""
         error, self.error, self._failed.value = self.error, None, 0.0
         return error
 
     def _behind(self, name: str, function: Function, law: Law, controller: Controller) -> Any:
-        """The C function of a function, which works on the arrays themselves, without copies."""
+        """Wrap a function as a C function that works on the engine's arrays, without copies."""
         number, word, n = ctypes.c_double, ctypes.c_int64, len(controller.joints)
         count, memory_of = n + len(controller.states), number * controller.memory_size
         sizes = {"a": n, "o": count + ROOM}
@@ -178,12 +177,12 @@ def as_machine_code(controller: Controller) -> MachineCode | CalledMethods:
 
 _TAKEN = {"touchdown": "aaa", "slope_estimate": "", "next_discontinuity": "t", "torque": "taao"}
 _TAKEN |= {"tick": "taa", "knee_strike": "taa"}
-"""What a law's functions take beside parameters and memory: a time, arrays of angles or rates, and `out`."""
+"""Arguments of a law's functions after parameters and memory: t time, a angles or rates, o `out`."""
 _RETURNING = ("slope_estimate", "next_discontinuity")
 
 
 def _for_c(name: str, law: Function, read: Function) -> Function:
-    """One of a law's functions by the addresses of its arrays."""
+    """Wrap one of a law's functions as a function of its arrays' addresses."""
     nothing = math.nan if name in _RETURNING else None
 
     def call(head: Head, memory: int, *given: object) -> float | None:
@@ -191,7 +190,7 @@ def _for_c(name: str, law: Function, read: Function) -> Function:
         arguments = (read(head.parameters, head.length), numbers(memory, head.memory), *given)
         try:
             found = law(*arguments)
-        except Exception:  # such as an index out of bounds; it could not pass through C
+        except Exception:  # such as an index out of bounds; exceptions cannot pass through C
             head.failed = 1.0
         return found
 
@@ -199,7 +198,7 @@ def _for_c(name: str, law: Function, read: Function) -> Function:
         head = _head_at(parameters, 0)
         n, values = head.angles, numbers(out, head.values + ROOM)
         call(head, memory, t, numbers(q, n), numbers(dq, n), values)
-        if head.failed != 0.0:  # be it at a touchdown: the walk goes no further
+        if head.failed != 0.0:  # now or in an earlier call: NaN ends the walk
             for index in range(head.values):
                 values[index] = math.nan
 
@@ -243,7 +242,7 @@ def compilable_law(controller: Controller) -> Law | None:
 def can_be_compiled(law: Law) -> bool:
     """Whether machine code could do what the law does.
 
-    An exception that it raises would lose its message there, and parameters are floats, or one block.
+    Machine code takes parameters that are floats or one block, and would drop the message of an exception.
     """
     given: Any = law.parameters
     flat = isinstance(given, list | tuple | np.ndarray) and all(issubclass(each, Real) for each in {*map(type, given)})
@@ -256,7 +255,7 @@ def rounds_alike(law: Law) -> bool:
 
 
 def _reason(name: str, function: Function, error: Exception) -> str:
-    """Describe why a law cannot be compiled: what Numba says of it by itself, and the place in the source."""
+    """Describe why a law cannot be compiled: Numba's message for the law alone, and the line of the source."""
     numba: Any = import_module("numba")  # slow to import, and without types
     array, number = numba.types.Array(numba.types.float64, 1, "C"), numba.types.float64
     alone = numba.njit(_nrt=False)(function)

@@ -1,11 +1,11 @@
-"""A controller's functions as engines call them in plain Python, and their trial before a walk.
+"""A controller's functions with the signatures that engines call in plain Python, and their trial before a walk.
 
 `in_python` gives all controllers the signatures of `mjbiped.control.controller.Law`. `mjbiped.numerics.blocks.call`
-calls such functions, and in machine code what `mjbiped.control.compiled` makes of them.
+calls such functions, and in machine code their compiled form (`mjbiped.control.compiled`).
 
-`try_out` tries what the contract asks for (`mjbiped.control.controller.Controller`) and a first step would show:
-parameters, the memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and
-the memory. Exceptions that the methods raise are left to the walk, which keeps what was walked until then.
+`try_out` tests the contract (`mjbiped.control.controller.Controller`) as far as a first step can: parameters, the
+memory's size, the numbers that `torque` returns, and that these depend on nothing but its arguments and the memory.
+Exceptions of the methods are left to the walk, which keeps its record up to then.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def values_of(controller: Controller, given: object) -> State:
         )
     for value in values:
         if not isinstance(value, Real):
-            raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number")
+            raise InputError(f"{said} {shown(given)}; {shown(value)} in it is no number; expected torques in N m")
     return values
 
 

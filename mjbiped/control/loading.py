@@ -83,7 +83,9 @@ def own_class(reference: str) -> type[Controller]:
             f"`from controllers import Controller` and `class {name}(Controller):`"
         )
     if lacking := sorted(found.__abstractmethods__):
-        raise InputError(f"{name} in {place} lacks what every such controller must have: {', '.join(lacking)}")
+        raise InputError(
+            f"{name} in {place} lacks {', '.join(lacking)}; a controller needs a method torque(self, memory, t, q, dq)"
+        )
     if found not in _named:
         _named[found] = {"class": reference, "sha256": digest_of(reference)}
     return found
@@ -266,7 +268,7 @@ def checked(kind: type, name: str, value: object) -> Any:
         else _WORDS.get(each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
         for each in wanted
     )
-    raise InputError(f"{name} = {shown(value)}: must be {words}, as a field of {kind.__name__}")
+    raise InputError(f"{name} = {shown(value)}: must be {words}, as declared in {kind.__name__}")
 
 
 def _kinds(kind: type, name: str) -> tuple[Any, ...]:

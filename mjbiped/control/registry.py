@@ -93,7 +93,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
     try:
         entry = registered()[known_name("controller", name, registered())]
     except InputError as error:
-        raise InputError(f"{error}; or a class of your own, {loading.FORMS}") from None
+        raise InputError(f"{error}; a class of your own is named {loading.FORMS}") from None
     try:
         kind: type[Controller] = entry.load()
         if file and kind.with_file is None:

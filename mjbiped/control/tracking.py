@@ -35,10 +35,10 @@ class AdaptiveTracking(Tracking):
     Attributes:
         robot: Robot model of the law.
         gait: Gait that is imitated.
-        position_gain: K1 = diag(k, k), 1/s.
-        velocity_gain: K2 = diag(k, k), 1/s.
+        position_gain: Gain k in K1 = diag(k, k) of the tracking law (14), 1/s.
+        velocity_gain: Gain k in K2 = diag(k, k) of the tracking law (14), 1/s.
         adaptation_gain: gamma of the estimator.
-        replanning_delay: zeta, the time of a re-planned transition in gait periods; None without re-planning.
+        replanning_delay: Time zeta of the transition back to the gait, in gait periods; None switches re-planning off.
     """
 
     robot: Compass

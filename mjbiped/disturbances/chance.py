@@ -1,9 +1,9 @@
-"""Random numbers by a seed; what the sensors of ankle, hip and swing knee show by them; and when pushes come.
+"""Random numbers by a seed, and their uses: noise of the sensors of ankle, hip and swing knee, and times of pushes.
 
-The numbers are the same in Python and compiled, in any thread, in whatever order: each is a hash of its seed and of the
-two numbers that say where it stands (which tick, which sensor), so that there is no generator whose state would have to
-be kept. The hash is MurmurHash3's (A. Appleby, public domain), on words of 32 bits: products are made in halves, for
-Python's whole numbers never overflow and compiled ones do.
+The numbers are the same in Python and compiled, in any thread, in whatever order: each is a hash of its seed and of two
+numbers (of the tick and of the sensor), so that no generator's state has to be kept. The hash is MurmurHash3's (A.
+Appleby, public domain), on words of 32 bits: products are made in halves, for Python's whole numbers never overflow and
+compiled ones do.
 
 Angles are those of stance leg, swing leg or thigh and, with knees, swing shank: from the ground's normal, rad.
 """

@@ -36,10 +36,10 @@ class Added(NamedTuple):
 
 @dataclass(frozen=True)
 class DrivenController(Around):
-    """Adds the torques in the last numbers of its memory, one for each joint, to those of another controller.
+    """Adds torques to those of another controller: the last numbers of its memory, one for each joint.
 
-    The environment writes them between two ticks. While they are zero, and the motors strong enough, the walk is
-    bitwise that of the other controller.
+    The environment writes the added torques between two ticks. If they are zero and no motor reaches its limit, the
+    walk is bitwise that of the other controller.
 
     Attributes:
         inner: The other controller; the first numbers of the memory are its own.

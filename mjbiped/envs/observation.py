@@ -1,4 +1,4 @@
-"""Steps of robots until their next action is due, and their observations and rewards then, as functions of numbers.
+"""Steps of robots until their next action is due, and the observations and rewards after them, as plain functions.
 
 The same source runs in Python and as machine code, for the robots of `mjbiped.envs.walkers`.
 """
@@ -103,7 +103,8 @@ class Field(NamedTuple):
 
 _LEGS = "angles of stance and swing leg, rad; with knees of stance leg, swing thigh and swing shank"
 _LAST = (
-    "angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new from the new one"
+    "angles at the last touchdown, rad: in the old roles from the old ground's normal, then in the new roles from the "
+    "new normal"
 )
 _LOCKED = "1 once the swing knee has struck its stop and is locked, else 0"
 _HEIGHTS = "height of the ground 0.1, 0.2, ... 1.0 leg lengths ahead of the stance foot, relative to the foot, m"

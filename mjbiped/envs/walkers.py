@@ -1,6 +1,6 @@
 """Robots that walk episodes of a task, for the environments of dm_control and of Gymnasium.
 
-Between two actions nothing of them is Python where they are machine code, and they are stepped in threads.
+Compiled robots run without Python between two actions, and are stepped in threads.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Robots from anybody's MJCF: a compass or a biped with knees, found by how its bodies hang together."""
+"""Robots from a user's MJCF: a compass biped or a biped with knees, recognised by the tree of its bodies."""
 
 from __future__ import annotations
 

@@ -40,8 +40,8 @@ START = "start"
 """Name of the keyframe with the start posture."""
 
 MOST_BUILT = 10_000
-"""Greatest number of segments in a scene. So many are written in 7 s and read by MuJoCo in 2 s, twice as many in 27 s
-and 7 s: MuJoCo makes its lists of geoms anew for each one that is added."""
+"""Greatest number of segments in a scene. A scene of this size is written in 7 s and opened by MuJoCo in 2 s; one of
+twice the size takes 27 s and 7 s, for MuJoCo makes its lists of geoms anew for each added geom."""
 
 _STANCE, _OTHERS = 1, 2  # bits of contype and conaffinity: of the first stance foot, and of the other feet
 
@@ -49,18 +49,18 @@ _STANCE, _OTHERS = 1, 2  # bits of contype and conaffinity: of the first stance 
 def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: str | Sequence[float] = "gait") -> None:
     """Write a robot on its ground as one MJCF file, without controller, for plain MuJoCo.
 
-    The file begins with a comment on what mjbiped's own engine does beyond it. Its keyframe "start" is the first state.
+    A comment in the file says what mjbiped's engine does that the file cannot. Its keyframe "start" is the first state.
 
     Args:
         robot: The robot.
         terrain: The ground.
         path: File to write, `.xml`.
-        initial: The first state: "rest"; the robot's angles and rates; or "gait", which is the start of the passive
-            gait of the slope under x = 0, and where there is none, of the gait that controllers imitate.
+        initial: The first state: "rest"; the robot's angles and rates; or "gait": the start of the passive gait on the
+            slope under x = 0, or, if there is no such gait, of the gait that controllers imitate.
 
     Raises:
         InputError: The ground has more than `MOST_BUILT` segments, the first state is refused as `mjbiped.walk` refuses
-            it, or legs are too short or long for MuJoCo.
+            it, or legs are too short or too long for MuJoCo.
         GaitError: The robot has no gait: give another first state.
         RecordError: The file cannot be written.
     """
@@ -98,7 +98,7 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     add_section(spec, ground, ground.pieces, robot.leg_length)
     spec.modelname = f"mjbiped {robot.kind}"
     for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
-        spec.delete(sensor)  # they make MuJoCo call callbacks that are not there
+        spec.delete(sensor)  # MuJoCo would call callbacks for them, which only mjbiped installs
     _let_others_pass(spec, robot, ground, cut)
     # the file opens with the robot upright on the ground
     height = robot.posture((0.0, terrain.height_at(0.0)), 0, [0.0] * len(robot.angles))[1]
@@ -156,15 +156,15 @@ _ATTRIBUTES = {
 }
 """Attributes of elements whose numbers are written exactly, with their names in the compiled model."""
 
-_close = partial(math.isclose, rel_tol=1e-5, abs_tol=1e-12)  # a number and its first six digits
+_close = partial(math.isclose, rel_tol=1e-5, abs_tol=1e-12)  # whether a number equals another one rounded to six digits
 
 
 def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element:
-    """Write a model as XML, with the exact numbers of all that moves or touches.
+    """Write a model as XML, with exact numbers for bodies, joints, geoms and keyframes.
 
     Args:
-        spec: The specification; all that matters in it has a name.
-        model: The model that it compiles to.
+        spec: The specification; elements without a name keep rounded numbers.
+        model: The compiled specification.
     """
     root = ElementTree.fromstring(spec.to_xml())
     for element in (each for section in ("asset", "worldbody", "keyframe") for each in root.findall(f"{section}//*")):
@@ -180,11 +180,11 @@ def exact_xml(spec: mujoco.MjSpec, model: mujoco.MjModel) -> ElementTree.Element
 
 
 def _write(element: ElementTree.Element, compiled: object) -> None:
-    """Write the numbers of an element of the compiled model over their first six digits."""
+    """Replace numbers of an element that are rounded to six digits by those of the compiled model."""
     for name, field in _ATTRIBUTES[element.tag].items():
         rounded = [float(number) for number in element.get(name, "").split()]
         exact = np.ravel(getattr(compiled, field))[: len(rounded)].tolist()
-        # not by NumPy, whose `allclose` takes half of the time of a whole export
+        # NumPy's `allclose` would take half of the time of an export
         if rounded and len(exact) == len(rounded) and all(map(_close, exact, rounded)):
             element.set(name, joined(exact))
 
@@ -212,6 +212,6 @@ def notes_of(robot: Robot, terrain: Terrain, timestep: float) -> str:
     text = Path(__file__).with_name("notes.txt").read_text(encoding="utf-8")
     notes = dict(line.split(": ", 1) for line in text.splitlines())
     lines = [Template(note).substitute(words) for name, note in notes.items() if name not in left_out]
-    lines = ["".join(letter for letter in line if letter.isprintable()) for line in lines]  # XML holds no others
+    lines = ["".join(letter for letter in line if letter.isprintable()) for line in lines]  # XML allows no others
     told = "\n".join(textwrap.fill(line, _WIDTH, initial_indent="    ", subsequent_indent="    ") for line in lines)
-    return f"\n{told.replace('--', '- -')}\n  "  # no comment in XML holds two hyphens
+    return f"\n{told.replace('--', '- -')}\n  "  # an XML comment must not contain two hyphens

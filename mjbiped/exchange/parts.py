@@ -1,7 +1,7 @@
-"""The moving parts of a planar robot in anybody's MuJoCo model, seen in its plane.
+"""The moving parts of a planar robot in a user's MuJoCo model, seen in its plane.
 
-A model can crash MuJoCo's compiler, or keep it busy for hours; of memory it takes what the file asks for. So another
-process compiles, within limits of time and memory, and saves the compiled model.
+A model can crash MuJoCo's compiler, keep it busy for hours, or exhaust the memory. So another process compiles, within
+limits of time and memory, and saves the compiled model.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A step begins just after a heel strike, with both feet on the plane: its start i
 until the knee strikes its stop, or until straight legs pass each other; the second one until the swing foot comes down
 ahead of the stance foot, where q1 + q2 rises through zero. Straight legs may scuff beside the stance foot (eq. 4).
 
-Angles are in rad, times in the robot's own unit (`unit_of`): robots that are alike walk alike, to the last digits.
+Angles are in rad, times in the robot's own unit (`unit_of`): so similar robots have equal gaits, to the last digits.
 """
 
 from __future__ import annotations

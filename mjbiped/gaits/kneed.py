@@ -117,7 +117,9 @@ def _search(robot: KneedLegs, slope: float) -> dict[str, Any]:
             if gait.stable:
                 break
     if not found:
-        raise no_gait(slope, "the search found none; try another slope, lighter shanks, or their mass higher up")
+        raise no_gait(
+            slope, "the search found none; try another slope, lighter shanks, or shanks whose centre of mass is higher"
+        )
     _, best = min(found, key=lambda each: abs(each[1].multipliers[0]))
     kept = ("start", "end", "period", "step_length", "knee_strike", "multipliers")
     return {**{name: getattr(best, name) for name in kept}, "bent": best.tables[0], "straight": best.tables[1]}

@@ -1,6 +1,6 @@
 """Optimised references: gaits on level ground with motors, which lift the swing foot as high as asked.
 
-`find_reference` finds one; what it has found is kept on disk. `mjbiped.gaits.optimisation` says how.
+`find_reference` searches for a reference with `mjbiped.gaits.optimisation`, and keeps it on disk.
 """
 
 from __future__ import annotations
@@ -41,25 +41,25 @@ SPEED = 0.494
 """Speed of the passive gait on 2 degrees, which the paper imitates, m/s."""
 
 FRICTION = 0.6
-"""Friction coefficient that a reference may use, of the 0.8 that the ground has in MuJoCo."""
+"""Friction coefficient that a reference may use; the ground's in MuJoCo is 0.8."""
 
-_STEP, _BENT = 25, 22  # pieces of a step with knees, and those of them before the knee strike: KNEE_STRIKE of them
+_STEP, _BENT = 25, 22  # pieces of a step with knees, and of its part before the knee strike: the share KNEE_STRIKE
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class OptimisedGait(Gait):
     """An optimised gait on level ground, made by `find_reference`.
 
-    Beyond the period the swing leg comes to rest within 0.1 s, and the stance leg goes on at an even rate, until it has
-    fallen 60 degrees (times for legs of 1 m).
+    After the period, the trajectory goes on: the swing leg comes to rest within 0.1 s (for legs of 1 m), and the stance
+    leg keeps its rate until it has fallen 60 degrees.
 
     Attributes:
-        goal: What was asked for: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
-        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance, and from which on it goes
-            no further forward if retraction was asked for; of no meaning where no clearance was.
+        goal: Requirements: speed (m/s), clearance (m), retraction, torque_limit (N m) and friction.
+        clearance_phase: Phase of the step, 0 to 1, at which the swing foot has its clearance; with retraction the foot
+            moves no further forward from this phase on. Meaningless without clearance.
         control_points: Control points of the Bézier curves of degree 7 of stance leg and swing leg, or thigh, rad,
             shape (8, 2).
-        own: Numbers that the robot adds to those of all robots.
+        own: Further numbers of the robot's kind, such as the control points of a knee's flexion.
     """
 
     step: ClassVar[type[CompassStep]] = CompassStep
@@ -70,7 +70,7 @@ class OptimisedGait(Gait):
 
     @classmethod
     def of(cls, robot: Any, goal: Goal, x: Array) -> Self:
-        """The gait of the numbers that the optimiser chooses; see `motion_of`."""
+        """Make the gait from the optimiser's unknowns x; see `motion_of`."""
         model = cls.step(robot)
         motion = motion_of(model, goal, x)
         points, period = motion.points, float(motion.period)
@@ -139,10 +139,11 @@ class OptimisedGait(Gait):
 class OptimisedKneedGait(OptimisedGait):
     """An optimised gait with knees on level ground, made by `find_reference`.
 
-    Beyond the knee strike the trajectory of the bent knee drives on past the stop, as fast as the knee has closed.
-    Before it, that of the straight knee is that of the legs with the change of rates that the strike makes. Beyond the
-    period the swing leg comes to rest, and the stance leg goes on at an even rate, until it has fallen 60 degrees. The
-    robot's own numbers are the control points of the flexion's Bézier curve that are not zero, rad, shape (5,).
+    It has a trajectory for the bent knee and another one for the straight knee. After the knee strike, the bent knee's
+    trajectory goes on past the stop at the rate of the strike. Before the knee strike, the straight knee's trajectory
+    is that of the legs, with the rates changed as the strike changes them. After the period, the swing leg comes to
+    rest, and the stance leg keeps its rate until it has fallen 60 degrees. `own` has the control points of the
+    flexion's Bézier curve that are not zero, rad, shape (5,).
     """
 
     step: ClassVar[type[CompassStep]] = KneedStep
@@ -199,11 +200,11 @@ def find_reference(
         robot: Any compass biped, or any biped with knees, whose swing foot stays above the ground at all times. If it
             has a sole, the centre of pressure stays within it.
         speed: Mean speed, m/s.
-        clearance: Height of the swing foot over level ground at some moment of the step, m. With 0 nothing is asked
-            of its path but where it lands. With knees the foot rises to it within the first quarter of
-            the step, and is so high until that moment.
-        retraction: Whether the foot goes no further forward from that moment on, so that no riser can meet it from
-            ahead. Without it the same height costs less.
+        clearance: Height of the swing foot over level ground at some moment of the step, m; 0 leaves the foot's path
+            free. With knees the foot rises to this height within the first quarter of the step, and keeps it until
+            that moment.
+        retraction: Whether the foot moves no further forward from that moment on, so that it meets no riser from the
+            front. Without retraction the same clearance costs less.
         torque_limit: Greatest torque of each joint, N m; None for none.
         friction: Greatest ratio of tangential to normal force on the stance foot.
 
@@ -214,7 +215,10 @@ def find_reference(
     if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
-        raise InputError(f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m")
+        raise InputError(
+            f"clearance = {clearance:g}: must be less than the leg's length of {robot.leg_length:g} m, which puts the "
+            "swing foot at the height of the hip"
+        )
     return _find(robot.flat, Goal(speed, clearance, retraction, torque_limit, friction))
 
 
@@ -225,7 +229,7 @@ _searches_forbidden: ContextVar[bool] = ContextVar("searches_forbidden", default
 def only_kept() -> Iterator[None]:
     """Forbid searches in a block: `find_reference` raises `GaitError` for a reference that is not stored here.
 
-    For what others have asked for, as a record does.
+    For references that a file names, such as a record.
     """
     token = _searches_forbidden.set(True)
     try:
@@ -241,7 +245,7 @@ def _find(robot: Compass | KneedBiped, goal: Goal) -> OptimisedGait:
 
     def search() -> dict[str, Any]:
         if _searches_forbidden.get():
-            raise GaitError("this reference is not kept on this machine, and is not searched for here")
+            raise GaitError("this reference is not stored on this machine; find it with `mjbiped reference` first")
         return {"x": optimise(kind.step(robot), goal)}
 
     return kind.of(robot, goal, **store.kept(asked, search))

@@ -108,7 +108,7 @@ def checked_slope(slope: float) -> float:
     """
     slope = domains.SLOPE.check("slope", slope)
     if slope < domains.DOWNHILL.low:
-        raise no_gait(slope, "without torques the robot walks only downhill; give one above 0")
+        raise no_gait(slope, "without torques the robot walks only downhill; give a slope above 0")
     return slope
 
 
@@ -118,7 +118,9 @@ def _search(robot: Robot, slope: float) -> dict[str, Any]:
     try:
         found = attributes(robot, slope, places, step(robot, slope, places))
     except GaitError:
-        raise no_gait(slope, "the one there is too unstable; check the robot's lengths, masses and inertia") from None
+        raise no_gait(
+            slope, "the gait is too unstable to be computed; check the robot's lengths, masses and inertia"
+        ) from None
     return {**found, "table": _tabulated(robot, slope, found["start"], found["period"], 2)}
 
 
@@ -230,7 +232,9 @@ def find_rolling(robot: RimlessWheel, slope: float) -> PassiveGait:
     try:
         rolled = part_of(robot, slope, start * [1.0, unit], lambda y: half - y[0], {})
     except GaitError:
-        raise no_gait(slope, f"a wheel of {robot.spokes} spokes does not roll on; it does on steeper ones") from None
+        raise no_gait(
+            slope, f"a wheel of {robot.spokes} spokes comes to a stop there; choose a steeper slope"
+        ) from None
     period = rolled.duration * unit
     return PassiveGait(
         robot=robot,

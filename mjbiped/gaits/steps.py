@@ -1,4 +1,4 @@
-"""The steps of both robots as the reference optimiser takes them: what is asked of them, and their laws on arrays.
+"""The steps of both robots for the reference optimiser: requirements, and equations of motion on arrays.
 
 With knees, stance leg and swing thigh follow Bézier curves over the whole step. The flexion of the swing knee follows
 one until the knee strikes its stop, and is zero from then on. The strike changes the rates of both by the robot's
@@ -38,9 +38,9 @@ class Goal:
 
     Attributes:
         speed: Mean speed, m/s.
-        clearance: Height of the swing foot over level ground at some moment, m; 0 for no demand on the foot's path but
-            that it lands where it shall.
-        retraction: Whether the foot goes no further forward from that moment on; without it the same height costs less.
+        clearance: Height of the swing foot over level ground at some moment, m; 0 constrains only the place where the
+            foot lands.
+        retraction: Whether the foot stops moving forward from that moment on; without retraction the height costs less.
         torque_limit: Greatest torque of each joint, N m; no limit unless given.
         friction: Greatest ratio of tangential to normal force on the stance foot.
 

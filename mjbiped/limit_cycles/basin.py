@@ -208,7 +208,10 @@ def basin_of_control(
     check_controller(controller)
     gait = controller.gait
     if gait is None:
-        raise InputError(f"{type(controller).__name__} imitates no gait to settle on; give it a field gait: Gait")
+        raise InputError(
+            f"{type(controller).__name__} imitates no gait to return to: give the dataclass the fields "
+            "robot: mjbiped.Compass and gait: mjbiped.Gait"
+        )
     slope = domains.SLOPE.check("slope", slope)
     threads = domains.WORKERS.check("threads", cores() if threads is None else threads)
     basin = _empty(slope, gait.start, stance_rates, swing_rates, limit, type(controller).__name__)

@@ -51,7 +51,7 @@ def check_biped(robot: object) -> None:
     """
     check_robot("robot", robot)
     if isinstance(robot, Robot) and "swing" not in robot.angles:
-        raise InputError(f"this is about two legs, and a {type(robot).__name__} has no swing leg")
+        raise InputError(f"a {type(robot).__name__} has no swing leg; give a robot with two legs")
 
 
 def check_scuffing(gait: Gait, slope: float, rule: ScuffingRule) -> None:

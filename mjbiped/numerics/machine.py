@@ -1,6 +1,6 @@
-"""Functions as machine code that Numba makes, kept on disk; and what the words of `blocks` mean in machine code.
+"""Functions as machine code that Numba makes, kept on disk; and the functions of `blocks` in machine code.
 
-This module imports Numba: import it where something is compiled, not before.
+This module imports Numba, which takes long: import the module only where something is compiled.
 """
 
 from __future__ import annotations

@@ -84,7 +84,9 @@ def read_arrays(
     except MemoryError as error:
         raise RecordError(f"cannot read {path}: there is not enough memory for it") from error
     except Exception as error:  # whatever damaged bytes make the parsers of zipfile, zlib and NumPy raise
-        raise RecordError(f"{path} is no {what}, or only a part of one ({shown(error)})") from error
+        raise RecordError(
+            f"{path} is no {what}, or only a part of one ({shown(error)}); write the file again"
+        ) from error
 
 
 class _Bounded(io.BufferedReader):

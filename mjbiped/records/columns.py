@@ -271,7 +271,7 @@ class Recorder:
         """Add copies of rows to both tables.
 
         Rows that were added before are skipped: Ctrl-C may come before an engine notes that its rows were added. So are
-        rows of a motion that is no number, as a walk that diverges may end with: a record that holds one is refused.
+        rows with a motion that is not finite, with which a walk that diverges may end; no record may hold such rows.
         Rows of samples have the controller's states behind the columns of `SAMPLES`.
         """
         rows = _new(self._columns.touchdowns, rows, self._rows)

@@ -1,7 +1,7 @@
 """Checks of a walk's record, made once when it is read, on which measures and drawings rely.
 
 Records of earlier formats are converted to the current one. Reports, figures and repetitions of a walk use the settings
-that are checked here as they are. Of other settings readers use only the text: `mjbiped.walk` checks what it is given
+that are checked here without further checks. Other settings are only shown as text; `mjbiped.walk` checks its arguments
 again.
 """
 

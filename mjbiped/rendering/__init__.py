@@ -1,6 +1,6 @@
 """Pictures and videos of walks, and their contents: the elements that explain a walk, each of which can be hidden.
 
-The names stand here, apart from MuJoCo and Matplotlib, which take long to load: the command line's help tells them.
+The names are here, without MuJoCo and Matplotlib, which take long to load, because the command line's help shows them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Choice of an OpenGL platform that works, by dm_control's rule: the one that MUJOCO_GL names, or the first that opens.
 
-MuJoCo itself takes the platform that MUJOCO_GL names, or GLFW (a window system) if it is unset, and looks no further.
+MuJoCo itself tries only the platform that MUJOCO_GL names, or GLFW (a window system) if the variable is unset.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def gl_available() -> str | None:
 def ensure_gl() -> str:
     """Make MuJoCo's renderer use an OpenGL platform that works on this machine.
 
-    It is the one that MUJOCO_GL names; if it names none, on Linux EGL, a window system, or OSMesa.
+    MUJOCO_GL names the platform. If it is unset, the first that works is used; on Linux EGL, a window system, OSMesa.
 
     Returns:
         Name of the platform.
@@ -41,7 +41,8 @@ def ensure_gl() -> str:
     Raises:
         RenderError: No platform works; the message says why, and which Debian packages help.
     """
-    from mujoco.rendering.classic import gl_context
+    with environment(MUJOCO_GL="disable"):  # a platform that does not open would raise an error here, without a cure
+        from mujoco.rendering.classic import gl_context
 
     screen = sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     platform, gl_context.GLContext = _opened(chosen_platform(), screen)
@@ -70,7 +71,7 @@ def _opened(chosen: str, screen: bool) -> tuple[str, Any]:
             with environment():
                 context = importlib.import_module(f"mujoco.{platform}").GLContext
                 context(16, 16).free()
-        except Exception as error:  # whatever a missing library, or another one loaded before, leads to
+        except Exception as error:  # of any kind: a library is missing, or another platform's was loaded before
             said = str(error).strip().rstrip(".")
             reasons.append(f"{platform} ({'its library is missing' if 'NoneType' in said else said})")
         else:

@@ -1,4 +1,4 @@
-"""Words and signs over a picture, in a size that follows its height, and the strip chart of signals below."""
+"""Words and signs over a picture, in proportion to its height, and the strip chart of signals below it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Instants of a walk as they are drawn, the scene in which the robot is set to them, its cameras and their view."""
+"""Moments of a walk for drawing, the scene that shows the robot at a moment, and its cameras."""
 
 from __future__ import annotations
 

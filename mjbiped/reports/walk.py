@@ -23,12 +23,12 @@ from mjbiped.reports.page import Panel, Shown, curve, include, line, plotted, sm
 from mjbiped.robots.robot import Array, Robot
 
 MOST_SAMPLES = 6000
-"""Greatest number of drawn samples; of a longer walk every second, third ... sample is drawn, and the ends of steps."""
+"""Greatest number of drawn samples; of a longer walk every second, third ... sample and the ends of steps are drawn."""
 
 _PANEL = 210  # height of a panel over time with its title, pixels
-_FIRST_VIEW = 5.0  # ground that is in view at first, m
-_ROOM = 0.05  # around a phase portrait, of its span
-_BEYOND = 3.0  # ground that is drawn behind and ahead of the walk, m
+_FIRST_VIEW = 5.0  # length of ground in the first view, m
+_ROOM = 0.05  # margin around a phase portrait, per its span
+_BEYOND = 3.0  # length of ground drawn behind and ahead of the walk, m
 
 
 def report_walk(walk: Walk, path: Path, *, video: bool = True, progress: bool = False) -> None:
@@ -110,7 +110,7 @@ def _number(value: float) -> str:
 
 
 def _data(walk: Walk) -> dict[str, Any]:
-    """Data by name that the page's program needs to show a moment, at the samples that are drawn."""
+    """Data by name, at the drawn samples, with which the page's program shows a moment."""
     keep, samples, robot = shown_samples(walk), walk.samples, type(walk.robot)
     told = [
         [signal.name, _digits(values_of(walk, name)[keep], 2), PANELS[signal.panel].unit]

@@ -1,8 +1,8 @@
 """A robot's linkage by the angles of its legs, with its matrices and energies for NumPy.
 
-A `Chain` is the linkage of `mjbiped.dynamics` with the segments that a locked joint makes one at equal angles: of the
-same form, with E'AE for A, where E has a column for each group of them. On a point foot, with masses on the segments'
-lines, its equations are
+A `Chain` is the linkage of `mjbiped.dynamics` in which a locked joint keeps its segments at equal angles. Its equations
+have the same form, with E'AE for A, where E has a column for each group of locked segments. On a point foot, with
+masses on the segments' lines, its equations are
 
     M_ij = A_ij cos(q_i - q_j),   C_ij = A_ij sin(q_i - q_j) dq_j,   g_i = -b_i sin(q_i + slope).
 

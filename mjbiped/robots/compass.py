@@ -1,4 +1,4 @@
-"""The planar compass biped, and what bipeds with two equal straight legs have in common on whatever feet they stand.
+"""The planar compass biped, and the base class of bipeds with two equal straight legs on any feet.
 
 Parameters, equations of motion, energy and impact map are those of Table I and equations 1 to 4 and 13.
 

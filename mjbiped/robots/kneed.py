@@ -1,4 +1,4 @@
-"""The planar biped with knees and point feet, and what bipeds with knees have in common on whatever feet they stand.
+"""The planar biped with knees and point feet, and the base class of bipeds with knees on any feet.
 
 From the stance foot up and down again, the segments of its `mjbiped.robots.chain` are stance shank, stance thigh, swing
 thigh, swing shank. A straight knee that is locked makes one segment of a leg, so that angles q come in three lengths:

@@ -1,7 +1,7 @@
-"""A robot's equations as functions that people's own compiled laws can call: of tuples, without allocating anything.
+"""A robot's equations as functions that a user's compiled laws can call: of tuples, without allocating anything.
 
-`Robot.model` has the constants, plain numbers that stand among a law's parameters. The functions below say what the
-robot's methods of like names say, of as many angles as the robot has. They check nothing.
+`Robot.model` has the constants, plain numbers that stand among a law's parameters. The functions below return the same
+as the robot's methods of similar names, for as many angles as the robot has. They check nothing.
 
     model = robot.model
     M, C = mass_matrix(model, q), coriolis_matrix(model, q, dq)  # M[i][j]

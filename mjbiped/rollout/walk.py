@@ -75,21 +75,22 @@ def walk(
     same record.
 
     Args:
-        controller: Drives stance ankle and hip; see `controllers.Controller`.
+        controller: Controller of the joints; see `controllers.Controller`.
         terrain: The ground; the robot starts with its (left) stance foot at x = 0.
         engine: "mujoco" (rigid bodies and contacts) or "hybrid" (the paper's equations and impact map), or an object
             with settings of its own: `mjbiped.Mujoco(timestep=...)`, `mjbiped.Hybrid(tolerance=...)`.
         steps: Touchdowns after which the walk is finished; 60 unless a distance is given.
-        distance: Position x of the stance foot at which it is finished, m. With both, the first to be reached counts.
-        initial: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on the ground,
-            at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s; with knees six numbers
-            of stance leg, swing thigh and swing shank. Hip and swing foot are
-            not under the ground, but for the hundredth of a leg length by which a straight swing leg scuffs.
+        distance: Position x of the stance foot at which the walk is finished, m. With steps and distance, the walk
+            is finished by what is reached first.
+        initial: First state: "gait" (on the imitated limit cycle, just after an impact), "rest" (both legs together on
+            the ground, at rest), or (q1, q2, dq1, dq2) from the ground's normal under x = 0, rad and rad/s; with knees
+            six numbers of stance leg, swing thigh and swing shank. Hip and swing foot must not be under the ground; a
+            straight swing leg may reach a hundredth of a leg length below it.
         robot: The robot that walks; by default the controller's own model, or Table I.
         sample_period: Time between two samples of the record, s; in MuJoCo each is taken at the next physics step.
             None: no samples, for long or many walks; nothing can then be drawn of them.
-        scuffing: When the swing foot may touch the ground. A gait whose swing foot it would never let land, because
-            the steps are shorter than the rule's reach, is refused.
+        scuffing: Rule for when the swing foot may touch the ground. A gait whose steps are shorter than the rule's
+            reach, so that its swing foot could never land, is refused.
         disturbances: Noise, delay, limits of the motors and pushes; none unless given.
         progress: Show a progress bar (never where the output is not a terminal).
 
@@ -128,7 +129,7 @@ def walked_out(run: Run, keep: Callable[[], Kept], *, progress: bool = False) ->
         kept: Any = keep()
         if is_interrupt(error):
             raise WalkInterrupted("walk interrupted", kept) from error
-        if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends no more than its walk
+        if not isinstance(error, Exception | SystemExit):  # sys.exit() in a law ends only the walk
             raise
         raise WalkStopped(run.message(error), kept) from error
     return keep()
@@ -146,7 +147,7 @@ def is_interrupt(error: BaseException | None) -> bool:
 Unit = tuple[str, str, Robot]
 """Names of an engine and of a controller, and a robot of the kind that is walked."""
 
-_ROBOTS: tuple[Robot, ...] = (KneedBiped(), Compass())  # what takes longest first
+_ROBOTS: tuple[Robot, ...] = (KneedBiped(), Compass())  # the longest compilation first
 
 
 def precompile(
@@ -158,8 +159,8 @@ def precompile(
 ) -> dict[str, list[str]]:
     """Compile the laws and engines that walks of controllers need, in parallel processes.
 
-    Machine code depends on the kinds of robot and of a controller's settings, not on their values, nor on the terrain.
-    What is cached on disk already costs a second or two.
+    Machine code depends on the kind of robot and on the types of a controller's settings, not on their values, nor on
+    the terrain. Code that is already cached on disk costs a second or two.
 
     Args:
         controllers: Names of controllers, registered or a user's own; unless given, all that are registered.
@@ -171,7 +172,7 @@ def precompile(
         The names of the controllers by engine.
 
     Raises:
-        InputError: A name is unknown, or a controller's laws cannot be compiled; the others are compiled then.
+        InputError: A name is unknown, or a controller's laws cannot be compiled; the other controllers' laws then are.
     """
     names = list(controllers or controller_names())
     for name in names:
@@ -191,7 +192,7 @@ def precompile(
     for name in {*names} - {name for _, name, _ in units}:
         joints = ", or ".join(" and ".join(robot.joints) for robot in _ROBOTS)
         raise InputError(f"{name} drives {' and '.join(controller_class(name).joints)}: robots have {joints}")
-    # an engine's machine code serves many controllers: one of them makes it, then the others come
+    # an engine's machine code serves many controllers: compile one of each engine first, then the others
     first = [*{unit[0]: unit for unit in reversed(units)}.values()]
     failures: list[InputError] = []
     with (
@@ -211,7 +212,7 @@ def precompile(
 
 
 def _walk_a_step(unit: Unit) -> None:
-    """Walk one step in a process of its own, which compiles all code that the walk needs, and tests it."""
+    """Walk one step in a process of its own, which compiles and tests all code that the walk needs."""
     engine, name, robot = unit
     given = {"imitate_slope_deg": 2.5} if "imitate_slope_deg" in settings_of(name, robot) else {}
     walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

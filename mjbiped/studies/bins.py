@@ -1,4 +1,4 @@
-"""A study's rows in bins, what its figures show of them, and the labels of both."""
+"""A study's rows in bins, the contents of its figures, and their labels."""
 
 from __future__ import annotations
 

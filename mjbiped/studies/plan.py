@@ -1,6 +1,6 @@
 """A study file: the choices for each quantity by its dotted name, and the walks that they describe.
 
-What a walk cannot have is refused by its cell.
+Each cell refuses inputs that its walk cannot have.
 """
 
 from __future__ import annotations

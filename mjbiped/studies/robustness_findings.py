@@ -20,14 +20,14 @@ from mjbiped.studies.robustness_walks import ALL, BASIN, DISTURBANCES, LEVEL, SU
 
 VIOLATING = "steps_violating_contact"
 FORGETTING = 5
-"""Number of steps on ground of full roughness in which a walk forgets how it began."""
+"""Number of steps on fully rough ground until a walk no longer depends on its beginning."""
 SOLE = "foot_length_99_percent_m"
 TORQUES = tuple(f"peak_{joint}_torque_Nm" for joint in KneedBiped.joints)
 
 Findings: TypeAlias = dict[str, Any]
-"""Findings of one controller in one engine in plain types, as `mjbiped robustness --json` prints them; NaN stands for
-what is not known. The length of a foot is that which would hold the centre of pressure for 99 % of the time: on random
-ground the median of the walks, at the limit of a disturbance the greatest."""
+"""Findings of one controller in one engine in plain types, as `mjbiped robustness --json` prints them; NaN is an
+unknown value. The foot length is that of a foot that would contain the centre of pressure for 99 % of the time: the
+median of the walks on random ground, the greatest of the walks at the limit of a disturbance."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,9 @@ class Robustness:
         }  # fmt: skip
 
     def survival(self, engine: str, controller: str, ground: str, *, settled: bool = False) -> Survival | None:
-        """Survival of a controller's walks on a random ground; None where it has none.
+        """Survival of a controller's walks on a random ground; None without such walks.
 
-        The transient, which `settled` leaves out, ends `FORGETTING` steps after the ground has its full roughness.
+        `settled` leaves out the transient, which ends `FORGETTING` steps after the ground has its full roughness.
         """
         rows = self._on(engine, controller, ground)
         if not rows:
@@ -139,7 +139,7 @@ class Robustness:
         }
 
     def _limit(self, test: str, rows: Iterable[Row]) -> dict[str, object]:
-        """Find the greatest magnitude that a controller survives, with and without walks that violate the contact."""
+        """Find the greatest magnitude that a controller survives, with and without walks that violate contact."""
         kind = ALL[test]
         tried = self.plan.limits if test in DISTURBANCES else self.plan.margins
         found: list[float | None] = []
@@ -169,7 +169,7 @@ class Robustness:
 
 
 def greatest_survived(kind: Disturbance, survived: Mapping[float, Sequence[bool]], wanted: float) -> float | None:
-    """Find the hardest magnitude up to which all are survived; None where not even the gentlest is.
+    """Find the hardest magnitude up to which every one is survived; None if the gentlest is not.
 
     A robot that survives 60 mm and 80 mm, but not 70 mm, survives 60 mm.
 

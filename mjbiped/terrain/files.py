@@ -50,7 +50,7 @@ def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
         if row := full.split("#", 1)[0].strip():
             cells = [cell.strip().strip("\"'").strip() for cell in row.split(",")]
             if len(cells) != 2:
-                raise InputError(f"line {line}: {len(cells)} column(s) in {shown(row)}; expected two, x and z in m")
+                raise InputError(f"line {line}: {len(cells)} column(s) in {shown(row)}; expected x,z in m")
             rows.append((line, cells))
     if rows and [*map(parse_number, rows[0][1])] == [None, None]:
         line, (first, second) = rows.pop(0)
@@ -170,14 +170,17 @@ def _check_order(samples: Sequence[Sample]) -> None:
         if number in (0, len(samples) - 2):
             raise InputError(f"line {there.line}: a vertical step at an end leads to no ground; drop line {here.line}")
         if samples[number + 2].x == here.x:
-            raise InputError(f"line {samples[number + 2].line}: x = {here.x:g} m stands there three times, not twice")
+            raise InputError(
+                f"line {samples[number + 2].line}: x = {here.x:g} m stands in three rows; a vertical step has two"
+            )
 
 
 def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...]:
     """Convert the k-th segment of a file (1-based), a list or a table, to a tuple."""
     if isinstance(segment, dict):
         if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
-            raise InputError(f"segment {k} has {', '.join(map(str, segment))}; expected {', '.join(SEGMENT_KEYS)}")
+            found = shown(", ".join(map(str, segment)))
+            raise InputError(f"segment {k} has {found}; expected {', '.join(SEGMENT_KEYS)} (step is optional)")
         segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
     if not isinstance(segment, list):
         raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")

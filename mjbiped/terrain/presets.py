@@ -194,7 +194,10 @@ class Presets:
         finest = min(segment_length[0], spacing) if roughness else segment_length[0]
         longest = length + segment_length[1]
         if longest / finest > MOST_SEGMENTS:
-            raise InputError(f"{longest:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments")
+            raise InputError(
+                f"{longest:g} m in pieces of {finest:g} m can be more than {MOST_SEGMENTS} segments; choose a shorter "
+                "length, longer segments or a wider spacing"
+            )
         draw = _generator(seed)
         rows, done = [(1.0, 0.0, 0.0)], 1.0
         while done < length:
@@ -268,7 +271,8 @@ class Presets:
         given = locals().copy()
         if not 4.0 * spacing <= shortest < longest:
             raise InputError(
-                f"shortest = {shortest:g}: must be from 4 x spacing, {4.0 * spacing:g}, to longest, {longest:g}"
+                f"shortest = {shortest:g} m: must be at least {4.0 * spacing:g} m, four times spacing, and less than "
+                f"longest = {longest:g} m"
             )
         count, draw = _pieces(length, spacing, "spacing"), _generator(seed)
         numbers = 2.0 * math.pi * draw.uniform(1.0 / longest, 1.0 / shortest, _WAVES)
@@ -319,7 +323,10 @@ def _straight(dx: float, dz: float, step: float = 0.0) -> Segment:
 def _pieces(length: float, piece: float, name: str) -> int:
     """Count the pieces after the level start, and refuse more segments than a terrain may have."""
     if (length - START) / piece > MOST_SEGMENTS - 2:
-        raise InputError(f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments: raise {name}")
+        raise InputError(
+            f"{length:g} m in pieces of {piece:g} m are more than {MOST_SEGMENTS} segments; choose a shorter "
+            f"length or a longer {name}"
+        )
     return max(1, math.ceil((length - START) / piece))
 
 

@@ -83,13 +83,16 @@ class Terrain(Presets):
         for field, domain in (("x", domains.PLACE), ("z", domains.PLACE), ("angle", domains.ANGLE)):
             values = _listed(field, getattr(self, field))
             if len(values) > MOST_SEGMENTS:
-                raise InputError(f"the terrain has {len(values)} segments, and at most {MOST_SEGMENTS} can be walked")
+                raise InputError(
+                    f"the terrain has {len(values)} segments; at most {MOST_SEGMENTS} are possible, make them longer"
+                )
             checked = tuple(domain.check(f"segment {i}: {field}", value) for i, value in enumerate(values, start=1))
             object.__setattr__(self, field, checked)
         n = len(self.x)
         if not n or len(self.z) != n or len(self.angle) != n:
             raise InputError(
-                f"as many x as z and angle are needed, and one at least; got {n}, {len(self.z)}, {len(self.angle)}"
+                f"x, z and angle must have the same number of entries, at least one; got {n}, {len(self.z)} and "
+                f"{len(self.angle)}"
             )
         endless = isinstance(self.end, float) and self.end == math.inf
         object.__setattr__(self, "end", math.inf if endless else domains.PLACE.check("end", self.end))
@@ -98,7 +101,8 @@ class Terrain(Presets):
                 raise InputError(f"segment {i}, from x = {here:.17g} to {there:.17g} m, must have a length > 0")
         if not self.x[0] <= 0.0 < self.end:
             raise InputError(
-                f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m; the robot starts at 0: shift all x"
+                f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m, but the robot starts at x = 0; subtract "
+                "the x of the robot's start from all x"
             )
         for i, angle in enumerate(self.angle, start=1):
             check_slope(f"segment {i}", angle)
@@ -190,11 +194,13 @@ class Terrain(Presets):
         reach = record.end - record.x[0]
         if reach < SHORTEST_RECORD:
             raise InputError(
-                f"{shown(record.name)} is a record of {reach:g} m; at least {SHORTEST_RECORD:g} m are needed"
+                f"{shown(record.name)} is a record of {reach:g} m; at least {SHORTEST_RECORD:g} m are needed: record a "
+                "longer stretch, or walk on the file itself"
             )
         if (length / reach + 1.0) * len(record.x) > MOST_SEGMENTS:
             raise InputError(
-                f"{length:g} m of {shown(record.name)} are more than {MOST_SEGMENTS} segments: ask for less"
+                f"{length:g} m of {shown(record.name)} are more than {MOST_SEGMENTS} segments; choose a shorter "
+                "length, or a record with fewer samples"
             )
         x, z = record.samples
         rows = recorded_rows(seed, length, x, z)

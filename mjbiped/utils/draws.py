@@ -1,6 +1,6 @@
 """Choices for a quantity, as study files write them: values, ranges, or a distribution, {"uniform": [4, 5]}.
 
-Environments write distributions alike.
+Settings of environments write distributions in the same form.
 """
 
 from __future__ import annotations

@@ -57,7 +57,8 @@ def saved(path: Path, failure: type[MjbipedError] = RecordError) -> Iterator[Pat
         with written_whole(path) as unfinished:
             yield unfinished
     except OSError as error:
-        raise failure(f"cannot write {path}: {error.strerror or error}") from error
+        remedy = "; make its folder first" if isinstance(error, FileNotFoundError) else ""
+        raise failure(f"cannot write {path}: {error.strerror or error}{remedy}") from error
 
 
 def check_writable(path: Path) -> None:

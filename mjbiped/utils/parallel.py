@@ -74,12 +74,16 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"no Dask scheduler answers at {shown(address)} ({error}); start: dask scheduler") from error
+        raise InputError(
+            f"no Dask scheduler answers at {shown(address)} ({error}); start one: dask scheduler"
+        ) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError as error:
-            raise InputError(f"no workers at {address}; start some: dask worker {address} --nthreads 1") from error
+            raise InputError(
+                f"the scheduler at {address} has no workers; start: dask worker {address} --nthreads 1"
+            ) from error
         pool = client.get_executor()
         try:
             yield pool

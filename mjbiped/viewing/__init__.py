@@ -1,6 +1,6 @@
-"""The viewer: a window that shows a walk under way, or replays a record; its time, and its keys.
+"""The viewer: a window that shows a walk under way, or replays a record; here its time and its keys.
 
-Keys and time stand here, apart from MuJoCo, which takes long to load: the command line's help tells them.
+They are here, without MuJoCo, which takes long to load, because the command line's help shows the keys.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ KEYS: Mapping[str, Key] = {
     "faster": Key((265, 61), "Up, +", "twice the speed"),
     "back": Key((263,), "Left", "0.01 s back (records)"),
     "forward": Key((262,), "Right", "0.01 s forward"),
-    "last_touchdown": Key((44,), ", (comma)", "last touchdown (records)"),
+    "last_touchdown": Key((44,), ", (comma)", "previous touchdown (records)"),
     "next_touchdown": Key((46,), ". (full stop)", "next touchdown"),
-    "restart": Key((259,), "Backspace", "begin anew"),
+    "restart": Key((259,), "Backspace", "restart the walk"),
     "next_seed": Key((257,), "Enter", "next random ground"),
     "help": Key((297,), "F8", "hide, show these keys"),
 }
@@ -58,7 +58,7 @@ MOUSE: Mapping[str, str] = {
     "drag, wheel": "turn, move, zoom",
     "F, C, F1": "contact forces, points, MuJoCo's keys",
 }
-"""Actions of the mouse, and the keys of MuJoCo's viewer that matter here."""
+"""Actions of the mouse, and useful keys of MuJoCo's viewer."""
 
 
 class Player:

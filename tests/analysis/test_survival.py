@@ -101,7 +101,7 @@ def test_walks_that_did_not_fall_are_censored() -> None:
 def test_what_is_no_set_of_walks_is_refused() -> None:
     with pytest.raises(InputError, match="at least one walk"):
         Survival((), ())
-    with pytest.raises(InputError, match="got 1 of 2"):
+    with pytest.raises(InputError, match="got 2 walks and 1 ends"):
         Survival((1, 2), (True,))
     with pytest.raises(InputError, match="same grounds"):
         ratio(Survival((1,), (True,)), Survival((1, 2), (True, False)))

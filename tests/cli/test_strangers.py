@@ -15,7 +15,6 @@ from command_line import assert_refused, run
 import mjbiped
 from mjbiped.control.loading import digest_of
 from mjbiped.gaits import optimised
-from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.reference import DEGREE
 from mjbiped.reports.walk import walk_figures
 
@@ -94,31 +93,3 @@ def test_a_report_searches_for_no_reference(walk: mjbiped.Walk, monkeypatch: pyt
     monkeypatch.setattr(optimised, "optimise", lambda *_: pytest.fail("a reference was searched for"))
     for controller in (imitating, library):
         assert walk_figures(with_settings(walk, controller=controller), video=False)
-
-
-@pytest.mark.parametrize(
-    "odd",
-    [
-        {"goal": {**GAIT["goal"], "speed": 1e-300}},
-        {"goal": {**GAIT["goal"], "speed": "fast"}},
-        {"half_angle": 0.0},
-        {"clearance_phase": "late"},
-        {"control_points": [[1.0]]},
-        {"robot": {"leg_mass": [1]}},
-    ],
-)
-def test_gaits_that_are_none_are_left_out_of_pictures(odd: dict[str, Any]) -> None:
-    assert gait_from(GAIT).period > 0.0
-    with pytest.raises(mjbiped.InputError):
-        gait_from({**GAIT, **odd})
-
-
-@pytest.mark.usefixtures("folder")
-def test_theorem_1_refuses_what_it_cannot_compute_with(walk: mjbiped.Walk) -> None:
-    for name, value in (("controller_states", float("nan")), ("dq", 1e300)):
-        samples = {**walk.samples, name: walk.samples[name].copy()}
-        samples[name][30] = value
-        dataclasses.replace(walk, samples=samples).save("odd.npz")
-        assert run("stability", "odd.npz").exit_code == 2
-    with_settings(walk, controller={**walk.settings["controller"], "robot": {"legs": 2}}).save("odd.npz")
-    assert_refused(run("stability", "odd.npz"), "cannot be built anew")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import re
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import click
@@ -21,11 +19,8 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.exchange.ros import urdf_of
 from mjbiped.plotting.style import new_figure, save_figure
 from mjbiped.studies import run as running
-from mjbiped.studies.cell import Cell
-from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import figures, section_5
 from mjbiped.studies.reproduction import reproduce as whole
-from mjbiped.utils import parallel as workers
 
 STUDY = """
 engine = "hybrid"
@@ -81,14 +76,6 @@ def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path:
     assert json.loads(run("sweep", study, "--dry-run", "--json").stdout)["walks"] == 6
 
 
-@pytest.mark.parametrize(("seconds", "said"), [(0.2, "1 s"), (325.0, "5 min 25 s"), (3600.0 * 30 + 60, "30 h 1 min")])
-def test_times_are_told_in_words(seconds: float, said: str) -> None:
-    from mjbiped.cli.studies import estimate_sentence
-
-    expected = {"walks": 9, "seconds": seconds, "workers": 2, "bytes": 2e6, "tried": 3}
-    assert f"9 walks: about {said} in 2 processes (beside" in estimate_sentence(expected)
-
-
 def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
@@ -96,14 +83,6 @@ def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, mon
     monkeypatch.setattr(running, "walk_cells", interrupted)
     result = run("sweep", study, "--out", tmp_path / "out")
     assert (result.exit_code, "the same command goes on" in result.stderr) == (130, True)
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_is_not_there(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed", reason="pip install 'mjbiped[cluster]'")
-    monkeypatch.setattr(workers, "_PATIENCE", 1.0)
-    result = run("sweep", study, "--scheduler", "tcp://127.0.0.1:1")
-    assert (result.exit_code, "no Dask scheduler answers" in result.stderr) == (2, True)
 
 
 def test_a_sweep_over_the_limits_of_a_walk_has_columns_for_both(study: Path, tmp_path: Path) -> None:
@@ -155,26 +134,8 @@ def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch:
     assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(printed["checks"][0])
 
 
-@pytest.mark.usefixtures("small")
-def test_an_interrupted_reproduction_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    begun: list[Cell] = []
-    real = cells.row
-
-    def interrupted(cell: Cell, folder: Path) -> dict[str, object]:
-        begun.append(cell)
-        if len(begun) > 4:
-            raise KeyboardInterrupt
-        return real(cell, folder)
-
-    monkeypatch.setattr(cells, "row", interrupted)
-    result = run("reproduce", "--out", tmp_path, "--workers", 1)
-    assert (result.exit_code, "the same command goes on" in result.stderr) == (130, True)
-    with closing(sqlite3.connect(tmp_path / "walks" / "walks.sqlite")) as database:
-        assert database.execute("SELECT count(*) FROM cells").fetchone() == (4,)
-
-
 def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that fails does not stop the others; the summary tells each command; Ctrl-C keeps those before."""
+    """One that fails does not stop the others; the summary tells each command."""
     wheel = "gait --robot wheel --slope-deg 5"
     shown = {
         "steep": "gait --slope-deg 80",
@@ -190,14 +151,6 @@ def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.Mo
     assert f"mjbiped {wheel} --plot '{folder / 'wheel.pdf'}'" in result.stdout
     assert result.stdout.endswith(f"wrote {folder / 'wheel.pdf'}\nwrote {folder / 'last.pdf'}\n")
     assert sorted(path.name for path in folder.iterdir()) == ["last.pdf", "wheel.pdf"]
-
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(main.commands["return-map"], "callback", interrupted)
-    result = run("figures", tmp_path / "again", "--quiet")
-    assert (result.exit_code, "interrupted in mjbiped return-map" in result.stderr) == (130, True)
-    assert [path.name for path in (tmp_path / "again").iterdir()] == ["wheel.pdf"]
 
 
 @pytest.mark.parametrize("name", export.SET)

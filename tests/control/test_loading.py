@@ -94,7 +94,7 @@ REFUSED = {
     "stranger": ("class Law:\n    pass\n", "Law in law.py does not derive from controllers.Controller"),
     "abstract": (
         "from controllers import Controller\nclass Law(Controller):\n    pass\n",
-        "lacks what every such controller must have: torque",
+        "lacks torque; a controller needs a method torque",
     ),
     "needs": (
         own_controllers.law(

@@ -190,7 +190,7 @@ def test_fields_and_their_defaults() -> None:
         ("kind", "b", "b"),
         ("anything", "7", 7),
         ("anything", "word", "word"),
-        ("gain", "much", "gain = 'much': must be a finite number, as a field of Made"),
+        ("gain", "much", "gain = 'much': must be a finite number, as declared in Made"),
         *(("gain", text, "a finite number") for text in ("nan", "true", "none")),
         ("count", "2.5", "a whole number"),
         ("on", "1", "true or false"),

@@ -11,13 +11,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
-from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
 
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.controllers.replanning import transition, transition_at
-from mjbiped.controllers.room import COS, CURVES, REPLANNED, ROOM, SIN
 from mjbiped.errors import InputError
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.gaits.reference import motion_at
@@ -86,86 +84,6 @@ def test_the_laws_are_equations_14_and_17_and_theorem_1_holds(
     derivative = z1 @ dz1 + z2 @ (ddq_r - ddq + k1 * dz1) - error @ found[2:] / gamma
     tolerance = 1e-13 * (np.abs(z2).sum() * norm * size + k1 * z1 @ z1 + k2 * z2 @ z2)
     assert derivative == pytest.approx(-k1 * z1 @ z1 - k2 * z2 @ z2, rel=0, abs=tolerance)
-
-
-def test_equation_11_wants_the_reference_acceleration_where_the_paper_prints_the_rate() -> None:
-    robot, slope, k1 = ROBOT, 0.07, 5.0
-    q, dq, tau = np.array([0.2, -0.3]), np.array([1.1, -0.4]), np.array([3.0, -2.0])
-    qr, dqr, ddqr = np.array([0.15, -0.1]), np.array([0.9, 0.6]), np.array([-1.7, 2.3])
-    ddq = acceleration(robot, q, dq, slope, tau)
-
-    def v2(t: float) -> float:
-        z1 = (qr + t * dqr + t * t / 2 * ddqr) - (q + t * dq + t * t / 2 * ddq)
-        z2 = (dqr + t * ddqr) - (dq + t * ddq) + k1 * z1
-        return float(z1 @ z1 + z2 @ z2) / 2
-
-    step = 1e-5
-    measured = (v2(step) - v2(-step)) / (2 * step)
-    z1, dz1 = qr - q, dqr - dq
-    z2 = dz1 + k1 * z1
-    settled, printed = (-k1 * z1 @ z1 + z2 @ (z1 + each + k1 * dz1 - ddq) for each in (ddqr, dqr))
-    assert measured == pytest.approx(settled, abs=1e-6)
-    assert abs(measured - printed) > 1.0
-
-
-@pytest.mark.parametrize(("slope", "cost"), [(0.0, 0.0349), (math.radians(2.0), 0.0)])
-def test_level_ground_costs_the_sine_of_the_imitated_slope_and_that_slope_nothing(slope: float, cost: float) -> None:
-    """Exact tracking of the gait on 2 degrees, one step from impact to impact, integrated with its work."""
-    controller = replace(PAPER, initial_slope_estimate=slope, adaptation_gain=1e-9)
-    memory = started(controller, CYCLE[:2], CYCLE[2:])
-
-    def motion(t: float, y: Array) -> Array:
-        tau = np.array(controller.torque(memory, t, y[:2].tolist(), y[2:4].tolist())[:2])
-        power = tau[0] * y[2] + tau[1] * (y[3] - y[2])
-        return np.array([*y[2:4], *acceleration(ROBOT, y[:2], y[2:4], slope, tau), power])
-
-    solution = solve_ivp(motion, (0.0, GAIT.period), [*CYCLE, 0.0], "DOP853", rtol=1e-10, atol=1e-12)
-    # the integrator's 1e-10 per step and the table's 1e-9 rad/s^2
-    np.testing.assert_allclose(solution.y[:4, -1], GAIT.end, rtol=0, atol=1e-8)
-    # what the impact takes is what gravity gives the passive walker on the slope; the paper's four digits
-    assert round(solution.y[4, -1] / (ROBOT.weight * GAIT.step_length), 4) == cost
-
-
-class Guarded(list[float]):
-    """A memory of fixed size that refuses every index but its own places, and writing where it is locked."""
-
-    locked = False
-
-    def __getitem__(self, index: Any) -> Any:
-        assert 0 <= index < len(self)
-        return super().__getitem__(index)
-
-    def __setitem__(self, index: Any, value: Any) -> None:
-        assert not self.locked
-        assert 0 <= index < len(self)
-        assert isinstance(value, float)
-        super().__setitem__(index, value)
-
-
-def test_the_memory_is_used_within_its_size_written_at_touchdowns_alone_and_an_array_as_well() -> None:
-    memory, array = Guarded([0.0] * PAPER.memory_size), np.zeros(PAPER.memory_size)
-    room: Any = array
-    PAPER.start(memory, *OFF)
-    PAPER.start(room, *OFF)
-    PAPER.on_touchdown(memory, [0.25, -0.2], [-0.2, 0.2], [1.0, 0.9])
-    PAPER.on_touchdown(room, np.array([0.25, -0.2]), np.array([-0.2, 0.2]), np.array([1.0, 0.9]))  # type: ignore[arg-type]
-    assert memory == array.tolist()
-    memory.locked = True
-    for t in (0.0, 0.3, 0.7, 2.0, 1e3):
-        assert PAPER.torque(memory, t, *OFF) == PAPER.torque(room, t, *OFF)
-        PAPER.reference(memory, t)
-    assert PAPER.slope_estimate(memory) == PAPER.slope_estimate(room)
-
-
-def test_a_replanned_step_reads_estimates_and_curves_and_nothing_in_the_room() -> None:
-    memory = started(PAPER, *OFF)
-    torque = PAPER.torque(memory, 0.3, *OFF)
-    for place in range(PAPER.memory_size):
-        changed = list(memory)
-        changed[place] = 0.0 if place == REPLANNED else changed[place] + 0.1
-        used = place in (SIN, COS, REPLANNED) or place >= CURVES
-        if used or place >= ROOM:
-            assert (PAPER.torque(changed, 0.3, *OFF) != torque) == used
 
 
 six = st.tuples(*[st.floats(-3, 3)] * 6)

@@ -19,7 +19,7 @@ import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.linkage import BASE
 from mjbiped.dynamics.modes import FLAT, HEEL, TOE
-from mjbiped.engines.hybrid.impacts import lay_down, lay_flat, set_down, stop_swing_foot
+from mjbiped.engines.hybrid.impacts import lay_flat, set_down, stop_swing_foot
 from mjbiped.engines.hybrid.motion import enter_mode, rates, stance_force
 from mjbiped.engines.hybrid.resets import exchange_legs
 from mjbiped.engines.hybrid.state import Constants, State, swing_foot
@@ -193,14 +193,6 @@ def test_an_edge_comes_down_as_coulombs_impact_says(down: int, edge: int, q: Any
         w.impulse_normal * w.cosine - w.impulse_along * w.sine,
     ]
     np.testing.assert_allclose(found, stance, atol=ROUNDING * scale)
-
-
-def test_a_foot_that_lies_flat_is_parallel_to_its_ground() -> None:
-    c, w = walker(TOE, FLAT, 0.05, (0.2, -0.2, 0.0), (1.0, 1.0, 0.0, 0.0))
-    w.down, w.down_since, w.elapsed = TOE, 0.5, 0.512
-    lay_down(c, w)
-    assert (w.down, w.free) == (FLAT, 2)
-    assert w.slap == pytest.approx(0.012)
 
 
 def moved(c: Constants, w: State, torques: tuple[float, float]) -> tuple[Array, Array]:

@@ -10,15 +10,10 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 from lagrange import lagrange
-from simulations import hybrid_run
 
-from mjbiped.control.controller import Unpowered
 from mjbiped.dynamics.linkage import Linkage, Motion, ground_force, room, stand
 from mjbiped.robots.bodies import linkage_with
 from mjbiped.robots.chain import Array, chain_by
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.round import RoundCompass
-from mjbiped.terrain.terrain import Terrain
 
 RELATIVE = 1e-12
 """Rounding of some hundred operations on terms that differ by a factor of 1e2 at most."""
@@ -97,9 +92,3 @@ def ground_force_of(q: Array, dq: Array, ddq: Array, slope: float) -> Array:
     along, normal = ground_force(made, motion, q.tolist(), dq.tolist(), ddq.tolist())
     sine, cosine = math.sin(slope), math.cos(slope)
     return np.array([along * cosine + normal * sine, normal * cosine - along * sine])
-
-
-@pytest.mark.parametrize(("robot", "closed"), [(Compass(hip_mass=2.0), True), (RoundCompass(), False)])
-def test_two_straight_legs_on_a_point_have_the_short_equations(robot: Compass | RoundCompass, closed: bool) -> None:
-    run = hybrid_run(Unpowered(), Terrain.level(), robot=robot, q=(-0.2, 0.2), dq=(1.0, 1.0), compile=False)
-    assert run.state.closed == closed

@@ -81,6 +81,8 @@ def test_a_foot_of_mujoco_slips(law: Controller, start: Any) -> None:
     """500 N m at the ankle ask for more than friction holds; a swing leg that is thrown up takes the robot with it."""
     walk = mjbiped.walk(law, Terrain.level(), initial=start)
     assert (walk.outcome, walk.steps) == ("slipped", 0)
+    foot = walk.robot.limbs(walk.samples["qpos"][-1])[0, -1]
+    assert 0.1 < np.abs(foot).max() < 0.1055  # a tenth of a leg, and what is passed in a physics step
 
 
 @BOTH

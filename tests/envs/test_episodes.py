@@ -10,15 +10,13 @@ import pytest
 from episodes import assert_begins_like, begun, random_actions, repeated, walked
 
 import mjbiped
-from controllers import AdaptiveController, Controller, KneedController, PassiveController
-from mjbiped.control.compiled import as_machine_code, compilable_law
+from controllers import AdaptiveController, KneedController
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.envs import TASKS, observation
-from mjbiped.envs.driven import DrivenController
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError
 from mjbiped.rules.termination import Outcome
 
 NOISE = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.001, "angle_resolution": 1e-4}
@@ -106,15 +104,6 @@ def test_what_is_felt_is_what_the_sensors_show_the_controller(robot: str, distur
     assert np.array(felt)[-1, -1] != 0.0  # there was a touchdown
 
 
-def test_a_locked_knee_is_felt() -> None:
-    walkers = begun(WalkTask("walk_level", residual=True, robot="kneed"))
-    rows = walked(walkers, np.zeros((120, 3)))
-    locked, flexion = rows[:, walkers.felt.shape[1] - 1], rows[:, 2] - rows[:, 1]
-    assert set(locked) == {0.0, 1.0}
-    assert flexion[locked == 1.0] == pytest.approx(0.0, abs=1e-3)  # the lock is soft
-    assert np.max(flexion) > 0.5
-
-
 def test_a_row_of_robots_is_bitwise_robots_alone_with_any_number_of_threads() -> None:
     """Another task's robot and another walk come between."""
     task, other = WalkTask("walk_random", residual=True), WalkTask("walk_stairs", residual=True, control_period=0.012)
@@ -185,19 +174,6 @@ def test_another_episode_on_the_same_ground_is_that_of_a_new_robot(drawn: Any, m
     assert walked(walkers, actions).tobytes() == walked(fresh, actions).tobytes()
 
 
-@pytest.mark.parametrize("recorded", [True, False])
-def test_touchdowns_are_taken_when_the_room_for_samples_is_used_up_and_only_if_recorded(recorded: bool) -> None:
-    """The memory of robots that are not recorded does not grow, however long they walk."""
-    row = Walkers(WalkTask("walk_level", residual=True), recorded=recorded)
-    row.begin(0, np.random.default_rng(0))
-    walked(row, np.zeros((60, 2)))  # 240 samples
-    count = row.walker().run.simulation.state.count
-    assert count > 0  # touchdowns so far
-    assert row.walker().run.recorder.steps == 0
-    walked(row, np.zeros((10, 2)))
-    assert (row.walker().run.recorder.steps >= count) == recorded
-
-
 @pytest.mark.parametrize("residual", [False, True])
 def test_actions_and_torques_are_cut_off_at_their_limits(residual: bool) -> None:
     task = WalkTask("walk_level", residual=residual)
@@ -246,45 +222,3 @@ def test_the_ground_is_seen_where_it_is() -> None:
     heights = terrain.height(foot + np.arange(1, 11) / 10.0) - terrain.height(foot)
     np.testing.assert_allclose(seen[1:], heights, rtol=0, atol=2e-6)  # the foot stands 1 µm deep
     assert np.ptp(seen[1:]) == pytest.approx(0.02)
-
-
-def test_before_and_after_episodes_it_is_said_what_to_do() -> None:
-    two = Walkers(WalkTask("walk_level"), 2)
-    two.begin(1, np.random.default_rng(0))
-    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
-        two.step()
-    two.begin(0, np.random.default_rng(0))
-    two.step()
-    two.close()
-    for late in (two.step, two.walk):
-        with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
-            late()
-
-
-MOST, PEAK = (3.0, 2.0), (10.0, 5.0)
-
-
-class Plain(PassiveController):
-    """Without laws to be compiled."""
-
-    def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
-        return 0.1, 0.2
-
-
-@pytest.mark.parametrize("added", [(0.0, 0.0), (1.0, -0.5), (100.0, -100.0)])
-def test_torques_that_are_added_are_cut_off_and_so_is_the_sum(
-    controller: AdaptiveController, added: tuple[float, float]
-) -> None:
-    own: Controller = DrivenController(controller, MOST, PEAK)
-    memory, q, dq = [0.0] * own.memory_size, (-0.15, 0.3), (1.5, 2.0)
-    own.start(memory, q, dq)
-    memory[-2:] = added
-    plain, values = controller.torque(memory, 0.1, q, dq), own.torque(memory, 0.1, q, dq)
-    most, peak = np.array(MOST), np.array(PEAK)
-    np.testing.assert_array_equal(values[:2], np.clip(np.clip(added, -most, most) + plain[:2], -peak, peak))
-    assert tuple(values[2:]) == tuple(plain[2:])
-    assert not as_machine_code(own).failed
-    again = pickle.loads(pickle.dumps(own))
-    assert again.describe() == own.describe()
-    assert compilable_law(again) is not None
-    assert compilable_law(DrivenController(Plain(), MOST, PEAK)) is None

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import mjbiped
-from mjbiped.engines.compiling import VARIABLE
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
 from mjbiped.errors import InputError
@@ -60,20 +59,6 @@ def test_it_is_the_environment_of_gymnasium(residual: bool) -> None:
 
 
 ZERO = np.zeros(2, dtype=np.float32)
-
-
-def test_each_seed_draws_episodes_of_its_own() -> None:
-    grounds = []
-    for seed in (1, 1, 2):
-        env = load("walk_random", {"random": seed})
-        for _ in range(2):
-            env.reset()
-            grounds.append(env.physics.walk().terrain.x)
-    assert grounds[:2] == grounds[2:4]
-    assert len({*grounds}) == 4
-    same = load("walk_random", {"random": np.random.RandomState(1), "terrain": {"seed": 4}})
-    same.reset()
-    assert same.physics.walk().terrain == mjbiped.Terrain.random(seed=4, length=15.0)
 
 
 def test_an_episode_ends_at_a_fall_and_at_the_time_limit() -> None:
@@ -129,17 +114,6 @@ def test_a_copied_and_a_pickled_physics_go_on_by_themselves() -> None:
     assert physics.time() == 0.0
 
 
-def test_an_interpreted_episode_that_begins_again_is_interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another simulation took its place, and the physics went on showing the old one."""
-    monkeypatch.setenv(VARIABLE, "never")
-    env = load("walk_level", {"random": 0}, {"flat_observation": True})
-    assert env.reset().observation["observations"].shape == (12,)
-    env.step([0.0, 0.0])
-    monkeypatch.setenv(VARIABLE, "always")
-    env.physics.reset()
-    assert env.physics.time() == 0.0
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
 def test_pixels() -> None:
@@ -154,19 +128,6 @@ def test_pixels() -> None:
     wrapped.reset()  # other ground, so another model and another rendering context
     assert wrapped.step([0.0, 0.0]).observation["pixels"].std() > 10.0
     env.physics.free()
-
-
-def test_wrappers_of_dm_control() -> None:
-    from dm_control.suite.wrappers import action_noise, action_scale, mujoco_profiling
-
-    made: Any = [load("walk_level", {"random": 0, "residual": True}) for _ in range(3)]
-    noisy, scaled = action_noise.Wrapper(made[0], scale=0.1), action_scale.Wrapper(made[1], minimum=-1.0, maximum=1.0)
-    for env in (noisy, scaled, mujoco_profiling.Wrapper(made[2])):
-        env.reset()
-        for _ in range(30):
-            step = env.step(np.zeros(2))
-        assert not step.last()
-    assert step.observation["step_timing"][1] == 30.0
 
 
 def test_the_viewers_runtime_runs_and_begins_again() -> None:
@@ -224,3 +185,17 @@ except mjbiped.MjbipedError as error:
 def test_where_a_package_is_missing(missing: str, code: str, said: str) -> None:
     program = [sys.executable, "-c", WITHOUT.format(missing=missing, code=code)]
     assert said in subprocess.run(program, capture_output=True, text=True, check=True).stdout
+
+
+def test_each_seed_draws_episodes_of_its_own() -> None:
+    grounds = []
+    for seed in (1, 1, 2):
+        env = load("walk_random", {"random": seed})
+        for _ in range(2):
+            env.reset()
+            grounds.append(env.physics.walk().terrain.x)
+    assert grounds[:2] == grounds[2:4]
+    assert len({*grounds}) == 4
+    same = load("walk_random", {"random": np.random.RandomState(1), "terrain": {"seed": 4}})
+    same.reset()
+    assert same.physics.walk().terrain == mjbiped.Terrain.random(seed=4, length=15.0)

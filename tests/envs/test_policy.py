@@ -164,19 +164,6 @@ def test_files_that_are_no_policies_are_named(described: dict[str, Any], words: 
         OnnxController(str(file))
 
 
-def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tmp_path: Path) -> None:
-    assert controller_class("policy:walk.onnx") is OnnxController
-    assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
-    (tmp_path / "walk.onnx").write_bytes(b"a policy")
-    reference = located("policy:walk.onnx", tmp_path)
-    assert reference == f"policy:{tmp_path / 'walk.onnx'}"
-    assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
-    with pytest.raises(InputError, match="there is no such file"):
-        digest_of("policy:nowhere.onnx")
-    with pytest.raises(InputError, match="no file describes the controller adaptive"):
-        controller_class("adaptive:walk.onnx")
-
-
 def test_the_program_of_the_page_trains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for package in ("stable_baselines3", "onnx", "onnxruntime"):
         pytest.importorskip(package, reason="needs the extras sb3 and onnx")
@@ -225,3 +212,16 @@ def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) ->
     with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
         export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
     env.close()
+
+
+def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tmp_path: Path) -> None:
+    assert controller_class("policy:walk.onnx") is OnnxController
+    assert settings_of("policy:walk.onnx")["file"] == "walk.onnx"
+    (tmp_path / "walk.onnx").write_bytes(b"a policy")
+    reference = located("policy:walk.onnx", tmp_path)
+    assert reference == f"policy:{tmp_path / 'walk.onnx'}"
+    assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
+    with pytest.raises(InputError, match="there is no such file"):
+        digest_of("policy:nowhere.onnx")
+    with pytest.raises(InputError, match="no file describes the controller adaptive"):
+        controller_class("adaptive:walk.onnx")

@@ -68,15 +68,6 @@ def test_an_episode_is_made_of_what_was_drawn_whatever_the_order_of_tables() -> 
     assert drawn_by(task, 1).drawn != episode.drawn
 
 
-def test_what_is_drawn_stays_within_its_ends() -> None:
-    task, random = WalkTask("walk_level", **DRAWN), np.random.default_rng(0)
-    values = [task.episode(random).drawn for _ in range(300)]
-    mass = np.array([each["robot.leg_mass"] for each in values])
-    assert 4.5 <= mass.min() < 4.52  # of 300 the least is more than 0.02 off once in 400 tries: 0.98^300
-    assert 5.48 < mass.max() <= 5.5
-    assert {each["terrain.count"] for each in values} == set(range(1, 10))
-
-
 def test_seeds_are_drawn_unless_given() -> None:
     assert "terrain.seed" in drawn_by(WalkTask("walk_level", terrain="waves")).drawn
     assert "disturbances.seed" in drawn_by(WalkTask("walk_level", disturbances={"angle_noise": 0.01})).drawn
@@ -150,26 +141,18 @@ def curriculum(**changed: Any) -> dict[str, Any]:
     ("settings", "field"),
     [
         ({"robot": "kned"}, "did you mean 'kneed'"),
-        ({"robot": 3}, "robot = 3"),
         ({"robot": "wheel"}, "has no legs to walk with"),
         ({"robot": {"leg_mas": 4.0}}, "leg_mas"),
-        ({"robot": {"leg_mass": {"unifrm": [4.0, 5.0]}}}, "robot.leg_mass"),
         ({"robot": {"leg_mass": {"uniform": [-1.0, 4.0]}}}, "leg_mass = -1.0"),
-        ({"robot": {"leg_mass": {"uniform": [1.0, 4e7]}}}, "leg_mass = 40000000.0"),
         ({"robot": {"leg_mass": {"normal": [1.0, 0.3]}}}, "leg_mass = -0.199"),
         ({"terrain": 3}, "terrain = 3"),
-        ({"terrain": "stair"}, "stair"),
         ({"terrain": {"name": "stairs", "raise": 0.1}}, "did you mean 'rise'"),
-        ({"disturbances": "noise"}, "disturbances = 'noise'"),
-        ({"disturbances": {"angle_nois": 0.1}}, "angle_nois"),
         ({"disturbances": {"control_period": {"uniform": [0.004, 0.02]}}}, "control_period cannot be drawn"),
         ({"disturbances": {"control_period": 0.016}}, "control_period = 0.02: must be a multiple of"),
         ({"control_period": 2.0}, "control_period = 2.0: must be from 0.004 to 1 s"),
-        ({"residual": 1}, "residual = 1"),
         ({"time_limit": "long"}, "time_limit"),
         (curriculum(hard={"rise": -0.1}), "have different forms"),
         (curriculum(hard={"raise": -0.1}), "in `hard`"),
-        (curriculum(hard={"rise": (-2000.0, 0.0)}), "rise"),
         (curriculum(step=2.0), "step = 2.0"),
         (curriculum(by="luck"), "`by` 'luck'"),
     ],

@@ -1,4 +1,4 @@
-"""Robots from MJCF: our own exports read again, models of other hands, and what is refused."""
+"""Robots from MJCF: our own exports read again, models of other hands, and what is refused: crashes and costs too."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 import mjbiped
 from mjbiped.errors import InputError
+from mjbiped.exchange import parts
 from mjbiped.exchange.foreign import read_robot
 from mjbiped.exchange.mjcf import export_scene
 
@@ -147,38 +148,30 @@ def test_a_chain_from_shank_to_shank(tmp_path: Path) -> None:
 FOOT = 'name="other" type="sphere" size="0.02"'
 REFUSED = {
     "losses": (KNEED.replace("<joint type", '<joint damping="0.5" type', 1), r"it has damping \(0.5\).*set it to 0"),
-    "armature": (KNEED.replace("<joint type", '<joint armature="0.01" type', 1), "it has armature"),
     "free": (
         PINNED.replace('type="hinge"', 'type="free"', 1).replace('axis="-1 0 0"/>', "/>", 1),
         "'a' has a free or ball",
     ),
     "across": (KNEED.replace('axis="0 -1 0"', 'axis="1 0 0"', 1), "leads out of the plane"),
-    "upright hinges": (KNEED.replace('axis="0 1 0"', 'axis="0 0 1"').replace("0 -1 0", "0 0 1"), "not horizontal"),
     "no gravity": (PINNED.replace("-9.8", "0"), "no gravity"),
-    "static": ("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>", "nothing in it moves"),
     "trunk": (
         KNEED.replace('axis="0 0 1"/>', 'axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>', 1),
         "expected no trunk",
     ),
+    "unequal": (KNEED.replace('mass="3"', 'mass="3.5"', 1), "legs are not equal: mass 3.5 of the body 'one', and 3 of"),
     "two trees": (
         PINNED.replace("</worldbody>", '<body name="c"><joint axis="1 0 0"/><geom size="1"/></body></worldbody>'),
         "the body 'a' and the body 'c' hang on the world apart",
     ),
     "apart": (KNEED.replace('pos="0 -0.1 0"', 'pos="0.1 -0.1 0"'), "hinges apart; expected one hip"),
-    "unequal": (KNEED.replace('mass="3"', 'mass="3.5"', 1), "legs are not equal: mass 3.5 of the body 'one', and 3 of"),
     "beside": (KNEED.replace('pos="0 0 -0.15"', 'pos="0.02 0 -0.15"'), "'one' lies 0.02 m beside the line"),
     "no feet": (KNEED.replace(FOOT, FOOT.replace("sphere", "box").replace("0.02", "1 1 1")), "has no foot"),
-    "one leg": (PINNED.replace('<joint name="hip" type="hinge" axis="-1 0 0"/>', ""), "only the body 'a' moves"),
     "ankles": (
         KNEED.replace(
             '<geom name="one"',
             '<body pos="0 0 -0.5"><joint type="hinge" axis="0 1 0"/><geom size="0.01"/></body><geom name="one"',
         ),
         "expected one link each, or a thigh and a shank",
-    ),
-    "double": (
-        KNEED.replace('<joint type="hinge" axis="0 -1 0"/>', '<joint axis="0 1 0"/><joint axis="0 1 0"/>', 1),
-        "held by 2 joints",
     ),
     "no MJCF": ("<mujoco><robot/></mujoco>", "MuJoCo cannot read it: XML Error"),
 }
@@ -199,6 +192,47 @@ def test_says_what_is_missing(name: str, tmp_path: Path) -> None:
     assert len(str(raised.value).splitlines()) == 1
 
 
-def test_names_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such file"):
-        read_robot(tmp_path / "nothing.xml")
+MODEL = """
+<mujoco>
+  <compiler meshdir="parts"/>
+  {head}
+  <worldbody>
+    {world}
+    <body name="a"><joint axis="0 1 0"/><geom size="0.1"/></body>
+  </worldbody>
+</mujoco>
+"""
+GREAT = {
+    "crash": (
+        '<asset><model name="m" file="model.xml"/></asset>',
+        '<attach model="m" body="a" prefix="p"/>',
+        "SIGSEGV",
+    ),
+    "memory": (
+        '<asset><hfield name="h" nrow="40000" ncol="40000" size="1 1 1 1"/></asset>',
+        '<geom type="hfield" hfield="h"/>',
+        "ends with RuntimeError: ",
+    ),
+    "time": ("", '<replicate count="1000000"><geom size="0.1"/></replicate>', "has not come to an end"),
+}
+
+
+def refused(folder: Path, head: str, world: str = "") -> str:
+    """What a model is refused with."""
+    (folder / "model.xml").write_text(MODEL.format(head=head, world=world), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_robot(folder / "model.xml")
+    message = str(raised.value)
+    assert message.startswith(repr(str(folder / "model.xml"))[:20])
+    assert len(message.splitlines()) == 1
+    return message
+
+
+@pytest.mark.parametrize("name", GREAT)
+def test_a_crash_and_the_limits_are_told(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    head, world, words = GREAT[name]
+    if name == "time":
+        monkeypatch.setattr(parts, "_LONGEST", 1)  # s; it takes minutes
+    message = refused(tmp_path, head, world)
+    assert words in message
+    assert "GiB of memory; expected the model of a robot alone" in message

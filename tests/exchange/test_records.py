@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-import numpy as np
 import pandas
 import pyarrow.parquet
 import pytest
 
 import mjbiped
 from mjbiped.control.controller import Unpowered
-from mjbiped.errors import InputError, RecordError
 from mjbiped.exchange import export_walk
 
 WALKS = {
@@ -43,23 +40,3 @@ def test_parquet_holds_units_too(walk: mjbiped.Walk, tmp_path: Path) -> None:
         assert read.attrs["units"] == expected.attrs["units"]
     table = pyarrow.parquet.read_table(tmp_path / "walk.parquet")
     assert table["q_stance"].to_pylist() == walk.samples["q"][:, 0].tolist()
-
-
-def test_walk_without_samples_has_touchdowns(tmp_path: Path) -> None:
-    walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=2, engine="hybrid", sample_period=None)
-    export_walk(walk, tmp_path / "walk.csv")
-    assert len(pandas.read_csv(tmp_path / "walk.csv")) == len(walk.samples["time"])
-    assert np.array(pandas.read_csv(tmp_path / "walk_touchdowns.csv")["step"]).tolist() == [1, 2]
-
-
-def test_refusals(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match=r"must end in \.csv or \.parquet or \.mcap"):
-        export_walk(walk, tmp_path / "walk.xlsx")
-    with pytest.raises(RecordError, match="cannot write"):
-        export_walk(walk, tmp_path / "nothing" / "walk.csv")
-    with pytest.raises(RecordError, match="export_walk"):
-        walk.save(tmp_path / "walk.csv")
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(InputError, match=r"a file walk\.parquet needs PyArrow.*mjbiped\[data\]"):
-        export_walk(walk, tmp_path / "walk.parquet")
-    assert not list(tmp_path.iterdir())

@@ -13,7 +13,6 @@ from urdf_parser_py.urdf import URDF
 import mjbiped
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
-from mjbiped.errors import RecordError
 from mjbiped.exchange.ros import export_urdf, urdf_of
 
 
@@ -54,20 +53,3 @@ def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:
     assert shank.inertial.inertia.iyy == robot.shank_inertia
     assert (knee.type, knee.origin.xyz, knee.limit.lower) == ("revolute", [0.0, 0.0, -0.5], 0.0)
     assert [each.geometry.length for each in shank.visuals if hasattr(each.geometry, "length")] == [0.5]
-
-
-def test_spokes_are_one_link() -> None:
-    robot = mjbiped.RimlessWheel(spokes=5)
-    read = URDF.from_xml_string(urdf_of(robot).encode())
-    wheel = read.link_map["wheel"]
-    feet = np.array([each.origin.xyz for each in wheel.collisions])
-    assert feet[:, [0, 2]] == pytest.approx(robot.limbs([0.0, 0.0, 0.0])[:, -1], abs=1e-15)
-    middles = np.array([each.origin.xyz for each in wheel.visuals if hasattr(each.geometry, "length")])
-    assert 2.0 * middles == pytest.approx(feet, abs=1e-15)
-    pitch = [each.origin.rpy[1] for each in wheel.visuals if hasattr(each.geometry, "length")]
-    assert np.tan(pitch) == pytest.approx(feet[:, 0] / feet[:, 2], abs=1e-12)
-
-
-def test_refuses_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(RecordError, match="cannot write"):
-        export_urdf(mjbiped.Compass(), tmp_path / "nothing" / "robot.urdf")

@@ -19,7 +19,7 @@ from mjbiped.studies import plan as plans
 from mjbiped.studies.plan import Study, read_study
 from mjbiped.studies.run import columns_of
 from mjbiped.studies.store import opened
-from mjbiped.terrain.terrain import Terrain, parse_terrain
+from mjbiped.terrain.terrain import Terrain
 
 LONGEST_MESSAGE = 1000
 
@@ -76,20 +76,12 @@ NASTY_YAML = (
     *(f"{value}: 1" for value in TAGGED),
     merges_of_merges(12),
     "segments: " + "[" * 100_000,
-    "segments: " + "[" * 500 + "]" * 500,
     "a: " * 2000 + "1",
-    "? " * 2000 + "1",
     "- " * 2000 + "1",
     "segments: &s [*s]",
-    "segments: &s [[1, 0], *s]",
-    "segments: [[1, 0]]\nsegments: [[2, 0]]",
     "segments: [[1, 0]]\n---\nsegments: [[1, 0]]",
     "%YAML 9.9\n---\nsegments: [[1, 0]]",
     'segments: "\\UFFFFFFFF"',
-    "segments: |\n" + "  x\n" * 1000,
-    "{}: {}",
-    "[a]: 1",
-    "segments: [[1:30:00, 0]]",
     "\u2028\u2029\x85",
     "\x07",
 )
@@ -97,15 +89,11 @@ NASTY_TOML = (
     *(f"segments = [[{value}, 0]]" for value in NUMBERS),
     *(f"segments = {value}" for value in NUMBERS),
     "segments = " + "[" * 100_000,
-    "segments = " + "[" * 500 + "]" * 500,
     "segments = " + "{a=" * 2000 + "1",
-    ".".join("a" * 5000) + " = 1",
     "segments" + ".a" * 5000 + " = 1",
     'segments = "\\UFFFFFFFF"',
     "segments = [[1, 0]]\nsegments = [[1, 0]]",
     "[segments]\nlength = 1",
-    "[[segments.a]]",
-    '"" = 1',
     "segments = [[1, 0]]\r\r\n",
 )
 NASTY_CSV = (
@@ -114,12 +102,9 @@ NASTY_CSV = (
     "0,0\n" * 2000,
     "," * 100_000,
     "\n" * 100_000 + "0,0",
-    "x,z\n" * 10,
     "0,0\n1,0" + "0" * 100_000,
-    "0\t0\n1\t0\n",
     "-1e5,0\n1e5,0\n",
     "0,0\n5e-324,0\n1,0\n",
-    "0,1e5\n1,1e5\n",
 )
 NASTY_STUDIES = (
     *(
@@ -141,7 +126,6 @@ NASTY_STUDIES = (
     "controller = { " + ", ".join(f"{name} = {{ from = 1, to = 2, count = 100000 }}"
                                   for name in ("position_gain", "velocity_gain", "adaptation_gain")) + " }",
     f"controller = {{ position_gain = {[*range(1, 20_001)]} }}\nsteps = {[*range(1, 60)]}",
-    "controller" + ".a" * 5000 + " = 1",
     "terrain = " + "[" * 100_000,
 )  # fmt: skip
 
@@ -231,25 +215,3 @@ def test_study_files(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with opened(tmp_path / "table", "study", columns_of(study), {}) as store:  # which takes no column twice
         assert store.rows() == []
     read_all(cases("study", count), tmp_path / "study.toml", read_study)
-
-
-def test_bytes_that_are_no_text(tmp_path: Path) -> None:
-    chance = random.Random(5)
-    for number in range(50):
-        for suffix, read in ((".csv", Terrain.from_file), (".yaml", Terrain.from_file), (".toml", read_study)):
-            path = tmp_path / f"{number}{suffix}"
-            path.write_bytes(chance.randbytes(chance.randrange(1, 200)))
-            with pytest.raises(InputError, match=path.name):
-                read(path)
-
-
-def test_presets_of_the_command_line() -> None:
-    chance = random.Random(3)
-    keys = ["tread", "rise", "first", "count", "seed", "length", "slope_deg", "roughness", "spacing", "segment_length"]
-    for _ in range(500):
-        name = chance.choice(["stairs", "random", "slopes", "incline", "level", "mixed", "moon", ""])
-        values = (
-            chance.choice([*NUMBERS, "0.1", "1", "-1..1", "1..", "..", "", "٣"]) for _ in range(chance.randrange(4))
-        )
-        text = f"{name}:" + ",".join(f"{chance.choice(keys)}={value}" for value in values)
-        assert len(read_or_refused(partial(parse_terrain, text), text)) < LONGEST_MESSAGE, text[:300]

@@ -5,36 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.cycle import free_motion, step
+from mjbiped.errors import GaitError
+from mjbiped.gaits.cycle import free_motion
 from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.reference import RATE
 from mjbiped.robots.chain import Array
-from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RoundKneed
 
 MCGEERS = 0.0456
 PLAIN = KneedBiped()
-
-
-class Latched(RoundKneed):
-    """A latch keeps the departing knee straight through the heel strike, as that of `KneedBiped`."""
-
-    knee_opens = False
-
-    def heel_impact(self, q: ArrayLike, dq: ArrayLike) -> tuple[Array, Array]:
-        """Legs of one piece."""
-        angles, rates = np.asarray(q), np.asarray(dq)
-        return angles[::-1], self.rates_after_touchdown(angles[[0, 1, 1]], rates[[0, 1, 1]])[:2]
-
-    def after_touchdown(self, places: Array) -> Array:
-        """The knee is straight."""
-        return Robot.after_touchdown(self, places)
 
 
 @pytest.fixture(scope="module")
@@ -194,55 +176,7 @@ def test_gaits_end_where_two_meet_or_the_foot_touches(robot: Any, walks: float, 
         find_kneed_gait(robot, math.radians(none))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("robot", "degrees", "error", "message"),
-    [
-        (PLAIN, 0.0, GaitError, "walks only downhill"),
-        (Compass(), 6.0, InputError, "robot must be a mjbiped.KneedBiped"),
-        (PLAIN, 25.0, GaitError, "on a slope of 25 degrees: the search found none"),
-        (PLAIN, 7.2, GaitError, "the search found none"),  # the swing foot would dip into the ground
-    ],
-)
-def test_what_cannot_be_found_is_told(robot: Any, degrees: float, error: type[Exception], message: str) -> None:
-    with pytest.raises(error, match=message):
-        find_kneed_gait(robot, math.radians(degrees))
-
-
-# ---- round feet and stops --------------------------------------------------------------------------------------------
-
-
-def test_without_radius_and_latched_steps_are_those_of_point_feet(gait: KneedGait) -> None:
-    """The whole step from the gait of `KneedBiped`, integrated to 1e-11, is the same to rounding; the stop alone opens.
-
-    Without the latch the heel strike bends the knee.
-    """
-    numbers = {name: getattr(PLAIN, name) for name in KneedBiped.numbers()}
-    terms = {**numbers, "foot_radius": 0.0, "stop_angle": 0.0, "shank_offset": 0.0}
-    second = math.sqrt(1.0 / 9.81)
-    for scaled in (gait.start[[0, 3, 4]] * [1.0, second, second], np.array([-0.22, 0.32, 0.09])):
-        mine, its = (step(robot, gait.slope, scaled) for robot in (Latched(**terms), PLAIN))
-        np.testing.assert_allclose(mine.after, its.after, rtol=0, atol=1e-12)
-        assert mine.second.duration == pytest.approx(its.second.duration, abs=1e-12)
-    _, rates = RoundKneed(**terms).heel_impact(gait.end[:2], gait.end[3:5])
-    assert rates[2] - rates[1] > 1.0
-
-
 # ---- trajectories ----------------------------------------------------------------------------------------------------
-
-
-def test_pieces_join_up_to_the_acceleration(gait: KneedGait) -> None:
-    """Those of the bent knee all; those of the straight knee from where its motion is no longer followed back."""
-    rate = gait.tables[0][RATE]
-    followed = math.floor(0.5 * gait.knee_strike * rate)
-    joints = np.arange(1, round(gait.horizon * rate)) / rate
-    for bent in (True, False):
-        before, after = (gait.branch(joints * (1.0 + side * 1e-12), bent=bent) for side in (-1, 1))
-        for order, tolerance in enumerate((1e-9, 1e-8, 2e-5)):  # of degree 9, times 9 and 8, and 20 pieces a second
-            jumps = np.abs(after[order] - before[order]).max(axis=1)
-            if order == 2 and not bent:
-                jumps = np.delete(jumps, followed - 1)
-            assert jumps.max() < tolerance
 
 
 def test_branches_move_by_the_robots_equations_about_the_strike(gait: KneedGait) -> None:
@@ -264,12 +198,3 @@ def test_branches_move_by_the_robots_equations_about_the_strike(gait: KneedGait)
     assert np.ptp(closing) < 1e-9
     _, dq, _ = gait.branch(np.linspace(0.0, since - 1e-9, 20), bent=False)
     assert np.ptp(dq, axis=0).max() < 1e-9
-
-
-def test_the_reference_is_the_branch_of_the_knee_at_each_time(gait: KneedGait) -> None:
-    """Bent before the knee strike; after it thigh and shank of the swing leg are in line."""
-    times = np.array([0.0, 0.9, 1.1]) * gait.knee_strike
-    bent, straight = gait.branch(times, bent=True), gait.branch(times, bent=False)
-    for found, first, second in zip(gait.reference(times), bent, straight, strict=True):
-        np.testing.assert_array_equal(found[:2], first[:2])
-        np.testing.assert_array_equal(found[2], second[2, [0, 1, 1]])

@@ -227,13 +227,6 @@ def test_it_begins_where_the_step_ends_and_comes_to_rest(end: tuple[float, ...])
     assert two[5] == pytest.approx(0.0, abs=1e-8)
 
 
-def test_the_swing_leg_rests_and_the_stance_leg_goes_on() -> None:
-    *_, two, three = trajectory((0.2, -0.2, 1.0, 0.9, 5.0, -8.0))
-    assert three[1] == pytest.approx(two[1], abs=1e-12)
-    assert three[2] == pytest.approx(1.0 + 0.5 * WIDTH * 5.0, rel=1e-9)  # the integral of 5 (1 - 3u² + 2u³)
-    assert three[0] - two[0] == pytest.approx(WIDTH * three[2], rel=1e-9)
-
-
 def test_it_ends_before_the_stance_leg_has_fallen() -> None:
     pieces = hold(np.array([0.3, -0.3]), np.array([3.0, 0.0]), np.zeros(2), WIDTH, 40)
     assert len(pieces) == math.floor((FALLEN - 0.3) / (3.0 * WIDTH))

@@ -16,14 +16,13 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import AdaptiveController, Controller
 from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.arrays import LONGEST_HEADER, MOST_MEMBERS, parsed, read_arrays, write_arrays
 from mjbiped.records.record import Walk
 from mjbiped.records.schema import ADDED, FORMAT_VERSION
-from mjbiped.utils.domains import SEGMENTS
 
 # ---- archives --------------------------------------------------------------------------------------------------------
 
@@ -186,14 +185,6 @@ def test_files_that_are_no_records(walk: Walk, tmp_path: Path) -> None:
             refused()
 
 
-def test_walk_without_touchdowns(tmp_path: Path) -> None:
-    walk = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), initial=(-0.3, 0.3, 0.0, 0.0))
-    assert (walk.steps, walk.distance) == (0, 0.0)
-    assert math.isnan(walk.cost_of_transport)
-    walk.save(tmp_path / "walk.npz")
-    assert Walk.load(tmp_path / "walk.npz") == walk
-
-
 class Parts:
     """What a record's file is made of."""
 
@@ -220,9 +211,6 @@ class Parts:
     [
         (lambda r: r.header.update(outcome="walking"), "outcome is 'walking'; expected one of finished, fell"),
         (lambda r: r.header.update(end=[0.0, math.nan]), "a time and a place"),
-        (lambda r: r.header.update(end=[1.0]), "a time and a place"),
-        (lambda r: r.header.update(format="other"), "no walk's record"),
-        (lambda r: r.header.update(version="1"), "version"),
         (lambda r: r.header.update(version=0), "version"),
         (lambda r: r.header.update(version=FORMAT_VERSION + 1), "newer"),
         (lambda r: r.header.update(settings=[]), "expected a table"),
@@ -231,27 +219,18 @@ class Parts:
         (lambda r: r.settings["terrain"].update(x=[1.0]), "terrain cannot be built"),
         (lambda r: r.settings.update(controller="x"), "a table with a name"),
         (lambda r: r.settings.update(initial=[0.0, 0.0, 0.0]), "4 numbers"),
-        (lambda r: r.settings.update(initial=[10**400] * 4), "4 numbers"),
-        (lambda r: r.settings.update(engine=None), "engine"),
-        (lambda r: r.settings.update(command=3), "command"),
-        (lambda r: r.settings.update(warnings=3), "warnings"),
         (lambda r: r.settings.update(warnings={"a": 0}), "numbers of times"),
         (lambda r: r.settings.update(scuffing={"legs": 2}), "scuffing rule cannot be built"),
-        (lambda r: r.settings.update(disturbances=[1]), "disturbances cannot be built"),
         (lambda r: r.settings.update(disturbances={"control_period": None}), "as they would have been written"),
-        (lambda r: r.settings.update(controller_source={"class": "a.py:B"}), "a class and the digest"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B", "sha256": 1}), "a class and the digest"),
         (lambda r: r.settings.update(more="x" * LONGEST_HEADER), "too long"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),
-        (lambda r: r.put("samples/q", lambda column: column[:-1]), "samples/'q'.* rows of numbers"),
         (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*floats of shape \(2,\) a row"),
         (lambda r: r.put("samples/stance", lambda column: column * 1.0), "expected whole numbers"),
         (lambda r: r.put("samples/stance", lambda column: column + 1), "samples/stance .*whole ones from 0 to 1"),
-        (lambda r: r.put("touchdowns/strikes", lambda column: column + 2), "touchdowns/strikes .*whole ones"),
         (lambda r: r.put("touchdowns/q", lambda column: column * math.nan), "touchdowns/q .*finite"),
         (lambda r: r.put("samples/qpos", lambda column: column * 1e12), "samples/qpos .*none beyond"),
         (lambda r: r.put("samples/time", lambda column: column[::-1]), "ascend"),
-        (lambda r: r.put("touchdowns/time", lambda column: column - 9.0), "ascend"),
         (lambda r: r.put("pressure_times", lambda times: times - 1.0), "no time"),
         (lambda r: r.arrays.pop("samples/controller_states"), "controller_states"),
         (lambda r: r.arrays.pop("touchdowns/contact_force"), "incomplete record: it lacks touchdowns/contact_force"),
@@ -268,27 +247,12 @@ def test_damaged_records_are_refused(
         parts.loaded(tmp_path / "walk.npz")
 
 
-@pytest.mark.parametrize("levels", [60, 100_000])
-def test_texts_nested_without_end_are_refused(levels: int) -> None:
-    assert parsed("[" * 41 + "]" * 41)
-    with pytest.raises(ValueError, match="nested more than 40 times"):
-        parsed("[" * levels + "]" * levels)
-
-
 def test_further_columns_and_settings_that_readers_only_show_stay(walk: Walk, tmp_path: Path) -> None:
     more = {**walk.touchdowns, "clearance": np.arange(float(walk.steps))}
     shown = {**walk.settings, "engine": "mine", "tolerance": "tight", "steps": None}
     own = dataclasses.replace(walk, touchdowns=more, settings=shown)
     own.save(tmp_path / "walk.npz")
     assert Walk.load(tmp_path / "walk.npz") == own
-
-
-def test_the_longest_ground_fits_into_a_record(walk: Walk) -> None:
-    """Each of its numbers, and each segment as it was given."""
-    rows = [[0.1 + 1e-9 * k, 0.1, 1e-5] for k in range(SEGMENTS.high)]
-    ground = {"x": [row[0] * k for k, row in enumerate(rows)], "z": [0.0] * len(rows), "angle": [0.0] * len(rows)}
-    terrain = {**ground, "end": None, "name": "long", "parameters": [["segments", rows]]}
-    assert len(json.dumps({**walk.settings, "terrain": terrain, "more": [-1.0 / 3.0] * 100_000})) < LONGEST_HEADER
 
 
 @pytest.mark.parametrize("walker", ["walk", "kneed"])
@@ -352,9 +316,8 @@ def test_whatever_an_engine_records_can_be_loaded_and_drawn(
     plot_walk(again)
 
 
-@pytest.mark.parametrize("far", [-9e9, 3e5])
-def test_a_robot_far_away_is_drawn_in_a_figure_of_ordinary_size(walk: Walk, far: float) -> None:
-    qpos = walk.samples["qpos"].copy()
-    qpos[-1] = far
-    figure = plot_walk(dataclasses.replace(walk, samples={**walk.samples, "qpos": qpos}))
-    assert max(figure.get_size_inches()) < 40.0
+@pytest.mark.parametrize("levels", [60, 100_000])
+def test_texts_nested_without_end_are_refused(levels: int) -> None:
+    assert parsed("[" * 41 + "]" * 41)
+    with pytest.raises(ValueError, match="nested more than 40 times"):
+        parsed("[" * levels + "]" * levels)

@@ -5,18 +5,15 @@ import io
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import run
 from PIL import Image
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped.control.registry import make_controller
 from mjbiped.records import measures
-from mjbiped.records.summary import in_words
-from mjbiped.rendering.gl import gl_available
 
 
 @pytest.fixture(scope="module")
@@ -145,34 +142,12 @@ def test_what_does_not_exist_is_none() -> None:
     assert rows["peak torque, ankle"] == ("0.00", "N m")
 
 
-@pytest.mark.parametrize(
-    ("value", "form", "said"),
-    [(-1e-9, ".2f", "0.00"), (-0.004, ".2f", "-0.40"), (-0.0, "+.3g", "0"), (3, "d", "300"), (None, ".2f", "-"),
-     (math.inf, ".2f", "unbounded")],
-)  # fmt: skip
-def test_a_small_negative_number_is_no_negative_zero(value: float | None, form: str, said: str) -> None:
-    assert in_words(value, 100, form) == said
-
-
-def test_printed_it_is_what_the_command_line_prints(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Of a fall at once for a wrong slope estimate, which names the option."""
-    monkeypatch.setenv("COLUMNS", "100")  # a narrow terminal folds lines
-    words = ("walk", "incline:slope_deg=2", "--controller", "passivity", "--engine", "hybrid", "--steps", 5)
-    given = ("--disturb", "rate_noise=0.01", "--push", "0.1:0.5")
-    printed = run(*words, *given, "--out", tmp_path / "walk.npz").stdout
-    walk = mjbiped.Walk.load(tmp_path / "walk.npz")
-    shown, told = (
-        [line.split() for line in text.splitlines() if line.strip()] for text in (str(walk.summary()), printed)
-    )
-    assert shown == told[:-1]  # the last line names the file
-    fallen = " ".join(printed.split())
-    assert "outcome fell" in fallen
-    assert "disturbances rate noise 0.01, pushes 1" in fallen
-    assert "it starts on 2.0° with a slope estimate of 0.0°; give --initial-slope-estimate-deg 2, " in fallen
-    assert "cause" not in run(*words, "--initial-slope-estimate-deg", 2).stdout
-    passive = run("walk", "level", "--controller", "passive", "--engine", "hybrid", "--initial", "0,-0.1,0.5,0").stdout
-    assert "finished" not in passive
-    assert "cause" not in passive  # it has no estimate
+def test_the_cause_of_a_fall_for_a_wrong_slope_estimate_is_told() -> None:
+    law = make_controller("passivity", mjbiped.Compass(), {})
+    walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=5)
+    assert "give --initial-slope-estimate-deg 2, " in " ".join(str(walk.summary()).split())
+    law = make_controller("passivity", mjbiped.Compass(), {"initial_slope_estimate_deg": 2.0})
+    assert "cause" not in str(mjbiped.walk(law, walk.terrain, engine="hybrid", steps=5).summary())
 
 
 def test_a_notebook_shows_measures_and_the_time_lapse(controller: AdaptiveController) -> None:
@@ -188,12 +163,3 @@ def test_a_notebook_shows_measures_and_the_time_lapse(controller: AdaptiveContro
     assert "<tr>" in walk.summary()._repr_html_()
     bare = replace(walk, samples={name: column[:0] for name, column in walk.samples.items()})
     assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error
-
-
-@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
-def test_the_video_takes_the_settings_of_the_renderer(controller: AdaptiveController, tmp_path: Path) -> None:
-    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1)
-    walk.video(tmp_path / "walk.mp4", width=64, height=64, fps=2)
-    assert (tmp_path / "walk.mp4").read_bytes()[4:8] == b"ftyp"
-    with pytest.raises(mjbiped.InputError):
-        walk.video(tmp_path / "walk.gif2")

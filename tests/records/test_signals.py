@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from report_pages import packed
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
-from mjbiped.plotting.walk import plot_walk
+from controllers import AdaptiveController
 from mjbiped.records import loads, signals
-from mjbiped.records.signals import PANELS, SIGNALS, Signal, signals_of, torques_of, values_of
-from mjbiped.rendering.overlay import Chart
-from mjbiped.reports.walk import report_walk
+from mjbiped.records.signals import PANELS, signals_of, torques_of, values_of
 from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
-from mjbiped.utils.palette import IN_WORDS, ORANGE
+from mjbiped.utils.palette import IN_WORDS
 
 
 @pytest.mark.parametrize("robot", KINDS.values())
@@ -52,22 +46,6 @@ def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, k
     assert not len(signals.knee_strikes(walk))
 
 
-def test_a_new_signal_is_one_row(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    row = Signal(
-        "slope", "twice the slope", "2φ", ORANGE, signals.SOLID, lambda walk: 2.0 * walk.samples["slope"], "slope"
-    )
-    monkeypatch.setitem(SIGNALS, "twice", row)
-    lines = [str(line.get_label()) for axes in plot_walk(walk).axes for line in axes.lines]
-    assert "twice the slope 2φ" in lines
-    report_walk(walk, tmp_path / "walk.html", video=False)
-    content = packed((tmp_path / "walk.html").read_text())
-    assert "twice the slope" in [line["name"] for line in content["plots"]["time"]["data"]]
-    assert "twice the slope" in [name for name, *_ in content["data"]["told"]]
-    frame = np.zeros((100, 640, 3), dtype=np.uint8)
-    Chart(walk, 0.0, 2.0, 640, 100).draw(frame, 1.0)
-    assert (np.abs(frame.astype(int) - (230, 159, 0)).max(axis=2) < 30).sum() > 100  # orange, as nothing else is
-
-
 def test_a_sole_is_drawn_where_there_is_one(walk: mjbiped.Walk, controller: AdaptiveController) -> None:
     """Its ends beside the centre of pressure, and the torque asked for where it transmits less."""
     robot = mjbiped.Compass(sole=(0.03, 0.05))
@@ -82,8 +60,3 @@ def test_a_sole_is_drawn_where_there_is_one(walk: mjbiped.Walk, controller: Adap
     without = list(signals.lines_of(walk))
     assert not {"toe", "heel", "torque_asked"} & {name for each in without for name in each.values}
     assert not {name for each in without for name in each.missing}
-    passive = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), engine="hybrid", initial=(0.1, 0.1, -0.5, 0.0))
-    every = list(signals.lines_of(passive))
-    assert [each.missing for each in every if each.missing] == [["estimate"]]
-    assert [each.panel for each in signals.without_zeros(every)] == [PANELS["angle"], PANELS["rate"]]
-    assert signals.without_zeros(every[1:2]) == every[1:2]

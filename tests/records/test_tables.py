@@ -1,12 +1,9 @@
 """Tables of a walk: the recorder takes each row once, and flat tables have the record's numbers."""
 
 import math
-import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from simulations import Plain
 
@@ -32,15 +29,6 @@ def test_rows_are_taken_in_their_order_and_once() -> None:
     assert recorder.touchdowns()["time"].tolist() == recorder.samples()["time"].tolist() == [0.1, 0.4, 0.7]
     assert recorder.samples()["controller_states"].shape == (3, 1)
     assert (recorder.steps, recorder.end) == (3, (0.7, 0.0))
-
-
-def test_without_samples_the_end_is_known() -> None:
-    recorder = Recorder(keep_samples=False)
-    assert recorder.end == (0.0, 0.0)
-    samples = rows_at(width(SAMPLES), 0.1, 0.2)
-    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
-    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
-    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)
 
 
 def test_a_motion_that_is_no_number_is_not_recorded() -> None:
@@ -97,23 +85,7 @@ def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:
     assert stances["min"].tolist() == stances["max"].tolist() == touchdowns.stance.tolist()
 
 
-@pytest.mark.parametrize("later", [0, 1])
-def test_the_leg_tells_of_which_step_a_sample_at_a_touchdown_is(walk: mjbiped.Walk, later: int) -> None:
-    at = int(np.searchsorted(walk.samples["time"], walk.touchdowns["time"][1]))
-    samples = {name: column.copy() for name, column in walk.samples.items()}
-    samples["time"][at], samples["stance"][at] = walk.touchdowns["time"][1], walk.touchdowns["stance"][later]
-    assert flat_samples(replace(walk, samples=samples))["step"][at] == 2 + later
-
-
-def test_frames_survive_parquet_with_their_units(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    samples = walk.to_pandas().samples
-    samples.to_parquet(tmp_path / "samples.parquet")
-    again = pd.read_parquet(tmp_path / "samples.parquet")
-    pd.testing.assert_frame_equal(samples, again, check_exact=True)
-    assert again.attrs == samples.attrs
-
-
-def test_walks_without_samples_and_without_steps_have_empty_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_walks_without_samples_and_without_steps_have_empty_frames() -> None:
     ground = mjbiped.Terrain.incline(2.0)
     walk = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1, initial="rest", sample_period=None)
     samples, touchdowns = walk.to_pandas()
@@ -121,6 +93,12 @@ def test_walks_without_samples_and_without_steps_have_empty_frames(monkeypatch: 
     assert "q_stance" in samples.columns
     assert "controller_state_0" not in flat_samples(walk)
     assert samples.stance.dtype == "int64"
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(mjbiped.InputError, match=r"to_pandas needs pandas.*pip install 'mjbiped\[data\]'"):
-        walk.to_pandas()
+
+
+def test_without_samples_the_end_is_known() -> None:
+    recorder = Recorder(keep_samples=False)
+    assert recorder.end == (0.0, 0.0)
+    samples = rows_at(width(SAMPLES), 0.1, 0.2)
+    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
+    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
+    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)

@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import mujoco
 import numpy as np
 import pytest
 
-import mjbiped
-from controllers import AdaptiveController, PassiveController
 from mjbiped.records.record import Walk
 from mjbiped.rendering import ELEMENTS, look
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.overlay import Pixels
-from mjbiped.rendering.scene import Moments
-from mjbiped.rendering.stage import Film, Stage, caption
 from mjbiped.rendering.video import render_frame
-from mjbiped.terrain.terrain import Terrain
 
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 
@@ -40,37 +33,11 @@ def test_every_camera_has_the_robot_and_the_ground_in_view_until_the_end(walk: W
 
 
 @needs_gl
-def test_small_and_large_robots_look_alike() -> None:
-    shares = []
-    for length in (0.05, 0.5, 4.0):
-        robot = mjbiped.Compass(lower_length=length, upper_length=length)
-        ground, initial = Terrain.incline(2.0), (-0.2, 0.2, 0.1, 0.1)
-        walked = mjbiped.walk(PassiveController(), ground, engine="hybrid", robot=robot, initial=initial)
-        cameras = (
-            render_frame(walked, 0.0, width=160, height=120, hide="all", camera=name) for name in ("track", "side")
-        )
-        shares.append([(frame[..., 0] > frame[..., 2] + 10.0).mean() for frame in cameras])  # of ground and orange leg
-    assert np.ptp(shares, axis=0).max() < 0.01
-
-
-@needs_gl
 def test_a_frame_depends_on_the_record_alone(adaptive: Walk) -> None:
     """Whatever was drawn before."""
     early, late = (render_frame(adaptive, time, width=320, height=260) for time in (0.1, 0.5))
     assert not np.array_equal(early, late)
     assert np.array_equal(render_frame(adaptive, [[0.5], [0.1]], width=320, height=260), [[late], [early]])
-
-
-@needs_gl
-def test_the_camera_does_not_bob(walk: Walk) -> None:
-    with Stage.open(walk, Film(64, 64, "track", look("all"), 0.0, walk.end[0])) as stage:
-        heights = []
-        for time in np.linspace(1.1, walk.end[0] - 1.1, 20):
-            stage.frame(time)
-            x, _, z = stage._posed.data.cam_xpos[stage._eye.fixedcamid]
-            heights.append(z - walk.terrain.height_at(x))
-    bob = np.ptp(walk.samples["qpos"][:, 1] - walk.terrain.height(walk.samples["qpos"][:, 0]))
-    assert np.ptp(heights) < 0.4 * bob
 
 
 # where in a picture of 480 x 360 with a chart of 97 rows an element is seen, as (rows, columns)
@@ -107,41 +74,6 @@ def test_each_element_is_seen_where_it_belongs_and_can_be_hidden(adaptive: Walk)
         assert not changed.any(), element
     low = render_frame(adaptive, time, width=480, height=200)
     assert (low[-20:] == 255).all(axis=2).mean() < 0.1  # there is no room for a chart
-
-
-@needs_gl
-def test_slopes_and_small_steps_are_seen(controller: AdaptiveController) -> None:
-    """The ground's edge, a dark line, falls by 3 degrees, and at a step by 20 mm, at the picture's own scale."""
-
-    def edge(ground: Terrain) -> np.ndarray:
-        walked = mjbiped.walk(controller, ground, engine="hybrid", steps=2)
-        frame = render_frame(walked, 0.3, width=1280, height=526, hide="all", camera="side").astype(int)
-        dark = frame.max(axis=2) < 70
-        dark[:330] = False  # the hip is dark, too
-        return np.array([np.argmax(column) if column.any() else -1 for column in dark.T])
-
-    slope = edge(Terrain.incline(3.0))
-    fall = np.polyfit(np.flatnonzero(slope > 0), slope[slope > 0], 1)[0]
-    assert fall == pytest.approx(np.tan(np.radians(3.0)), abs=2e-3)  # a pixel in 500
-    step = edge(Terrain.from_segments([(0.8, 0.0, 0.0), (9.0, 0.0, -0.02)]))
-    pixels = 526 / 1.67  # per m: what the camera `side` sees is 1.67 m high
-    assert step[-5] - step[5] == pytest.approx(0.02 * pixels, abs=1.0)
-
-
-@needs_gl
-def test_captions_and_the_outcome(walk: Walk) -> None:
-    film = Film(320, 200, "track", look([name for name in ELEMENTS if name != "caption"]), 0.0, walk.end[0])
-    with Stage.open(walk, film) as stage:
-        captioned, ended = (stage.frame(1.0, with_outcome=told).copy() for told in (False, True))
-    changed = (ended != captioned).any(axis=2)
-    assert changed[:60, 200:].mean() > 0.05
-    assert not changed[60:].any()
-    estimating = {**walk.samples, "slope_estimate": np.full_like(walk.samples["slope"], np.deg2rad(-1.25))}
-    moment = Moments(dataclasses.replace(walk, samples=estimating)).at(0.25)
-    told = ["t = 0.25 s   step 1", "slope +2.0°   estimate −1.2°"]
-    assert caption(moment, 1.0) == told
-    assert caption(moment, 4.0) == [*told, "slow motion 4×"]
-    assert caption(moment, 0.5) == [*told, "time lapse 2×"]
 
 
 @needs_gl

@@ -1,7 +1,7 @@
-"""Marks in a scene point where they should, and are as large as what they stand for."""
+"""Marks, words and the chart: where they should be, and as large as what they stand for."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import mujoco
@@ -10,17 +10,21 @@ import pytest
 from numpy.typing import NDArray
 
 import mjbiped
+from controllers import AdaptiveController
+from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.marks import (
     FORCE_COLOUR,
     GHOST_COLOUR,
     MOST_GEOMS,
-    Pen,
     Scales,
+    Sign,
     arc_sweep,
     draw_marks,
 )
+from mjbiped.rendering.overlay import Chart, Overlay, Pixels, View
 from mjbiped.rendering.scene import Moment, Pair, beside_posture
+from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -60,8 +64,8 @@ def moment(**values: object) -> Moment:
     return usual._replace(**values)  # type: ignore[arg-type]
 
 
-def marks(at: Moment, *elements: str, room: int = MOST_GEOMS) -> list[mujoco.MjvGeom]:
-    scene = mujoco.MjvScene(MODEL, maxgeom=room)
+def marks(at: Moment, *elements: str) -> list[mujoco.MjvGeom]:
+    scene = mujoco.MjvScene(MODEL, maxgeom=MOST_GEOMS)
     draw_marks(scene, at, ROBOT, SCALES, elements or EVERYTHING)
     return [scene.geoms[index] for index in range(scene.ngeom)]
 
@@ -126,12 +130,6 @@ def test_arcs_turn_as_the_torque_and_grow_with_it(colour: tuple[float, float, fl
     assert all(one[0] < next_[0] for one, next_ in pairwise(sizes))
     assert sizes[-1][1] > sizes[-3][1]
     assert sizes[-1][0] == pytest.approx(math.radians(300.0))
-
-
-def test_the_sweep_grows_with_the_torque_up_to_300_degrees() -> None:
-    sweeps = [arc_sweep(share) for share in np.linspace(-1.2, 1.2, 25)]
-    assert sweeps == sorted(sweeps)
-    assert (sweeps[0], sweeps[-1]) == (-math.radians(300.0), math.radians(300.0))
     assert arc_sweep(0.25) == pytest.approx(math.radians(150.0))  # the area is the torque
 
 
@@ -170,44 +168,88 @@ def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
         assert 0.0 < leg.rgba[3] < 1.0
 
 
-def test_what_is_unknown_or_nothing_is_not_drawn() -> None:
-    nothing = moment(
-        torque=(math.nan, 0.0),
-        force=(math.nan, 1.0),
-        reference=None,
-        slope_estimate=math.nan,
-        traces=(np.empty((1, 2)),) * 2,
-    )
-    assert not marks(nothing, "torque", "force", "ghost", "estimate", "traces")
-    assert not marks(moment(), "caption", "chart")
-    assert not marks(moment()._replace(torque=(math.inf, math.inf), force=(0.0, 0.0)), "force")
+def blank(width: int = 640, height: int = 360) -> Pixels:
+    return np.full((height, width, 3), 200, dtype=np.uint8)
 
 
-def test_shadows_fade_as_the_foot_rises() -> None:
-    def opacities() -> Iterator[float]:
-        for height in (0.0, 0.02, 0.05, 0.1):
-            feet = [foot_of(ROBOT, moment().qpos[:2], angle)[1] for angle in (0.05, -0.2)]
-            at = moment(ground=((feet[0] - height, 0.0), (feet[1] - 1.0, 0.0)))
-            [spot] = marks(at, "shadows")
-            yield float(spot.rgba[3])
-
-    found = list(opacities())
-    assert found == sorted(found, reverse=True)
-    assert found[-1] < 0.3 * found[0]
-
-
-def test_a_full_scene_gets_no_more() -> None:
-    assert len(marks(moment(), room=10)) == 10
-    assert len(marks(moment(torque=(10.0, 10.0)))) < MOST_GEOMS
+@pytest.mark.parametrize("width", [160, 320, 640])
+def test_caption_and_legend_do_not_overlap(width: int) -> None:
+    caption, legend = blank(width), blank(width)
+    over = Overlay(caption, 360)
+    beside = over.caption(["t = 12.34 s   step 16", "slope +3.0°   estimate −2.9°"])
+    over = Overlay(legend, 360)
+    over.legend([Sign("#FF0000", "ankle torque", "arc", "−12.3 N m")], beside)
+    assert not ((caption != 200) & (legend != 200)).any()
+    rows, columns = (np.flatnonzero((caption != 200).any(axis=(axis, 2))) for axis in (1, 0))
+    assert (columns.max() + 1, rows.max() + 1) == beside
+    assert (legend != 200).any()
+    assert (legend[..., 0].astype(int) > legend[..., 1] + 200).any()  # its red sign
 
 
-def test_nothing_of_a_geom_comes_from_what_was_in_its_memory() -> None:
-    fields = ("category", "objtype", "objid", "segid", "emission", "specular", "shininess")
-    scene = mujoco.MjvScene(MODEL, maxgeom=2)
-    for geom, value in zip(scene.geoms, (3, 5), strict=True):
-        for name in fields:
-            setattr(geom, name, value)
-    for _ in range(2):
-        Pen(scene, 1.0).blob(0j, 0.0, np.ones(3), 0.0, FORCE_COLOUR)
-    one, other = ([getattr(geom, name) for name in fields] for geom in scene.geoms)
-    assert one == other
+@pytest.mark.parametrize("pixels_per_metre", [3.0, 50.0, 317.0, 4000.0])
+def test_the_scale_is_as_long_as_it_says(pixels_per_metre: float) -> None:
+    frame = blank()
+    over = Overlay(frame, 360)
+    text = over.scale(pixels_per_metre, 50)
+    length, unit = text.split()
+    assert unit == "m"
+    wide = round(float(length) * pixels_per_metre)
+    assert 640 / 7 / 2.6 < wide <= 640 / 7 * 1.02 + 1  # 1, 2 or 5 times a power of ten
+    columns = np.flatnonzero((frame[:, :, 0] < 100).any(axis=0))
+    assert np.ptp(columns) + 1 >= wide - 1
+
+
+def test_labels_say_what_the_ground_is() -> None:
+    terrain = Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 3.0, -0.02), (0.02, 1.0, 0.0), (5.0, -1.5, 0.006)])
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    view = View((640, 360), np.array([2.5, -5.0, 0.5]), axes, 1.4, orthographic=True)
+    frame = blank()
+    over = Overlay(frame, 360)
+    labels = over.ground_labels(terrain, view, 1.0)
+    # the segment of 20 mm has no room
+    assert sorted(labels) == sorted(["level", "20 mm down", "3.0° down", "6 mm up", "1.5° up"])
+    dark = np.flatnonzero((frame[:, :, 0] < 120).any(axis=0))
+    assert dark.min() > 0
+    assert dark.max() < 639
+    assert np.diff(dark).max() > 5  # words stand apart
+
+
+CURSOR = (200, 30, 30)
+SIZE = (640, 100)
+
+
+@pytest.fixture(scope="module")
+def walk(controller: AdaptiveController) -> Walk:
+    return mjbiped.walk(controller, Terrain.incline(1.0), engine="hybrid", steps=40)
+
+
+def drawn(chart: Chart, time: float) -> Pixels:
+    frame = np.zeros((SIZE[1], SIZE[0], 3), dtype=np.uint8)
+    chart.draw(frame, time)
+    return frame
+
+
+def cursor(frame: Pixels) -> float:
+    """Column of the cursor's middle."""
+    return float(np.flatnonzero((frame == CURSOR).all(axis=2).any(axis=0)).mean())
+
+
+def test_the_cursor_goes_with_time_and_the_rest_stands(walk: Walk) -> None:
+    chart = Chart(walk, 2.0, 12.0, *SIZE)
+    frames = [drawn(chart, time) for time in (2.0, 4.5, 7.0, 12.0)]
+    columns = [cursor(frame) for frame in frames]
+    # even distances but for whole pixels
+    assert columns[1] - columns[0] == pytest.approx(0.25 * (columns[3] - columns[0]), abs=1.0)
+    assert columns[2] - columns[0] == pytest.approx(0.5 * (columns[3] - columns[0]), abs=1.0)
+    changed = (frames[0] != frames[2]).any(axis=2).any(axis=0)
+    assert changed.sum() <= 2  # a column each
+
+
+def test_long_walks_have_pages(walk: Walk) -> None:
+    end = float(walk.samples["time"][-1])
+    assert 20.0 < end < 40.0
+    chart = Chart(walk, 0.0, end, *SIZE)
+    columns = [cursor(drawn(chart, time)) for time in (0.0, 0.49 * end, 0.51 * end, end)]
+    assert columns[0] < columns[2] < columns[0] + 20
+    assert columns[3] - 20 < columns[1] < columns[3]
+    assert (drawn(chart, 0.0) != drawn(chart, end)).any(axis=2).sum() > 500

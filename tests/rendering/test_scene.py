@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, PassiveController
+from controllers import AdaptiveController, PassiveController
 from mjbiped.records.record import Walk
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import View
@@ -75,32 +75,6 @@ def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
     assert max(off) < 0.2
 
 
-def test_with_knees_it_is_a_posture_too() -> None:
-    """Also of a leg that stands bent, and after the knee strike."""
-    robot = mjbiped.KneedBiped()
-    law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
-    ground = Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
-    walk = mjbiped.walk(law, ground, engine="hybrid", steps=8, sample_period=2e-3)
-    moments, off, locked = Moments(walk), [], 0
-    for time in np.linspace(0.1, walk.samples["time"][-1], 90).tolist():
-        moment = moments.at(time)
-        assert moment.reference is not None
-        feet = robot.limbs(moment.reference)[:, -1], robot.limbs(moment.qpos)[:, -1]
-        assert feet[0][moment.stance] == pytest.approx(feet[1][moment.stance], abs=1e-6)
-        off.append(np.abs(np.subtract(moment.reference, moment.qpos)).max())
-        locked += moment.reference[5 - moment.stance] == 0.0
-    assert np.median(off) < 0.02  # rad
-    assert 5 < locked < 60
-
-
-def test_no_ghost_where_nothing_is_tracked() -> None:
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
-    moments = Moments(walk)
-    assert moments.at(0.1).reference is None
-    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
-    assert Moments(unknown).at(0.1).reference is None
-
-
 def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     moments = Moments(walk)
     for time in (0.0, 0.5, 4.0):
@@ -113,53 +87,6 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
     at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
     shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
     assert len(shared) >= len(at_four) - 3  # they stay where they are
-
-
-def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
-    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
-    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
-    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
-    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
-    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
-
-
-@pytest.fixture(scope="module")
-def kneed() -> Walk:
-    start = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
-    return mjbiped.walk(
-        PassiveController(),
-        Terrain.incline(2.5),
-        robot=mjbiped.KneedBiped(),
-        engine="hybrid",
-        initial=start,
-        steps=2,
-        sample_period=1e-3,
-    )
-
-
-def test_the_ground_force_on_knees_accelerates_the_centre_of_mass(kneed: Walk) -> None:
-    """As without knees: by second differences, on both sides of the knee strike."""
-    robot, samples, moments = kneed.robot, kneed.samples, Moments(kneed)
-    centre = robot.centre_of_mass(samples["qpos"])
-    strike = kneed.touchdowns["knee_strike"][0]
-    for time in (0.2, strike - 0.05, strike + 0.03):
-        k = int(np.searchsorted(samples["time"], time))
-        pull = (centre[k + 1] - 2.0 * centre[k] + centre[k - 1]) / 1e-6
-        expected = robot.total_mass * (pull + np.array([0.0, robot.gravity]))
-        force = moments.at(float(samples["time"][k])).force
-        # fourth derivatives of 1e4 m/s^4 times h^2 / 12, and rounding of 1e-16 / h^2
-        assert force == pytest.approx(expected, abs=0.02)
-
-
-def test_no_equation_is_asked_for_the_force_of_a_walk_that_diverged() -> None:
-    """Such a record's last state is beyond all measure: a video of it once was refused."""
-    robot = mjbiped.KneedBiped()
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.5), robot=robot, engine="hybrid", steps=1)
-    samples = {name: column.copy() for name, column in walk.samples.items()}
-    samples["q"][-1], samples["dq"][-1], samples["torque"][-1] = 1e6, 1e9, math.nan
-    moments = Moments(dataclasses.replace(walk, samples=samples, outcome="diverged"))
-    assert all(map(math.isnan, moments.at(walk.end[0]).force))
-    assert all(map(math.isfinite, moments.at(walk.end[0] - 0.1).force))
 
 
 SCENE = """
@@ -184,3 +111,19 @@ def test_pixels_of_places(camera: str) -> None:
         found = View.of(model, data, model.camera(camera).id, (320, 240)).pixel(-0.5, 0.3, 0.2)
     # pixels' middles are half a pixel from their corner; a ball off the axis looks a little oval
     assert found == pytest.approx((columns.mean() + 0.5, rows.mean() + 0.5), abs=0.6)
+
+
+def test_no_ghost_where_nothing_is_tracked() -> None:
+    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
+    moments = Moments(walk)
+    assert moments.at(0.1).reference is None
+    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
+    assert Moments(unknown).at(0.1).reference is None
+
+
+def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
+    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
+    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
+    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
+    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
+    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0

@@ -9,20 +9,21 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from lagrange import lagrange
-from scipy.integrate import solve_ivp
+from lagrange import RELATIVE, close, lagrange
 from simulations import UNEQUAL
 
 from mjbiped.dynamics.linkage import Motion, room
 from mjbiped.dynamics.modes import bend_stance_knee, bent_leg, land
 from mjbiped.robots.chain import Array
+from mjbiped.robots.compass import Compass, acceleration
 from mjbiped.robots.kneed import KneedBiped
 
 ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
-LENGTHS = (2, 3, 4)
-
-# rounding of a few dozen operations; the terms differ by at most a factor of about 1e2
-RELATIVE = 1e-12
+COMPASSES = [
+    Compass(),
+    Compass(hip_mass=10.0, leg_inertia=0.0),
+    Compass(leg_mass=3.1, hip_mass=7.3, lower_length=0.37, upper_length=0.58, leg_inertia=0.123, gravity=1.62),
+]
 
 
 @cache
@@ -50,37 +51,37 @@ def derived(n: int) -> dict[str, Callable[..., object]]:
     ]
     free, velocities = sp.Matrix([*foot, *q]), sp.Matrix([*dfoot, *dq])
     laws = lagrange(free, velocities, bodies, g)
-    pinned = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}
-    speeds = [place.jacobian(free) * velocities for *_, place in bodies]
-    spin = sum(
-        m * (r[1] * v[0] - r[0] * v[1]) + inertia * rate
-        for (m, inertia, rate, r), v in zip(bodies, speeds, strict=True)
+    pinned, M = {**dict.fromkeys(foot, 0), **dict.fromkeys(dfoot, 0)}, laws["M"][2:, 2:]
+    by_christoffel = sp.Matrix(
+        2,
+        2,
+        lambda k, j: sum(
+            (sp.diff(M[k, j], q[i]) + sp.diff(M[k, i], q[j]) - sp.diff(M[i, j], q[k])) * dq[i] / 2 for i in range(2)
+        ),
     )
     expressions = {
-        "M": laws["M"][2:, 2:],
+        "M": M,
+        "T": laws["T"].subs(pinned),
+        "C": by_christoffel,  # of two segments
+        "g": laws["g"][2:, :].subs(pinned),
         "h": (laws["h"] + laws["g"])[2:, :].subs(pinned),
         "V": laws["V"].subs(pinned),
         "swing_foot": swing_foot.subs(pinned),
         "free_mass": laws["M"],
         "swing_foot_jacobian": swing_foot.jacobian(free).subs(pinned),
-        "spin": spin.subs(dict.fromkeys(foot, 0)),  # about the origin, clockwise as the angles
-        "momentum": laws["momentum"],
     }
     arguments = (parameters, list(q), list(velocities))
     return {name: sp.lambdify(arguments, expression, cse=True) for name, expression in expressions.items()}
 
 
-def value(name: str, robot: KneedBiped, q: Array, rates: Array, slope: float = 0.0) -> Array:
+def value(name: str, robot: KneedBiped | Compass, q: Array, rates: Array, slope: float = 0.0) -> Array:
     """One of `derived`; the rates are of the angles, or of the stance foot's place and then of the angles."""
     numbers = [getattr(robot, name) for name in robot.numbers()]
+    if isinstance(robot, Compass):  # its legs are thighs, and shanks of no length
+        mass, hip, _, upper, inertia, gravity = numbers
+        numbers = [mass, 0.0, hip, robot.leg_length, 0.0, upper, 0.0, inertia, 0.0, gravity]
     whole = rates if len(rates) > len(q) else np.concatenate([np.zeros(2), rates])
     return np.squeeze(np.asarray(derived(len(q))[name]((*numbers, slope), q.tolist(), whole.tolist())))
-
-
-def close(actual: object, expected: object, scale: float | None = None, relative: float = RELATIVE) -> None:
-    """Equal to `relative` of the largest expected entry (or of `scale`)."""
-    size = float(np.max(np.abs(np.asarray(expected)))) if scale is None else scale
-    np.testing.assert_allclose(np.asarray(actual), np.asarray(expected), rtol=0, atol=relative * size)
 
 
 def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
@@ -90,22 +91,51 @@ def states(n: int, count: int = 20) -> list[tuple[Array, Array, float]]:
     ]
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
-def test_equations_follow_from_the_lagrangian(robot: KneedBiped, n: int) -> None:
+@pytest.mark.parametrize(
+    ("robot", "n"),
+    [
+        *((robot, 2) for robot in [*COMPASSES, *ROBOTS]),
+        *(pytest.param(robot, n, marks=[pytest.mark.slow] * (n == 4)) for robot in ROBOTS for n in (3, 4)),
+    ],
+)
+def test_equations_follow_from_the_lagrangian(robot: KneedBiped | Compass, n: int) -> None:
     chain = robot.chains[n]
     greatest = 25 * float(np.abs(chain.weights).sum()) + float(np.abs(chain.moments).sum())
     for q, dq, slope in states(n):
         M, h = value("M", robot, q, dq, slope), value("h", robot, q, dq, slope)
         close(robot.mass_matrix(q), M)
         close(robot.coriolis_matrix(q, dq) @ dq + robot.gravity_vector(q, slope), h, scale=greatest)
+        close(robot.gravity_vector(q, slope), value("g", robot, q, dq, slope), scale=greatest)
+        close(robot.kinetic_energy(q, dq), value("T", robot, q, dq, slope), scale=greatest)
         close(robot.potential_energy(q, slope), value("V", robot, q, dq, slope), scale=greatest)
+        if n == 2:
+            close(robot.coriolis_matrix(q, dq), value("C", robot, q, dq, slope), scale=greatest)
         # the condition number of M is up to 1e3
         expected = np.linalg.solve(M, -h)
         close(chain.free_motion(q, dq, slope), expected, relative=1e-10)
         foot = value("swing_foot", robot, q, dq, slope)  # x and z; along the ground and normal to it:
         turn = np.array([[math.cos(slope), -math.sin(slope)], [math.sin(slope), math.cos(slope)]])
         close(robot.swing_foot(q), turn @ foot, scale=robot.leg_length)
+
+
+@pytest.mark.parametrize("robot", COMPASSES)
+def test_the_compass_bipeds_short_equations_and_its_impact(robot: Compass) -> None:
+    """The acceleration, and the plastic impulse that stops the swing foot of the free robot."""
+    for q, dq, slope in states(2, 50):
+        M, h = value("M", robot, q, dq, slope), value("h", robot, q, dq, slope)
+        force = robot.input_matrix @ [3.0, -2.0]
+        state = map(float, (*q, *dq, math.sin(slope), math.cos(slope), *force))
+        # the mass matrix's condition number is up to 30
+        close(acceleration(robot.constants, *state), np.linalg.solve(M, force - h), relative=1e-11)
+        M, Jc = (value(name, robot, q, dq, slope) for name in ("free_mass", "swing_foot_jacobian"))
+        before = np.array([0.0, 0.0, *dq])
+        weighted = np.linalg.solve(M, Jc.T)
+        after = before - weighted @ np.linalg.solve(Jc @ weighted, Jc @ before)
+        q_plus, dq_plus = robot.impact(q, dq)
+        np.testing.assert_array_equal(q_plus, q[::-1])
+        # two linear systems with condition numbers up to 1e2 each
+        close(dq_plus[::-1], after[2:], scale=float(np.abs(before).max()), relative=1e-11)
+        assert robot.kinetic_energy(q_plus, dq_plus) <= robot.kinetic_energy(q, dq) * (1 + RELATIVE)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -139,36 +169,6 @@ def test_a_chain_about_its_end_is_the_same_robot_seen_from_the_other_foot() -> N
             close(chain.about_end[::-1, ::-1], chain.weights)
 
 
-@pytest.mark.parametrize("n", LENGTHS)
-def test_energy_stays_where_nothing_acts(n: int) -> None:
-    robot = UNEQUAL
-    move = robot.chains[n].free_motion
-
-    def law(_: float, y: Array) -> Array:
-        return np.concatenate([y[n:], move(y[:n], y[n:], 0.1)])
-
-    start = np.concatenate([np.linspace(-0.3, 0.3, n), np.linspace(2.0, -1.0, n)])
-    end = solve_ivp(law, (0.0, 1.0), start, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
-    before, after = (robot.energy(y[:n], y[n:], 0.1) for y in (start, end))
-    assert after == pytest.approx(before, rel=1e-9)  # some 1e2 integration steps of relative error 1e-11
-
-
-@given(st.sampled_from(LENGTHS), st.data())
-@settings(deadline=None, derandomize=True, max_examples=50)
-def test_mass_is_positive_and_its_derivative_less_twice_coriolis_is_skew(n: int, data: st.DataObject) -> None:
-    angles, rates = (st.lists(st.floats(-limit, limit), min_size=n, max_size=n) for limit in (1.5, 8.0))
-    robot = data.draw(st.sampled_from(ROBOTS))
-    q, dq = np.array(data.draw(angles)), np.array(data.draw(rates))
-    M = robot.mass_matrix(q)
-    np.testing.assert_allclose(M, M.T, rtol=0, atol=1e-14 * M.max())  # cos(x) and cos(-x)
-    assert np.linalg.eigvalsh(M).min() > 0
-    step = 1e-5
-    change = (robot.mass_matrix(q + step * dq) - robot.mass_matrix(q - step * dq)) / (2 * step)
-    skew = change - 2 * robot.coriolis_matrix(q, dq)
-    # differences: truncation step^2 (16 rad/s)^3 / 6 < 1e-7 of the weights, rounding 1e-11 of them
-    np.testing.assert_allclose(skew + skew.T, 0, atol=3e-7 * np.abs(robot.chains[n].weights).max())
-
-
 RIGID = {
     3: np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
     2: np.array([[1.0, 0], [1, 0], [0, 1], [0, 1]]),
@@ -183,15 +183,6 @@ def unfolded(robot: KneedBiped, flexion: float, q: Array) -> Array:
     """Angles of all four segments where the stance leg has a line's angle."""
     _, lean = bent_leg(robot.thigh_length, robot.shank_length, flexion)
     return np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[-1]])
-
-
-@given(st.floats(0.1, 2.0), st.floats(0.1, 2.0), flexions, angles)
-@settings(deadline=None, derandomize=True)
-def test_the_line_of_a_leg_goes_from_its_foot_to_its_hip(upper: float, lower: float, flexion: float, q: float) -> None:
-    length, lean = bent_leg(upper, lower, flexion)
-    shank, thigh = q + lean, q + lean - flexion
-    hip = lower * np.array([math.sin(shank), math.cos(shank)]) + upper * np.array([math.sin(thigh), math.cos(thigh)])
-    np.testing.assert_allclose(length * np.array([math.sin(q), math.cos(q)]), hip, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("n", [2, 3])

@@ -1,7 +1,5 @@
 """The biped with knees: what it is made of, the strike of a knee, and the torque that holds the stance knee."""
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +7,6 @@ from hypothesis import strategies as st
 from simulations import UNEQUAL
 
 from mjbiped.dynamics.modes import bent_leg
-from mjbiped.errors import InputError
 from mjbiped.robots.kneed import KneedBiped, stance_knee_torque
 
 ROBOTS = [KneedBiped(), KneedBiped.halved_rods(), UNEQUAL]
@@ -77,28 +74,6 @@ def test_it_is_the_multiplier_of_the_lock(
     multipliers = np.linalg.solve(whole, np.concatenate([forces, np.zeros(len(held))]))[4:]
     # rounding of some dozens of operations, of the largest force, through a condition number of up to 1e3
     assert found == pytest.approx(multipliers[0], abs=1e-9 * (1.0 + np.abs(forces).max()))
-
-
-def test_many_instants_at_once_are_each_by_itself() -> None:
-    random = np.random.default_rng(3)
-    q, dq, torque = random.uniform(-1, 1, (3, 2, 5, 3))
-    locked = random.uniform(size=(2, 5)) > 0.5
-    found = stance_knee_torque(KneedBiped(), q, dq, torque, 0.1, locked=locked, stance_flexion=0.2)
-    assert found.shape == (2, 5)
-    for place in np.ndindex(2, 5):
-        alone = stance_knee_torque(
-            KneedBiped(), q[place], dq[place], torque[place], 0.1, locked=locked[place], stance_flexion=0.2
-        )
-        assert alone == found[place]
-
-
-def test_bad_input_is_refused_and_a_torque_that_is_no_number_is_not() -> None:
-    robot, rest = KneedBiped(), (0.0, 0.0, 0.0)
-    with pytest.raises(InputError, match="q: nan in it"):
-        stance_knee_torque(robot, (math.nan, 0.0, 0.0), rest, rest, 0.0, locked=False)
-    with pytest.raises(InputError, match=r"dq: expected shape \(\.\.\., 3\), got \(2,\)"):
-        stance_knee_torque(robot, rest, (0.0, 0.0), rest, 0.0, locked=False)
-    assert np.isnan(stance_knee_torque(robot, rest, rest, (math.nan, 0.0, 0.0), 0.0, locked=False))
 
 
 def test_the_halved_rods_are_the_legs_of_table_one() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,20 +24,16 @@ from mjbiped.studies.reproduction.section_5 import (
     BLIND,
     BLIND_SOURCE,
     FITTED,
-    FOUND,
     GROUNDS,
-    START_ERROR,
-    TABLE_2,
     TABLE_3,
     Variant,
-    end_of,
     gains_told,
 )
 from mjbiped.studies.reproduction.tables import FITS, distance, turned
 from scripts.paper import gain_scan, placebo
 from scripts.paper import search_table_3 as search
 from scripts.paper.fits import SMALL_SHARE, sections
-from scripts.paper.gain_scan import Tried, fitted, ranked, read_tried, settings, write_tried
+from scripts.paper.gain_scan import Tried, fitted, read_tried, settings, write_tried
 from scripts.paper.gain_search import blind_trials, choose
 from scripts.paper.placebo import COUNT, Placebo, RandomGround, drawn, write_grounds
 
@@ -66,27 +61,6 @@ def grounds() -> list[RandomGround]:
 @pytest.fixture(scope="module")
 def tried() -> list[Tried]:
     return read_tried((DOCS / GAINS_TABLE).read_text(encoding="utf-8"))
-
-
-def made_up(source: str, costs: dict[str, float], method: str = "PBC", gain: float = 1.0) -> Tried:
-    ended = {ground: 4 for ground, cost in costs.items() if math.isnan(cost)}
-    return Tried(Variant(method, slope_source=source, gains=(("gain", gain),)), costs, ended)
-
-
-def test_x_where_the_papers_are_count_first_then_the_distance() -> None:
-    paper = dict(TABLE_2["PBC"])
-    far = {ground: 1.5 * cost for ground, cost in paper.items()}
-    exact_but_walks = {**paper, "slope 2": 0.03}
-    falls = dict.fromkeys(paper, math.nan)
-    every = [made_up("none", exact_but_walks), made_up("local", falls), made_up("two_point", far)]
-    assert [each.variant.slope_source for each in ranked(every)] == ["two_point", "none", "local"]
-    first = ranked(every)[0].agreement
-    assert (first.agreeing, first.asked) == (5, 5)
-    assert first.distance == pytest.approx(math.log(1.5), rel=1e-12)
-    assert math.isnan(every[1].agreement.distance)
-    nearer = made_up("none", {ground: 1.4 * cost for ground, cost in paper.items()}, gain=2.0)
-    other = made_up("none", dict.fromkeys(GROUNDS, 0.03), method="ECC")
-    assert fitted([*every, other, nearer]) == {"PBC": nearer, "ECC": other}
 
 
 @pytest.mark.usefixtures("studies_in_threads")
@@ -179,13 +153,6 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table(results:
     assert results.sources[0] != BLIND_SOURCE
 
 
-def test_a_slope_told_wrong_at_the_start_is_the_ground_s_and_the_error() -> None:
-    ground = Terrain.incline(2.0)
-    for wrong in (0.0, START_ERROR, -START_ERROR):
-        law = replace(BLIND["PBC"], start_error=wrong).law(ground)
-        assert law["controller.initial_slope_estimate_deg"] == pytest.approx(2.0 + wrong, rel=1e-12)
-
-
 def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
     paper = np.log([0.034, 0.036])
     found = placebo.placebo(
@@ -194,17 +161,6 @@ def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
     assert (found.numbers, found.tried, found.distance, found.share) == (2, 2, 0.0, 0.0)
     # the nearest of both settings, by the root mean square: 0.1, 0.5 either way, and 0.1 of one number of two
     assert found.random == pytest.approx(0.1, rel=1e-12)
-
-
-def test_a_number_that_no_setting_varies_is_not_drawn() -> None:
-    """Otherwise hardly a random row is met, whatever the settings: the number that all give alike keeps it away."""
-    generator = np.random.default_rng(5)
-    settings, paper, rows = (generator.uniform(size=(count, 3)) for count in (50, 1, 400))
-    settings[:, 1], paper[:, 1] = 0.5, 0.5004
-    without = placebo.placebo(paper[0, ::2], settings[:, ::2], rows[:, ::2])
-    found = placebo.placebo(paper[0], settings, rows)
-    assert (found.numbers, found.varied, without.varied) == (3, 2, 2)
-    assert found.share == without.share > 0.0
 
 
 def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
@@ -235,17 +191,6 @@ def test_what_the_page_says_of_the_fits(results: Results, tried: list[Tried], gr
     assert searched < of_table.distance, "but the search is nearer than the random grounds"
 
 
-def test_random_tables_have_the_paper_s_order() -> None:
-    """A ground whose table is in no order is nearer to none of them than one in order."""
-    numbers = np.array([*TABLE_3.values()]).T
-    ordered, reversed_ = (
-        [RandomGround((), tuple(row[::sign]), tuple(cost[::sign])) for row, cost in [numbers] for _ in range(2)]
-        for sign in (1, -1)
-    )
-    assert placebo.of_table_3(ordered).distance == 0.0
-    assert placebo.of_table_3(ordered).random < placebo.of_table_3(reversed_).random
-
-
 def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround]) -> None:
     assert [each.segments for each in grounds] == drawn()
     assert len(grounds) == COUNT
@@ -274,27 +219,9 @@ def multiples(factor: float = 1.0, outcome: str = "finished") -> list[Row]:
     ]
 
 
-def test_distance_of_the_table_from_itself_is_zero() -> None:
-    assert search.distance(multiples()) == pytest.approx(0.0, abs=1e-15)
-
-
 @pytest.mark.parametrize("factor", [0.5, 1.1, 3.0])
 def test_distance_of_a_multiple_is_its_logarithm(factor: float) -> None:
     assert search.distance(multiples(factor)) == pytest.approx(abs(math.log(factor)), rel=1e-12)
-
-
-def test_fall_is_farther_than_any_walk_to_the_end() -> None:
-    assert search.distance(multiples(outcome="fell")) > search.distance(multiples(1000.0))
-
-
-def test_data_file_is_of_the_family_that_was_searched() -> None:
-    assert len(FOUND) == placebo.SEGMENTS
-    for k, values in enumerate(FOUND):
-        for value, (low, high) in zip(values, (placebo.LENGTHS, placebo.SLOPES, placebo.RISES), strict=True):
-            assert low <= value <= high
-        assert k > 0 or values[2] == 0.0
-    terrain, last = Terrain.from_segments(FOUND), FOUND[-1]
-    assert end_of(FOUND) == pytest.approx(terrain.x[-1] + last[0] * math.cos(math.radians(last[1])), rel=1e-15)
 
 
 @pytest.mark.slow

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.colors import LogNorm, Normalize
 from PIL import Image
 
-from mjbiped.plotting import style
-from mjbiped.studies.bins import binned, drawings, measure_label, measured, middle, parameter_label, values_of
+from mjbiped.studies.bins import binned, drawings, measured, middle, values_of
 from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.figures import draw
 from mjbiped.studies.plan import FINISHED, Study, plan
@@ -80,23 +78,6 @@ def test_a_group_without_the_parameter_is_a_level_line_and_an_even_map() -> None
     assert passive[0].tolist() == [[6.0] * 3, [7.0] * 3]  # one value for each slope, whatever the gain
 
 
-def test_words_and_colours(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What could not begin is told, and colours of values far apart are logarithmic."""
-    shown: list[Any] = []
-    monkeypatch.setattr(style, "save_figure", lambda figure, _: shown.append(figure))
-    study, rows = rows_of(BASELINE)
-    draw(study, [{**row, **FAILED} for row in rows], Path())
-    draw(study, rows, Path())
-    assert [text.get_text() for text in shown[0].axes[0].texts] == ["no walk finished"]
-    assert "4 walks, 0 finished, 4 could not begin" in shown[0].get_suptitle()
-    assert "could" not in shown[1].get_suptitle()
-    study, rows = rows_of(GRID)
-    for scale, kind in ((1.0, Normalize), (100.0, LogNorm)):
-        draw(study, [{**row, "outcome": FINISHED, COST: 1.0 + scale * row["cell"]} for row in rows], Path())
-        (mesh, *_), *_ = (axes.collections for axes in shown[-1].axes)
-        assert type(mesh.norm) is kind
-
-
 def test_only_finished_walks_are_measured() -> None:
     _, rows = rows_of(GRID)
     assert middle(values_of(rows, COST), COST) == np.median([1, 2, 3, 4, 6, 7, 8, 9, 11])
@@ -118,13 +99,6 @@ def test_few_values_stand_by_themselves_and_many_in_bins() -> None:
     geometric = binned([{"x": 2.0**k} for k in range(20)], "x", 5)
     assert (geometric.log, binned([{"x": k} for k in range(1, 11)], "x", 5).log) == (True, False)
     assert np.bincount(geometric.bin).tolist() == [4, 4, 4, 4, 4]
-
-
-def test_labels_have_units() -> None:
-    assert parameter_label("robot.thigh_centre") == "robot thigh centre (m)"
-    assert parameter_label("terrain.slope_deg.plus_minus") == "terrain slope, ± (°)"
-    assert measure_label("peak_knee_torque_Nm") == "peak torque, swing knee (N m)"
-    assert measure_label("foot_length_99_percent_m") == "foot that holds it 99 % of the time, length (m)"
 
 
 def summed(content: dict[str, Any], results: list[tuple[str, float | None]]) -> tuple[list[Row], Study]:

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import pytest
-from reproduction_rows import made_row
 
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import reproduce as plan
@@ -21,7 +20,7 @@ from mjbiped.studies.reproduction.section_5 import (
     STAIRS,
     TABLE_3,
 )
-from mjbiped.studies.reproduction.tables import TABLES, distance, pulls, render, section
+from mjbiped.studies.reproduction.tables import TABLES, distance, render
 from mjbiped.terrain.profile import GROUND_FRICTION
 from scripts.pages import without_tables
 
@@ -163,29 +162,3 @@ def test_found_ground_is_nearer_to_table_3_than_ours(rows: list[Row]) -> None:
         found, mixed = (distance(walks_of(rows, ground, engine)) for ground in ("found", "mixed"))
         assert found < 0.1 < mixed
     assert set(walks_of(rows, "found", "mujoco")) == set(TABLE_3)
-
-
-def test_no_friction_is_given_where_the_ground_pulls() -> None:
-    for forces, said, shown in (
-        ({("mixed", 0.1): -1.464, ("found", None): -0.01, ("found", 0.2): -0.512},
-         "with ζ = 0.1 on our mixed ground, and with no re-planning and ζ = 0.2 on the ground that was found",
-         {("mixed", "0.1"): ["−1.46", "0.01", "pulls"], ("mixed", "0.2"): ["0.50", "0.01", "84.4"],
-          ("found", "none"): ["−0.01", "0.01", "pulls"]}),
-        ({}, "with no ζ on our mixed ground, and with no ζ on the ground that was found",
-         {("mixed", "0.1"): ["0.50", "0.01", "84.4"]}),
-    ):  # fmt: skip
-        rows = [
-            made_row(
-                cost, part="table 3", ground=ground, engine=engine, delay=zeta, ankle=torque, friction=84.4,
-                least_force=forces.get((ground, zeta), 0.5) if engine == "hybrid" else 0.01,
-            )
-            for engine in ("hybrid", "mujoco")
-            for ground in ("mixed", "found")
-            for zeta, (torque, cost) in TABLE_3.items()
-        ]  # fmt: skip
-        assert pulls(rows) == said
-        headings = {"mixed": "Our mixed ground", "found": "The ground that was found"}
-        for (ground, zeta), cells in shown.items():
-            lines = section(Results(rows), headings[ground]).splitlines()
-            line = next(line for line in lines if line.startswith(f"| {zeta} |"))
-            assert [cell.strip() for cell in line.split("|")[-4:-1]] == cells

@@ -4,15 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
-import signal
-import sqlite3
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Sequence
-from contextlib import closing
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +11,10 @@ import pytest
 from reproduction_rows import changed, made_row
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.errors import InputError
+from controllers import AdaptiveController
 from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
-from mjbiped.studies.cell import FAILED, Cell, attempt
+from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction import section_5 as paper
@@ -32,24 +22,9 @@ from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, p
 from mjbiped.studies.reproduction.reproduce import walked
 from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
 
-ROOT = Path(__file__).parents[2]
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
 GROUND = mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (3.0, 2.0, -0.02)])
-
-
-class Breaks(Controller):
-    """Raises an error in its second step."""
-
-    memory_size = 1
-
-    def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
-        memory[0] += 1.0
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        if memory[0] > 0.0:
-            raise RuntimeError("broken")
-        return 0.0, 0.0
 
 
 # grounds, against profiles written down from the paper's sentence
@@ -86,15 +61,6 @@ def test_slopes(ground: str, change: float, first: float, pattern: str, slopes: 
     assert not any(terrain.rises)  # slopes meet without a step
 
 
-def test_every_reading_has_its_own_ground_and_the_papers_tables_are_whole() -> None:
-    every = [paper.terrain_of(place) for place in paper.READINGS]
-    assert len(set(every)) == len(every) == 1 + 2 * 2 * len(paper.STAIR_PATTERNS) + 4 * len(paper.SLOPE_PATTERNS)
-    assert all(terrain.x[-1] > 100 * 0.38 for terrain in every[1:])  # ground for 100 steps
-    assert all(tuple(values) == paper.GROUNDS for values in paper.TABLE_2.values())
-    assert sum(math.isnan(value) for values in paper.TABLE_2.values() for value in values.values()) == 5  # its X
-    assert list(paper.TABLE_3)[1:] == [round(0.1 * k, 1) for k in range(1, 11)]
-
-
 # one walk
 
 
@@ -128,15 +94,6 @@ def test_one_walk_gives_the_cost_of_every_shorter_one() -> None:
     assert math.isnan(found["absolute_20"])
     assert (found["steps"], found["absolute_end"]) == (7, cells.cost_after(whole, "absolute"))
     assert found["least_force"] == shorter.touchdowns["normal_force"].min() / (10.0 * 9.81)
-
-
-def test_error_is_a_result() -> None:
-    for slope, steps, words in ((2.0, 1, "broken"), (-3.0, None, "downhill")):
-        ground = mjbiped.Terrain.incline(slope)
-        walk = partial(mjbiped.walk, Breaks(), ground, engine="hybrid", steps=3)
-        found = attempt(walk, cells.measures_of)
-        assert (found["outcome"], found.get("steps")) == (FAILED, steps)
-        assert words in found["error"]
 
 
 # traces, on records whose numbers are put in by hand, and on walks whose truth is known
@@ -203,15 +160,6 @@ def test_tracking_errors_are_those_at_the_touchdowns(controller: AdaptiveControl
     assert found["trace_z1"] >= 0.95 * math.degrees(max(np.abs(z1).max(), np.abs(start[:2]).max()))
     assert found["trace_z2"] >= np.abs(z2).max() * 0.9
     assert not {"trace_straight", "trace_bent"} & set(found)  # which steps follow the gait, no plan says
-
-
-def test_what_is_not_there_is_left_out(walk: mjbiped.Walk) -> None:
-    none = {name: column[:0] for name, column in walk.touchdowns.items()}
-    assert cells.traced(dataclasses.replace(walk, touchdowns=none)) == {}
-    level = {**walk.settings, "terrain": mjbiped.Terrain.level().to_dict()}
-    assert "trace_later" not in cells.traced(dataclasses.replace(walk, settings=level))
-    with pytest.raises(InputError, match="PassiveController"):
-        cells.traced(mjbiped.walk(PassiveController(), mjbiped.Terrain.incline(2.0), engine="hybrid", steps=1))
 
 
 # the reading of Table II, on tables whose answer is known
@@ -281,36 +229,6 @@ def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
     assert write_rows(read_rows(text)) == text
 
 
-# figures
-
-
-def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
-    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
-    for second, truths in ((walk, 1), (other, 2)):
-        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
-        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
-        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
-        for axes in figure.axes:
-            lines = [line for line in axes.lines if "from" in str(line.get_label())]
-            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
-            for line in lines:
-                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
-            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
-
-
-def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
-    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
-    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
-    assert "no re-planning" in titles[2]
-    low, high = figure.axes[1].get_ylim()
-    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
-    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
-    labels = [line.get_label() for line in figure.axes[0].lines]
-    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)
-
-
 # kept walks
 
 
@@ -352,91 +270,28 @@ def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.
     assert not any(path.exists() for path in kept)
 
 
-def test_folder_that_cannot_be_taken(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(mjbiped.InputError, match="cannot make"):
-        walked([], tmp_path / "file" / "walks")
-    (tmp_path / "walks.sqlite").write_text("something else" * 100)
-    with pytest.raises(mjbiped.RecordError, match=r"no table of mjbiped's.*--fresh"):
-        walked([], tmp_path)
+def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
+    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
+    for second, truths in ((walk, 1), (other, 2)):
+        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
+        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
+        for axes in figure.axes:
+            lines = [line for line in axes.lines if "from" in str(line.get_label())]
+            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
+            for line in lines:
+                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
+            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
 
 
-@pytest.mark.slow
-def test_results_do_not_depend_on_the_number_of_processes(tmp_path: Path) -> None:
-    grounds = [mjbiped.Terrain.stairs(rise=rise) for rise in (-0.02, 0.0, 0.01)]
-    planned = [cells.cell(ground, LAW, steps=3, engine="mujoco") for ground in grounds]
-    one = results(tmp_path / "one", planned)
-    assert repr(results(tmp_path / "two", planned, workers=2)) == repr(one)
-    assert repr(one[0]) == repr(vars(row_of(cells.row(planned[0]))))
-
-
-PROGRAM = """
-import sys
-from pathlib import Path
-import mjbiped
-from mjbiped.studies.reproduction.cell import cell
-from mjbiped.studies.reproduction.reproduce import walked
-
-if __name__ == "__main__":
-    ground, law = mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}
-    cells = [cell(ground, law, engine="mujoco", steps=2)]
-    cells += [cell(ground, law, engine="mujoco", distance=place) for place in (1000.0, 1001.0)]
-    try:
-        walked(cells, Path(sys.argv[1]), workers=1)
-    except KeyboardInterrupt:
-        sys.exit(130)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", [signal.SIGKILL, signal.SIGINT])
-def test_nothing_that_ended_is_lost(tmp_path: Path, kind: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Killed or interrupted after the first walk, the finished one stays and no process is left."""
-    program, table = tmp_path / "program.py", tmp_path / "walks" / "walks.sqlite"
-    program.write_text(PROGRAM)
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    with (tmp_path / "errors").open("wb") as errors:
-        process = subprocess.Popen(
-            [sys.executable, str(program), str(table.parent)],
-            env={**os.environ, "PYTHONPATH": path},
-            stderr=errors,
-            start_new_session=True,
-        )
-    wait_until(lambda: count(table) > 0, 240.0, "nothing was kept")
-    os.kill(process.pid, kind)
-    status = process.wait(timeout=60)
-    assert status == (130 if kind == signal.SIGINT else -signal.SIGKILL)
-    wait_until(lambda: not alive(process.pid), 30.0, "a worker outlived its parent")
-    if kind == signal.SIGINT:
-        assert (tmp_path / "errors").read_text() == ""  # no traceback, nothing left behind
-    first = cells.cell(mjbiped.Terrain.incline(2.0), {"controller.name": "passive"}, steps=2, engine="mujoco")
-    monkeypatch.setattr(reproduce, "walk_cells", lambda _, todo, *__, **___: pytest.fail("again") if todo else None)
-    assert results(table.parent, [first])[0]["steps"] == 2
-
-
-def wait_until(reached: Callable[[], bool], seconds: float, otherwise: str) -> None:
-    end = time.monotonic() + seconds
-    while not reached():
-        assert time.monotonic() < end, otherwise
-        time.sleep(0.1)
-
-
-def count(table: Path) -> int:
-    """Rows of a table that another process writes; none where there is no table yet."""
-    try:
-        with closing(sqlite3.connect(f"file:{table}?mode=ro", uri=True)) as database:
-            return int(database.execute("SELECT count(*) FROM cells").fetchone()[0])
-    except sqlite3.OperationalError:
-        return 0
-
-
-def alive(session: int) -> bool:
-    """Whether a process of a session is left: the workers."""
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[3]) == session and fields[0] != "Z":
-            return True
-    return False
+def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
+    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
+    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
+    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
+    assert "no re-planning" in titles[2]
+    low, high = figure.axes[1].get_ylim()
+    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
+    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
+    labels = [line.get_label() for line in figure.axes[0].lines]
+    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)

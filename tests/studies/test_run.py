@@ -1,7 +1,9 @@
-"""Studies: the same table however they are walked, however often they are broken off."""
+"""Studies: the same table however they are walked, however often they are broken off; tables on disk."""
 
 from __future__ import annotations
 
+import csv
+import math
 import os
 import random
 import signal
@@ -22,13 +24,13 @@ import controllers
 import mjbiped
 from mjbiped.control.loading import digest_of
 from mjbiped.engines.mujoco import scene
-from mjbiped.errors import InputError, MjbipedError
+from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.records import measures
 from mjbiped.studies import run as running
-from mjbiped.studies.cell import KNEES_MEASURES, MEASURES, Cell, Row
+from mjbiped.studies.cell import MEASURES, Cell, Row
 from mjbiped.studies.plan import plan, read_study
-from mjbiped.studies.run import digest, estimate, machinery, run
-from mjbiped.studies.store import FILE, read_table
+from mjbiped.studies.run import columns_of, digest, machinery, run
+from mjbiped.studies.store import FILE, opened, read_table
 
 ROOT = Path(__file__).parents[2]
 STUDY = """
@@ -53,14 +55,6 @@ engine = "hybrid"
 steps = 2
 controller = [{ name = "laws/spread.py:HipSpread", stiffness = [0.4, 0.5] }, { name = "passive" }]
 terrain = { name = "incline", slope_deg = 2 }
-"""
-KNEES = """
-engine = "hybrid"
-steps = 3
-robot = { kind = ["compass", "halved-rods"] }
-initial = { around = "gait", dq1 = 0.01 }
-disturbances = { control_period = 0.002 }
-terrain = { name = "stairs", rise = 0.02 }
 """
 in_threads = pytest.mark.usefixtures("studies_in_threads")
 
@@ -100,33 +94,6 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
         assert {*summary} == {*MEASURES, "outcome", "verdict", "warnings"}
         assert (row["outcome"], row["error"], row["sample"]) == (done.outcome, None, cell.index // 2)
         assert row["terrain.seed"] == dict(done.terrain.parameters)["seed"]
-
-
-@pytest.mark.slow
-@in_threads
-def test_rows_of_knees_are_what_the_walks_give(file: Path, tmp_path: Path) -> None:
-    file.write_text(KNEES)
-    study = read_study(file)
-    rows, *_ = run(study, tmp_path, workers=1, trajectories=True)
-    for row, cell in zip(rows, study.cells, strict=True):
-        law, disturbances = cell.controller(), mjbiped.Disturbances(control_period=0.002)
-        assert law.gait is not None
-        first = law.gait.start.copy()
-        first[len(first) // 2] += 0.01
-        given: dict[str, Any] = {
-            "engine": "hybrid",
-            "steps": 3,
-            "initial": first.tolist(),
-            "disturbances": disturbances,
-        }
-        summary = measures.summary(mjbiped.walk(law, mjbiped.Terrain.stairs(rise=0.02), **given))
-        known = [name for name in KNEES_MEASURES if name in summary]
-        assert [row[name] for name in known] == [summary[name] for name in known]
-    assert (rows[0]["peak_knee_torque_Nm"], rows[1]["peak_knee_torque_Nm"] > 1.0) == (None, True)
-    samples = pd.read_parquet(tmp_path / FILE)
-    assert samples.attrs["units"]["q_shank"] == "rad"
-    shanks = samples.groupby("cell")["q_shank"].count()
-    assert (shanks[0], shanks[1] > 100) == (0, True)
 
 
 @in_threads
@@ -169,6 +136,8 @@ def test_changed_study_is_refused(file: Path, tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(running, "machinery", lambda: {**machinery(), "sources": "mended" * 20})
     with pytest.raises(InputError, match=r"another study: mjbiped's source files changed\."):
         run(read_study(file), tmp_path / "out")
+    with pytest.raises(MjbipedError, match="install the same versions"):
+        running.walk_one(Cell.row, read_study(file).cells[0], {"sources": "others", "versions": {}}, 1)
     run(read_study(file), tmp_path / "out", fresh=True)
     file.write_text('engine = "hybrid"\nsteps = 1\nterrain = { file = "trail.toml" }')
     for slope in (1, 2):
@@ -192,17 +161,6 @@ def test_rows_belong_to_a_controllers_file_as_it_was(own: Path, tmp_path: Path) 
     again, *_ = run(read_study(own), tmp_path / "out", workers=1, fresh=True)
     costs = [[row["cost_of_transport"] for row in rows[:2]] for rows in (first, again)]
     assert len({*costs[0], *costs[1]}) == 4, "walked again, with the edited law"
-
-
-@pytest.mark.slow
-def test_worker_processes_load_a_controllers_file(own: Path, tmp_path: Path) -> None:
-    rows, *_ = run(read_study(own), tmp_path / "out", workers=1)
-    assert [row["outcome"] for row in rows] == ["finished"] * 3
-    law = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
-    own_controllers.write(tmp_path, "laws/spread.py", law)
-    rows, *_ = run(read_study(own), tmp_path / "again", workers=1)
-    assert rows[0]["outcome"] == "failed"
-    assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3" in rows[0]["error"]
 
 
 @in_threads
@@ -232,60 +190,6 @@ def test_failed_cells_are_rows_and_a_table_is_the_same_as_parquet(file: Path, tm
     pd.testing.assert_frame_equal(texts, made, check_exact=True, check_dtype=False, check_like=False)
 
 
-@pytest.mark.parametrize("option", ["--parquet", "--trajectories"])
-def test_without_pyarrow_nothing_walks(option: str, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("pyarrow")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    result = command("sweep", file, option)
-    assert result.exit_code == 2
-    assert f"{option} needs PyArrow" in result.stderr
-    assert not file.with_suffix("").exists()
-
-
-@in_threads
-def test_workers_that_fail_are_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study, real = read_study(file), Cell.row
-
-    def failing(cell: Cell, **settings: Any) -> Row:
-        if cell.index == 20:
-            raise MemoryError("too much")
-        return real(cell, **settings)
-
-    monkeypatch.setattr(Cell, "row", failing)
-    with pytest.raises(MjbipedError, match=r"MemoryError: too much.*the same command goes on"):
-        run(study, tmp_path / "out", workers=1)
-    rows, _ = read_table(tmp_path / "out" / "study.sqlite")
-    assert 20 not in {row["cell"] for row in rows}
-    with pytest.raises(MjbipedError, match="install the same versions"):
-        running.walk_one(Cell.row, study.cells[0], {"sources": "others", "versions": {}}, 1)
-
-
-@in_threads
-def test_the_time_of_a_study_is_inferred_from_some_walks(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the number of walks over that of processes; nothing is kept."""
-    now, real = [0.0], Cell.row
-
-    def walked(cell: Cell, **settings: Any) -> Row:
-        now[0] += 1.0
-        return real(cell, **settings)
-
-    monkeypatch.setattr(Cell, "row", walked)
-    monkeypatch.setattr("time.perf_counter", lambda: now[0])
-    study = plan(
-        file, {"engine": "hybrid", "steps": 2, "controller": {"position_gain": {"from": 3, "to": 6, "count": 60}}}
-    )
-    expected = estimate(study, workers=4)
-    assert {name: expected[name] for name in ("walks", "workers", "seconds", "tried")} == {
-        "walks": 60, "workers": 4, "seconds": 60 / 4, "tried": 5,
-    }  # fmt: skip
-    assert expected["bytes"] < estimate(study, trajectories=True)["bytes"]
-    assert [*file.parent.iterdir()] == [file]
-    run(study, file.parent / "out", workers=1)
-    made = sum(each.stat().st_size for each in (file.parent / "out").iterdir())
-    assert 0.3 * made < expected["bytes"] < 3.0 * made  # whole pages of the database are not in it
-
-
 @pytest.mark.slow
 def test_worker_that_dies_is_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes here, and one of them is killed from the inside, at its first walk."""
@@ -301,7 +205,7 @@ def _die(*_: object) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_killed_twice_it_ends_with_the_same_table(file: Path, tmp_path: Path, engine: str) -> None:
-    samples, steps = (150, 40) if engine == "hybrid" else (6, 4)
+    samples, steps = (150, 40) if engine == "hybrid" else (24, 4)  # more than are walked in 4 s
     file.write_text(STUDY.format(samples=samples).replace("hybrid", engine).replace("steps = 6", f"steps = {steps}"))
     assert start(tmp_path, "--out", tmp_path / "whole", "--workers", 2).wait(timeout=300) == 0
     chance = random.Random(4)
@@ -353,3 +257,55 @@ def test_every_file_that_a_number_depends_on_is_in_the_digest(place: str, tmp_pa
     assert len({first, second, digest(*parts)}) == (3 if place in COUNTED else 1 if place in LEFT_OUT else 2)
     house, laws = Path(mjbiped.__file__).parent, Path(controllers.__file__).parent
     assert machinery()["sources"] == digest(house, [laws], scene.models_folder())
+
+
+GAINS = [{"name": "adaptive", "gain": 5}, {"name": "passive"}]
+IDENTITY = {
+    "study": {"steps": 3, "robot": {"hip_mass": [5, 10]}, "controller": GAINS},
+    "versions": {"numpy": "2.4"},
+    "sources": "abc",
+}
+COLUMNS = columns_of(plan(Path("study.toml"), {"robot": {"hip_mass": [5, 10, 15]}}))
+
+
+def row(cell: int, **others: object) -> dict[str, object]:
+    return {"cell": cell, "robot.hip_mass": 5.0, "outcome": "finished", **others}
+
+
+def test_rows_come_back_as_they_were_in_order(tmp_path: Path) -> None:
+    third, folder = math.pi / 3.0, tmp_path / "new" / "folder"
+    with opened(folder, "study", COLUMNS, IDENTITY) as store:
+        store.save([row(2, steps=3, cost_of_transport=third), row(1, steps=8)])
+        store.save([row(0, error='no, "gait"\nthere', strikes=0), row(1)])
+        with pytest.raises(RecordError, match="cannot be written"):
+            store.save([row(0), row(2, error=object())])  # none of both
+    with opened(folder, "study", COLUMNS, IDENTITY) as store:
+        rows, path = store.rows(), store.export()
+    assert [each["cell"] for each in rows] == [0, 1, 2]
+    assert (rows[2]["cost_of_transport"], rows[1]["steps"], rows[0]["cost_of_transport"]) == (third, None, None)
+    assert type(rows[2]["steps"]) is int
+    assert read_table(path.with_suffix(".sqlite")) == (rows, {"format": 1, **IDENTITY})
+    with path.open(newline="", encoding="utf-8") as file:
+        texts = list(csv.DictReader(file))
+    assert tuple(texts[0]) == COLUMNS
+    assert float(texts[2]["cost_of_transport"]) == third  # every digit
+    assert (texts[0]["error"], texts[1]["cost_of_transport"]) == ('no, "gait"\nthere', "")
+
+
+def test_one_process_at_a_time(tmp_path: Path) -> None:
+    with opened(tmp_path, "study", COLUMNS, IDENTITY), pytest.raises(InputError, match="another process is at it"):
+        opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True).__enter__()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot make the folder"):
+        opened(tmp_path / "file", "study", COLUMNS, IDENTITY).__enter__()
+
+
+@pytest.mark.slow
+def test_worker_processes_load_a_controllers_file(own: Path, tmp_path: Path) -> None:
+    rows, *_ = run(read_study(own), tmp_path / "out", workers=1)
+    assert [row["outcome"] for row in rows] == ["finished"] * 3
+    law = own_controllers.SPREAD.replace("        return", "        assert t < 0.3, 'too late'\n        return")
+    own_controllers.write(tmp_path, "laws/spread.py", law)
+    rows, *_ = run(read_study(own), tmp_path / "again", workers=1)
+    assert rows[0]["outcome"] == "failed"
+    assert "AssertionError: too late (spread.py, line 12, in torque: assert t < 0.3" in rows[0]["error"]

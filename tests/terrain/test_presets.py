@@ -206,10 +206,10 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
         ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
         ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
         ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
-        ("treads", {"tread": 1e-3}, "segments: raise tread"),
-        ("waves", {"spacing": 0.2}, "from 4 x spacing"),
-        ("waves", {"shortest": 6.0}, "to longest"),
-        ("waves", {"length": 1e5}, "segments: raise spacing"),
+        ("treads", {"tread": 1e-3}, "segments; choose a shorter length or a longer tread"),
+        ("waves", {"spacing": 0.2}, "four times spacing"),
+        ("waves", {"shortest": 6.0}, "less than longest"),
+        ("waves", {"length": 1e5}, "segments; choose a shorter length or a longer spacing"),
         ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
     ],
 )
@@ -223,7 +223,7 @@ def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict
     [
         (None, 9.0, "recorded ground needs an elevation file"),
         ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; at least 5 m are needed"),
-        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "segments: ask for less"),
+        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "segments; choose a shorter length"),
     ],
 )
 def test_no_record_is_refused_in_words(rows: str | None, length: float, message: str, tmp_path: Path) -> None:

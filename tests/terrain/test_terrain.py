@@ -24,7 +24,6 @@ from mjbiped.terrain.terrain import STEP_RESOLUTION, Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))
 SEGMENTS = st.lists(st.tuples(st.floats(0.01, 20.0), st.floats(-38.0, 38.0), STEPS), min_size=1, max_size=12)
-PLACES = st.floats(-30.0, 300.0)
 THREE = [(1.0, 2.0, 0.0), (2.0, -1.0, 0.01), (0.5, -3.0, 0.0)]
 
 
@@ -175,7 +174,7 @@ def test_terrains_of_other_ground_name_or_parameters_differ() -> None:
     [
         ({"surprise": 1}, "must be a mapping with x, z, angle, end, name, parameters, got"),
         ({"x": None}, "x = None"),
-        ({"z": [0.0, 1.0]}, "as many x as"),
+        ({"z": [0.0, 1.0]}, "the same number of entries"),
         ({"name": 5}, "name = 5: must be text"),
         ({"parameters": [["alone"]]}, "pairs of a name and a value"),
         ({"parameters": 5}, "pairs of a name and a value"),
@@ -258,13 +257,13 @@ def test_segments_outside_their_domain_are_refused(rows: Any, message: str) -> N
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"x": ()}, "one at least"),
-        ({"angle": (0.0, 0.0)}, "as many"),
+        ({"x": ()}, "at least one"),
+        ({"angle": (0.0, 0.0)}, "the same number"),
         ({"z": (2e5,)}, "segment 1: z = 200000.0: must be from -100000 to 100000 m"),
         ({"angle": (STEEPEST_SLOPE,)}, "segment 1: a slope"),
         ({"angle": (-STEEPEST_SLOPE,)}, "segment 1: a slope"),
-        ({"x": (1.0,)}, "starts at 0"),
-        ({"x": (-1.0,), "end": 0.0}, "starts at 0"),
+        ({"x": (1.0,)}, "starts at x = 0"),
+        ({"x": (-1.0,), "end": 0.0}, "starts at x = 0"),
         ({"end": 0.0}, "length > 0"),
         ({"end": -math.inf}, "end"),
         ({"x": (0.0, 0.0), "z": (0.0, 0.0), "angle": (0.0, 0.0)}, "length > 0"),
@@ -368,10 +367,10 @@ def test_segment_files(tmp_path: Path, suffix: str, text: str) -> None:
         (".csv", "0,0\n1,0\n1,0\n2,0\n", "line 3: repeats the sample of line 2"),
         (".csv", "0,0\n0,0.1\n1,0\n", "line 2: a vertical step at an end.*drop line 1"),
         (".csv", "0,0\n1,0\n1,0.1\n", "line 3: a vertical step at an end"),
-        (".csv", "0,0\n1,0\n1,0.1\n1,0.2\n2,0\n", "line 4: .*three times"),
+        (".csv", "0,0\n1,0\n1,0.1\n1,0.2\n2,0\n", "line 4: .*three rows"),
         (".csv", "0,0\n1,0\n1,0.6\n2,0.6\n", "lines 2 to 3: the step = 0.(6|5999+): must be from -0.5 to 0.5 m"),
         (".csv", "0,0\n1,0\n2,0.9\n", "lines 2 to 3: a slope of -41.99 degrees is steeper"),
-        (".csv", "5,0\n6,0\n", "from x = 5 to 6 m; the robot starts at 0: shift all x"),
+        (".csv", "5,0\n6,0\n", "from x = 5 to 6 m, but the robot starts at x = 0; subtract"),
         (".csv", "0,0\n2e5,0\n", "line 2: x = 200000.0: "),
         (".toml", "segments = [[1, 0],\n[1, 0 0]]", "not readable as TOML: .*line 2"),
         (".toml", "segments = " + "[" * 3000 + "]" * 3000, "not readable as TOML"),
@@ -383,8 +382,8 @@ def test_segment_files(tmp_path: Path, suffix: str, text: str) -> None:
         (".toml", "segments = [3]", "segment 1 is 3"),
         (".toml", "segments = [[1, 0], [1, nan]]", "segment 2: slope"),
         (".yaml", "segments: [[yes, 0]]", "segment 1: length"),
-        (".toml", "segments = [{length = 1, slope = 2}]", "segment 1 has length, slope; expected"),
-        (".toml", "segments = [{length = 1, slope_deg = 2, high = 3}]", "has length, slope_deg, high"),
+        (".toml", "segments = [{length = 1, slope = 2}]", "segment 1 has .length, slope.; expected"),
+        (".toml", "segments = [{length = 1, slope_deg = 2, high = 3}]", "has .length, slope_deg, high."),
         (".csv", "0,0\n1,\udcff\n", "line 2: not UTF-8"),
         (".toml", "0,0\n1,0\n\0\n", "line 3: binary"),
     ],

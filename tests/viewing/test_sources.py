@@ -14,8 +14,7 @@ from controllers import AdaptiveController, Controller
 from mjbiped.control.controller import Memory
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.engine import Mujoco
-from mjbiped.engines.plan import Plan, Terms, make_plan
-from mjbiped.rendering.scene import Moments
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.rollout.walk import WalkStopped
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.viewing import KEYS, Player
@@ -88,12 +87,6 @@ def test_a_walk_that_is_watched_is_bitwise_that_of_walk(
     assert (live.model is not first) == (terrain is LONG)  # the window's model has moved on
 
 
-def test_callbacks_in_python_are_watched_too(watch: Watch) -> None:
-    terrain = mjbiped.Terrain.incline(2.0)
-    live = watch(PlainSpring(), terrain, 2)
-    assert same(seen_to_its_end(live), mjbiped.walk(PlainSpring(), terrain, steps=2))
-
-
 @pytest.mark.slow
 def test_pauses_speeds_strides_and_restarts_change_nothing(watch: Watch, controller: AdaptiveController) -> None:
     live = watch(controller)
@@ -157,21 +150,6 @@ def test_the_force_drawn_is_that_of_the_contacts(watch: Watch, controller: Adapt
     assert moment.force == pytest.approx(expected, rel=0.1, abs=0.05 * live.robot.weight)
 
 
-def test_the_moment_is_that_of_the_record(watch: Watch, controller: AdaptiveController) -> None:
-    live = watch(controller)
-    live.go_to(2.0)
-    seen = live.moment()
-    recorded = Moments(mjbiped.walk(controller, MIXED, steps=STEPS)).at(seen.time)
-    assert (seen.step, seen.stance, seen.slope) == (recorded.step, recorded.stance, recorded.slope)
-    # the record's posture is interpolated over 5 ms, its other values are up to 5 ms old
-    assert seen.qpos == pytest.approx(recorded.qpos, abs=1e-4)
-    assert seen.slope_estimate == pytest.approx(recorded.slope_estimate, abs=1e-3)
-    assert seen.torque == pytest.approx(recorded.torque, abs=0.1)
-    assert seen.reference is not None
-    assert recorded.reference is not None
-    assert seen.reference == pytest.approx(recorded.reference, abs=1e-6)
-
-
 def test_a_robot_with_knees_is_watched_too(watch: Watch) -> None:
     """It once ended at the first step, for its posture has more than two angles."""
     robot = mjbiped.KneedBiped()
@@ -197,31 +175,6 @@ def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(
         live.model.opt.gravity[:] = 0.0
         mujoco.mj_forward(live.model, live.data)  # as the viewer does when it opens
     assert same(live.run.recorder.touchdowns(), mjbiped.walk(controller, MIXED, steps=STEPS))
-
-
-@pytest.mark.slow
-def test_the_next_seed_is_another_ground_and_the_old_one_stays_where_there_is_none(
-    watch: Watch,
-    controller: AdaptiveController,
-) -> None:
-    first = watch(controller, mjbiped.Terrain.random(seed=1))
-    grounds = [first._plan]
-
-    def following() -> Plan:
-        if not grounds:
-            raise mjbiped.MjbipedError("no more of them")
-        return grounds.pop()
-
-    first.close()
-    live = watch(controller, next_plan=following)
-    live.go_to(0.5)
-    live.next_seed()
-    assert live.time == 0.0
-    assert live.terrain == mjbiped.Terrain.random(seed=1)
-    live.next_seed()
-    assert live.news == "no more of them"
-    touchdowns = seen_to_its_end(live)
-    assert same(touchdowns, mjbiped.walk(controller, mjbiped.Terrain.random(seed=1), steps=STEPS))
 
 
 def test_a_law_that_fails_ends_it_in_words(watch: Watch) -> None:

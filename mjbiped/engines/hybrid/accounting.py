@@ -1,8 +1,8 @@
 """Book-keeping of the hybrid engine: work, peak torques, forces and samples of an accepted integration step.
 
-The net work of each joint is integrated with the motion. Its absolute and positive work follow from the turning points
-of that integral, where the power changes sign. The integral is flat there, so that the exact place of a turning point
-hardly matters, and no step has to end on it.
+The net work of each joint is integrated with the motion. Absolute and positive work follow from the turning points of
+that integral, where the power changes sign. Since the integral is flat at a turning point, its exact time hardly
+matters, and no integration step has to end there.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, on
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 UNLOADED = 0.7  # of the weight: if the normal force falls below it, look for the least force within steps as well
 NO_WORK = 1e-14  # J in a step: rounding
-# of the power's spread in a step: a power farther from zero than FAR at all stages has no zero between them; the top of
-# a parabola through three stages that comes nearer to zero than NEAR may hide one
+# shares of the power's spread in a step: if the power is farther from zero than FAR at all stages, it has no zero
+# between them; if a parabola through three stages comes nearer to zero than NEAR, the power may have one
 FAR, NEAR = 0.25, 0.05
 
 
 def accumulate(c: Constants, w: State, h: float) -> bool:
-    """Account for a step of length h: work, peaks, forces and samples; the law was last asked at its end.
+    """Account for a step of length h: work, peaks, forces and samples; the law was last evaluated at the step's end.
 
     Returns:
-        False if a sample within the step is no motion (`is_motion`), as after a torque that is NaN there alone.
+        False if a sample within the step is not finite (`is_motion`), as after a torque that is NaN there alone.
     """
     note_peaks(c, w, STAGES)
     acts, peaks, pressure = False, numbers(w.peak_torque, ROOM), numbers(w.pressure, 2)
@@ -47,7 +47,7 @@ def accumulate(c: Constants, w: State, h: float) -> bool:
     _add_work(c, w, h, acts)
     normal = w.normal_now
     motion.note_ground_force(c, w, numbers(w.out, c.size), row(w.k, STAGES, c.size))
-    # else the centre of pressure stays at the ankle
+    # without any torque, the centre of pressure stays at the ankle
     if acts or c.toe > 0.0 or pressure[0] < 0.0 or pressure[1] < 0.0:
         note_pressures(c, w, normal, h)
     if w.normal_force < UNLOADED * c.weight and not touches(w):
@@ -61,14 +61,14 @@ def accumulate(c: Constants, w: State, h: float) -> bool:
 
 
 def note_peaks(c: Constants, w: State, stage: int) -> None:
-    """Keep the greatest magnitudes of the torques, with those at a stage."""
+    """Update the greatest magnitudes of the torques by those at a stage."""
     peaks, torques = numbers(w.peak_torque, ROOM), row(w.given, stage, c.given)
     for joint in range(c.joints):
         peaks[joint] = max(peaks[joint], abs(torques[joint]))
 
 
 def _greatest_torque(c: Constants, w: State, joint: int) -> tuple[float, float]:
-    """Greatest magnitude of a joint's torque at the stages, N m, or the top of a parabola about it; its share."""
+    """Greatest magnitude of a joint's torque, at a stage or on a parabola about it, N m; and its place in the step."""
     last, greatest, least = 0, 0.0, math.inf
     for i in range(len(IN_ORDER)):
         size = _torque_at(c, w, i, joint)
@@ -91,7 +91,7 @@ def _torque_at(c: Constants, w: State, i: int, joint: int) -> float:
 
 
 def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, float]:
-    """The parabola through three stages, by changes up to the i-th and after it: slope, half the bend, both widths."""
+    """Parabola through stage i and its neighbours, from the changes on both sides: slope, half the bend, widths."""
     before, after = PLACES[i] - PLACES[i - 1], PLACES[i + 1] - PLACES[i]
     falling, rising = left / before, right / after
     bend = (rising - falling) / (before + after)
@@ -99,7 +99,7 @@ def _parabola(i: int, left: float, right: float) -> tuple[float, float, float, f
 
 
 def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
-    """Add the work of a step; where no torque acts there is none."""
+    """Add the work of a step; `acts` says whether any torque acts, and so whether a power can change its sign."""
     y, out = numbers(w.y, c.size), numbers(w.out, c.size)
     for component in range(c.size - c.joints, c.size):
         net = out[component] - y[component]
@@ -113,7 +113,7 @@ def _add_work(c: Constants, w: State, h: float, acts: bool) -> None:
 
 
 def _note_peak_within(c: Constants, w: State, h: float, joint: int, place: float) -> None:
-    """Keep a joint's peak inside the step: climb in sixteenths of it, from the share of it where it seemed greatest."""
+    """Keep a joint's peak torque inside the step: climb by sixteenths of the step from the estimated place."""
     piece = min(max(int(PIECES * place + 0.5), 1), PIECES - 1)
     motion.ensure_dense(c, w, h)
     middle = _torque_within(c, w, h, piece, joint)
@@ -141,7 +141,7 @@ def _torque_within(c: Constants, w: State, h: float, piece: int, joint: int) -> 
 
 
 def write_torques(c: Constants, w: State, t: float, y: Floats) -> float:
-    """Write the torques that act in a state into `w.sampled`; returns the one that is asked of the ankle, N m."""
+    """Write the torques that act in a state into `w.sampled`; returns the ankle torque that the law asks for, N m."""
     given = numbers(w.sampled, c.given)
     motion.take_angles(c, w, y)
     motion.ask(c, w, t, y, given)
@@ -234,7 +234,7 @@ def _last_before_turn(c: Constants, w: State, rate: int, other: int) -> float:
 
 
 def _take_samples(c: Constants, w: State, h: float) -> bool:
-    """Take the samples that lie in the step; False if the state of one of them is no motion (`is_motion`)."""
+    """Take the samples that lie in the step; False if the state of one is not finite (`is_motion`)."""
     end, y = w.clock + w.elapsed + h, numbers(w.spare, c.size)
     while w.sample * c.sample_period < end:
         motion.ensure_dense(c, w, h)
@@ -256,7 +256,7 @@ def take_sample(c: Constants, w: State, time: float, t: float, y: Floats) -> Non
 
 
 def note_least_force(c: Constants, w: State, h: float) -> None:
-    """Keep the least F_n inside the step: that of some moments, and of the parabolas through the least of them."""
+    """Keep the least normal force inside the step, at equally spaced moments or on parabolas through the least."""
     y, dq, ddq = numbers(w.spare, c.size), numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     last = before = 0.0
     for piece in range(PIECES + 1):
@@ -273,7 +273,7 @@ def note_least_force(c: Constants, w: State, h: float) -> None:
 
 
 def parabola_top(left: float, middle: float, right: float) -> float:
-    """Extremum of the parabola through three values at equal distances, or 0 if it is not between the outer ones."""
+    """Extremum of the parabola through three values at equal distances; 0 if it lies outside them."""
     bend, lean = 0.5 * (left + right) - middle, 0.5 * (right - left)
     if abs(lean) >= 2.0 * abs(bend):
         return 0.0
@@ -281,9 +281,9 @@ def parabola_top(left: float, middle: float, right: float) -> float:
 
 
 def note_pressures(c: Constants, w: State, before: float, h: float) -> None:
-    """Keep where the centre of pressure was in a step of length h: at the stages, whose torques are known.
+    """Note the centre of pressure at the stages of a step of length h, where the torques are known.
 
-    Without a sole, the normal force is taken to change evenly from `before` (N) to what it is at the step's end.
+    Without a sole, the normal force is taken to change linearly from `before` (N) to its value at the step's end.
     """
     pressure, normals = numbers(w.pressure, 2 + BINS), numbers(w.normals, STAGES_WITH_DENSE)
     moments, asked = numbers(w.moments, STAGES_WITH_DENSE), numbers(w.asked, STAGES_WITH_DENSE)

@@ -1,12 +1,12 @@
 """Guards of the hybrid engine: the first event within an integration step, which is then taken again to end there.
 
-A guard of the state (the hip falls, a knee or a foot comes to its stop) is looked for on the dense output; one of a
-force (a contact that would have to pull, a foot that would tip) on steps taken again, for a force of a step's dense
-output is not one of the mode's. The swing foot's meeting with the ground stands in `mjbiped.engines.hybrid.meeting`.
+Guards of the state (the hip falls, a knee or a foot comes to its stop) are evaluated on the dense output. Guards of a
+force (a contact that would have to pull, a foot that would tip) are evaluated on repeated shorter steps, because forces
+of the dense output do not satisfy the mode's constraints. `mjbiped.engines.hybrid.meeting` has the swing foot's guards.
 
-Where a torque jumps, integration steps shrink until its jump is no more than the tolerance, and then grow again. Where
-it jumps to and fro without end (a torque by the sign of a rate, which it brings to zero), they never do, and the motion
-all but stands still. Gains beyond what any robot has are of the same effect. `lags` tells of it.
+At a jump of a torque, integration steps shrink until the jump is within the tolerance, and then grow again. If a torque
+jumps to and fro without end (as one with the sign of a rate that it brings to zero), steps stay short, and the walk
+hardly advances. Gains far beyond any robot's have the same effect. `lags` detects it.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ def first_event(c: Constants, w: State, h: float, here: Place, there: Place) -> 
 
 
 def _end_of_contact(c: Constants, w: State, h: float, event: int) -> tuple[int, float]:
-    """Look whether a pushed swing foot, a knee that rests on its stop, a heel or a toe first loses its contact.
+    """Look whether a pushed swing foot, a knee on its stop, a heel or a toe loses its contact before the event.
 
-    What a foot in contact would have met later in the step, it then does not.
+    The end of a contact then replaces the event, which lies later in the step.
     """
     if w.sliding and not on_its_segment(c, w, numbers(w.out, c.size)):
         event, h = EDGE, _retaken(c, w, h, EDGE, AT_EDGE)
@@ -102,7 +102,7 @@ def _retaken(c: Constants, w: State, h: float, event: int, width: float) -> floa
 
 
 def _contact_ends(c: Constants, w: State, h: float, _scale: float, event: int) -> bool:
-    """Whether a contact ends in a step of a length, s: the guard of an event that only a step taken again can tell."""
+    """Whether a contact ends within a step of a length, s: the guard of an event that only a repeated step shows."""
     attempt(c, w, h)
     if event == EDGE:
         return not on_its_segment(c, w, numbers(w.out, c.size))
@@ -130,7 +130,7 @@ def _happened(c: Constants, w: State, x: float, _h: float, event: int) -> bool:
 
 
 def _to_the_stop(c: Constants, w: State, angles: Numbers, event: int) -> float:
-    """Angle from a stop of which an event is the strike, rad: a knee's, or the ground that a foot comes to lie on."""
+    """Angle of a knee from its stop, or of a foot from the ground on which it comes to lie, rad, by the event."""
     if event == KNEE_STRIKE:
         return float(angles[c.shank] - angles[c.thigh])
     if event == FOOT_FLAT:
@@ -198,13 +198,13 @@ def body_ends(c: Constants, w: State, y: Floats) -> int:
     return BEYOND_END if x >= c.end else NOTHING
 
 
-MOST_ATTEMPTS = 100_000  # integration steps tried in one gait step; the paper's controller needs some 20
+MOST_ATTEMPTS = 100_000  # most integration steps tried in one gait step; the paper's controller needs some 20
 ATTEMPTS_BETWEEN_LOOKS = 2000
 LEAST_PROGRESS = 2e-3
-"""Between two looks, of the stall time: at this pace a gait step would need ten times `MOST_ATTEMPTS`."""
+"""Least progress between two looks, in stall times; with less a gait step would need ten times `MOST_ATTEMPTS`."""
 
 TAME = 1e3
-"""Of the legs' rates, in sqrt(g / l): the robot moves, and is not about to fly apart."""
+"""Greatest sum of the legs' rates, in sqrt(g / l), of a motion that does not diverge."""
 
 
 def watch(w: State) -> None:
@@ -215,7 +215,7 @@ def watch(w: State) -> None:
 
 
 def lags(c: Constants, w: State) -> bool:
-    """Whether a gait step takes too many integration steps, or the last of them have brought it on too little."""
+    """Whether a gait step takes too many integration steps, or the last of them have advanced too little."""
     progress = w.elapsed - w.looked
     w.looked, w.look = w.elapsed, w.evaluations + STAGES * ATTEMPTS_BETWEEN_LOOKS
     tried = w.evaluations - w.step_started
@@ -223,7 +223,7 @@ def lags(c: Constants, w: State) -> bool:
 
 
 def is_tame(c: Constants, w: State) -> bool:
-    """Whether the robot moves as robots do."""
+    """Whether the sum of the legs' rates is below `TAME`."""
     y, rates = numbers(w.y, c.size), 0.0
     for i in range(c.angles):
         rates += abs(y[c.angles + i])

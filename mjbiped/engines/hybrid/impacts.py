@@ -32,7 +32,7 @@ from mjbiped.terrain.profile import GROUND_FRICTION, height_of
 
 FELL = int(Outcome.FELL)
 MISSED = 1e-6
-"""Of the leg's length: a foot that lands so far off the ground has not been followed."""
+"""Per leg length: distance from the ground at landing beyond which the foot's events have been missed."""
 SLID_INTO = 1e-3  # of the leg's length: a sliding foot that is so far below the next segment has met a riser
 
 
@@ -81,7 +81,7 @@ def _take(c: Constants, w: State) -> None:
 
 
 def _take_pushed(c: Constants, w: State) -> None:
-    """The same where a surface pushes the swing foot, the first that holds the robot: that is not the stance foot's."""
+    """As `_take`, without the impulse of the surface that pushes the swing foot, the first of the constraints."""
     along, normal = pushed(w)
     impulse = numbers(w.right, SYSTEM)[w.size]
     _take(c, w)

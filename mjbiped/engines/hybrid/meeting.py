@@ -1,4 +1,4 @@
-"""Where the swing foot meets the ground within an integration step, or a vertical face of it.
+"""Events of the swing foot: where it meets the ground, or a vertical face, within an integration step.
 
 The clearance is the height of the swing foot over the profile at its own position x. It is continuous as long as the
 foot stays over one stretch, and jumps at risers: a jump from above to below ground is an impact on the vertical face,

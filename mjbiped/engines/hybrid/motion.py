@@ -1,4 +1,4 @@
-"""Motion between touchdowns: rates of a state by law and linkage, one integration step, and its dense output."""
+"""Motion between touchdowns: rates of a state by law and linkage, integration steps, and forces of the ground."""
 
 from __future__ import annotations
 

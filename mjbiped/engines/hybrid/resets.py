@@ -1,6 +1,6 @@
-"""Support transfer in the hybrid engine: whether a swing foot lands, its impact, its row, the next step's beginning.
+"""Support transfer in the hybrid engine: landing, impact, beginning of the next step, and the rows of the record.
 
-Rows of the record have one layout for all robots, of which each has its columns.
+Rows have one layout for all robots; each robot's record takes its columns from the rows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a walk of the hybrid engine begins with: its constants and its first state."""
+"""Setup of a walk in the hybrid engine: its constants and its first state."""
 
 from __future__ import annotations
 

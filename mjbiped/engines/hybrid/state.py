@@ -1,4 +1,4 @@
-"""What the hybrid engine works on: the constants and the state of one walk, and where the robot's points are.
+"""Constants and state of one walk in the hybrid engine, and positions of the robot's points.
 
 Both are objects in plain Python, and blocks in C's memory for machine code (`mjbiped.numerics.blocks`): one source, and
 one machine code, serve all robots and all laws.

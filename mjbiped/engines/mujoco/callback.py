@@ -1,10 +1,10 @@
-"""`mjcb_control`, which is one for all threads of a process: who is driven by it, and what stood there before.
+"""`mjcb_control`, MuJoCo's one callback for all threads of a process, and the physics step as machine code.
 
-MuJoCo calls a C function, which finds a walk by the address of its mjData. That of walks in machine code is machine
-code and has a table of them; where a walk is interpreted, one that calls Python stands before it. Data that are of no
-walk go to the function that somebody else has installed.
+MuJoCo calls a C function, which finds a walk by the address of its mjData. For walks in machine code this function is
+machine code with a table of the walks. While a walk is interpreted, a function that calls Python is installed in front
+of it. Calls with an mjData of no walk are passed on to the callback that was installed before.
 
-`advancing` is the walk's step as machine code.
+`advancing` returns the physics step as machine code.
 """
 
 from __future__ import annotations

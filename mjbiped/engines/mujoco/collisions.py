@@ -1,11 +1,11 @@
-"""Which feet may collide with which pieces of the ground in a step, and how soft contacts, locks and stops are in it.
+"""Collisions of feet with pieces of the ground in a physics step, and the softness of contacts, locks and stops.
 
 A swing foot passes through everything until its contact is enabled (scuffing rule). From then on it collides as a
 point: with the piece of ground below it and with a riser beside it (`profile.segment_met`), never with a corner.
 
-The resting stance foot collides with all ground except what rises beside it: risers and higher pieces. A box meets what
-it comes to, whatever part of it does, but risers, whose upper ends would bear it without friction. The feet of all
-other legs pass through everything.
+The resting stance foot collides with all ground except risers and higher pieces beside it. A foot that is a box
+collides with everything except risers, whose upper ends would bear it without friction. The feet of all other legs pass
+through everything.
 
 A foot that lifts off in this step passes through the ground: the solver's convex friction cone would drag a foot that
 leaves obliquely, as the old stance foot does in the step that resolves the other foot's touchdown.
@@ -161,8 +161,8 @@ STIFFNESS = 1e3
 """Of a contact over the mass it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, so a standing foot sinks by
 1e-4 g over it, 1 µm. A stiffer one rests at some 10 nm, where MuJoCo's collision detection misses it now and then."""
 LOCK_STIFFNESS = 1e5
-"""Of a locked or stopped knee over the inertia that it meets, 1/s². `solimp` leaves 1e-4 of the load unborne, and a
-light shank under the robot's weight would be turned at some 1e3 rad/s²: so it bends by 1e-6 rad."""
+"""Stiffness of a locked or stopped knee over the inertia that it meets, 1/s². `solimp` leaves 1e-4 of the load unborne,
+and the robot's weight would turn a light shank at some 1e3 rad/s²: so the knee bends by 1e-6 rad."""
 PUSHED_OUT = 100.0
 """Share of its depth by which a foot comes out of a riser's face again, 1/s: in 10 ms, before it slides down to the
 ground, whose edge it would miss by that depth."""
@@ -170,7 +170,7 @@ EQ_DATA = int(mujoco.mjNEQDATA)  # floats of an equality constraint
 
 
 def soften(c: Constants, u: State) -> None:
-    """Write how soft contacts, locks and stops are in the step to come: plastic within it. And which knees are locked.
+    """Write which knees are locked, and how soft contacts, locks and stops are, so that the next step is plastic.
 
     Args:
         c: The walk's constants.
@@ -195,17 +195,17 @@ def soften(c: Constants, u: State) -> None:
 
 
 def _hold_knee(c: Constants, u: State, leg: Leg, stands: bool, damping: float) -> None:
-    """Write whether a knee is locked in the step to come, at which flexion, and how soft lock and stop are.
+    """Write whether a knee is locked in the next step, at which flexion, and how soft lock and stop are.
 
-    A stance knee with a servo is locked in the step alone in which the swing foot lands, and one that opens in a
-    touchdown is held by its stop alone.
+    A stance knee with a servo is locked only in the step in which the swing foot lands. A stance knee that opens in a
+    touchdown is held only by its stop.
 
     Args:
         c: The walk's constants.
         u: State, after the observation.
-        leg: With the knee.
+        leg: Leg with the knee.
         stands: Whether the leg is the stance leg.
-        damping: Of constraints that are plastic within the step, as MuJoCo has it.
+        damping: Damping with which constraints are plastic within the step, in MuJoCo's terms.
     """
     stop, lock = numbers(c.jnt_solref, 2 * c.njnt), numbers(c.eq_solref, 2 * c.neq)
     stop[2 * leg.stop], stop[2 * leg.stop + 1] = -LOCK_STIFFNESS, damping

@@ -1,4 +1,4 @@
-"""What does not change in a walk in MuJoCo, which `setup` fills in; and the legs, by where MuJoCo has them."""
+"""Constants of a walk in MuJoCo, which `setup` fills in, among them the indices of each leg in MuJoCo's arrays."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What the ground does to the feet: contact forces, a touchdown, the stance foot's load, its friction, its pressure.
+"""Contact of the feet: contact forces, touchdown, and the stance foot's load, friction and pressure.
 
-A foot that is a body stands once the ground bears it behind the ankle and ahead of it: then the legs exchange their
-roles. Until then both ankles go on as in the step before. The slope is the angle of the foot that stands; no contact's
-normal and nothing of the terrain is in it.
+A foot that is a body stands once the ground bears it both behind and ahead of the ankle; then the legs exchange their
+roles. Until then both ankles are driven as in the step before. The slope is the angle of the standing foot, without
+use of contact normals or of the terrain.
 """
 
 from __future__ import annotations

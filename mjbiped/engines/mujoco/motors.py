@@ -1,4 +1,4 @@
-"""The controller's ticks: torques that motors hold, their work, pushes, and the rows of the walk's record.
+"""The controller's ticks: torques that motors hold, their work, pushes, the stance knee, and the rows of the record.
 
 Rows have the columns of `mjbiped.records.columns` in their order.
 """

@@ -1,8 +1,8 @@
-"""Takes in the state of a walk at a new time: impacts that were made, the stance foot's load, slip, the walk's end.
+"""Observation of a walk after each physics step: impacts, support transfer, load and slip of the stance foot, end.
 
 `observe` exchanges the legs if a touchdown was noted in the step before, notes a knee strike, lets the swing foot
-collide when the scuffing rule says so, looks for an end of the walk, and says which foot leaves the ground in the step
-to come.
+collide when the scuffing rule says so, looks for an end of the walk, and says which foot leaves the ground in the next
+step.
 
 The support transfer comes in the step after the contact was resolved: the rates are then already those after the
 impact.

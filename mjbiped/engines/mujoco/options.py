@@ -30,8 +30,8 @@ class Options:
         contact_timestep: Physics step during an impact, s.
         control_period: Time between ticks of the controller, s; each physics step unless given.
         ground: "auto", "heightfield" or "boxes".
-        lands: Whether a physics step ends at each touchdown; without, all keep the timestep (0.1 ms or less), and
-            contacts alone tell.
+        lands: Whether a physics step ends at each touchdown; otherwise all physics steps have the length `timestep`,
+            which should be at most 0.1 ms.
         stance_knee: What holds the stance knee of a robot with knees: a lock, or a motor, whose torque and work are
             recorded.
 

@@ -1,11 +1,11 @@
-"""Robot MJCF and terrain to one `mujoco.MjModel`.
+"""One `mujoco.MjModel` of the robot's MJCF and a terrain.
 
-The robot (`models/compass.xml` and its neighbours) and its surroundings (`models/surroundings.xml`) stand in files;
-this module writes the robot's parameters over it and puts the terrain in the floor's place
-(`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends,
-round ones about their arcs' centres, larger than these by as much.
+The robot (`models/compass.xml` and its neighbours) and its surroundings (`models/surroundings.xml`) are files;
+this module replaces their numbers by the robot's parameters, and their floor by the terrain
+(`mjbiped.engines.mujoco.ground`), with `mujoco.MjSpec`. Feet are spheres of radius `FOOT_RADIUS` about the legs' ends;
+round feet are spheres about their arcs' centres, with `FOOT_RADIUS` added to the arcs' radius.
 
-MuJoCo takes in every geom at every step, some 10 ns each, and its compiler is slower than in proportion. So of a
+MuJoCo spends some 10 ns on every geom at every step, and its compiler's time grows faster than their number. So of a
 terrain of more than `FEW_SEGMENTS` segments only a window about the robot is built, and near its end the next window's
 model takes over the state. The pieces are cut by the terrain alone and stand in one coordinate system: every contact is
 bitwise that of the whole terrain, whatever window it was found in.

@@ -1,7 +1,7 @@
-"""What makes a picture of the ground and is no part of its physics: the ground cut open along the robot's path.
+"""Drawn parts of a scene without physics: the ground cut open along the robot's path, and arcs.
 
-Seen from the side, the cut shows the ground in profile: filled, with a dark edge, and with thin level lines, against
-which the eye sees a slope of a degree.
+Seen from the side, the cut shows the ground in profile: filled, with a dark edge, and with thin level lines, which make
+a slope of a degree visible.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The constants of a walk, from its plan, and from where things are in its scene and in MuJoCo's memory."""
+"""Setup of a walk in MuJoCo: its constants from its plan, its scene and the addresses of MuJoCo's memory."""
 
 from __future__ import annotations
 

@@ -1,27 +1,26 @@
-r"""One physics step of a walk, of MuJoCo's own stages, and what happens between them.
+r"""One physics step of a walk: MuJoCo's own stages, and the operations between them.
 
-The stages one after the other are bitwise `mujoco.mj_step`. `callback` says what they mean in machine code.
+The stages one after the other are bitwise `mujoco.mj_step`. `callback` defines them for machine code.
 
-`mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `mj_forwardSkip`. In a loop of
-somebody's own `mujoco.mj_step` there is nothing but that callback. It then does in one what stands around the stages
-here; contacts are as the state of the step before says, which is 0.1 ms old.
+`mjcb_control`, by which the controller drives the robot, is called by MuJoCo in `mj_forwardSkip`. In a user's
+own loop of `mujoco.mj_step` only that callback runs. It then does all the operations at once, with contacts as of the
+state one step before, which is 0.1 ms old.
 
 **Second order.** MuJoCo's Euler step, with the accelerations a that the solver found at its beginning,
 
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
-is a leapfrog: v' belongs to the middle of the step, and all that MuJoCo finds from the rates would be half a step late.
-The rates of now are v + t a / 2, with t and a of the step before. The controller is told these, they are recorded, and
-MuJoCo's Coriolis forces are of them. Where a foot that slides loses the ground and finds it again, a is an impulse over
-t, of which v holds the whole already. So a is taken to differ from that of the step before it by no more than that
-one's size and g / l, as slope limiters do.
+is a leapfrog: v' belongs to the middle of the step, and all that MuJoCo computes from the rates would be half a step
+late. The current rates are v + t a / 2, with t and a of the step before. The controller and the
+record receive them, and MuJoCo's Coriolis forces are computed from them. Where a sliding foot loses the ground and
+touches it again, a is an impulse over t, which v already contains. So a may differ from the acceleration of the step
+before by no more than the size of that acceleration and g / l, as with slope limiters.
 
 **Held foot.** A contact's damping of 1 / k brings the foot's velocity J v' to rest, with J of the step's *beginning*:
-MuJoCo's reference acceleration leaves the change of J out. Turned by t dq, a foot at rest so leaves its place by
-t² l dq² / 2 in each step, upward, until its contact is lost, and backward. And what is brought to rest is the lowest
-point of the foot's sphere, which so rolls on. Shown a velocity that is larger by just what turning will add in the
-step, and by that of the centre of a sphere that rolls, the solver takes both away, and the foot ends the step where it
-was.
+MuJoCo's reference acceleration leaves the change of J out. When the leg turns by t dq, a foot at rest therefore moves
+by t² l dq² / 2 in each step: upward, until its contact is lost, and backward. Moreover, damping stops the lowest point
+of the foot's sphere, so that the sphere rolls on. So the solver is shown a velocity that is larger by the effect of the
+turning and by the velocity of a rolling sphere's centre. It removes both, and the foot stays in place.
 
 MuJoCo reads `qvel` in its velocity stage, for the Coriolis forces and the contacts' damping, and again in the
 integrator. So the velocity stage alone is *shown* other rates. They differ from the state's rates by the lag of the

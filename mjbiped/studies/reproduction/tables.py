@@ -1,4 +1,4 @@
-"""The pages of the report: what their templates ask of the results, and the numbers in their sentences."""
+"""The pages of the report: tables and numbers of the results, by functions that the pages' templates call."""
 
 from __future__ import annotations
 

@@ -3,41 +3,37 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from law_rooms import parameters_of, room_at
 from scipy.integrate import solve_ivp
 
 import mjbiped
 from controllers import BoundedAnkleController, BoundedKneedController, KneedController
 from mjbiped.analysis.replay import replayed
-from mjbiped.control.registry import controller_class
+from mjbiped.controllers import layout
 from mjbiped.controllers.bounded.bounded_ankle import move
 from mjbiped.controllers.bounded.identifier import MOMENTUM, SLOPE, identifier_rates, moments_about_foot
 from mjbiped.controllers.bounded.recovery import Step, begin, constraint, planned, recover
 from mjbiped.controllers.bounded.stance import footing_of, stand
-from mjbiped.controllers.dynamics import move_end
-from mjbiped.controllers.layout import ADAPTATION_GAIN, ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, BEHIND, bounds
+from mjbiped.controllers.dynamics import move_end, observe
+from mjbiped.controllers.layout import ADAPTATION_GAIN, ANKLE_GAIN, ANKLE_RATE, ANKLE_STIFFNESS, BEHIND
 from mjbiped.controllers.room import (
     ALONG,
     BENT,
-    BENT_FREE,
     FORCE,
-    LEAN,
     MOTION,
     NORMAL,
+    ROOM,
     STRAIGHT_LEGS_SIZE,
-    SUPPORT,
-    SUPPORT_AHEAD,
     TORQUE,
 )
 from mjbiped.controllers.slope_estimator import stand_bent
 from mjbiped.controllers.tracking import track
-from mjbiped.errors import InputError
 from mjbiped.gaits.optimised import OptimisedGait
 from mjbiped.robots.compass import Array
 from mjbiped.robots.footed import FootedCompass
@@ -67,6 +63,19 @@ def law(robot: mjbiped.KneedBiped, gait: OptimisedGait) -> BoundedKneedControlle
     return BoundedKneedController(robot, gait)
 
 
+def parameters_of(robot: mjbiped.Compass, more: Mapping[int, Any]) -> list[float]:
+    """Parameters of the law of a compass biped without a gait."""
+    gains = {layout.POSITION_GAIN: 5.0, layout.ON_ANGLE: 61.0, layout.ON_RATE: 17.0}
+    return layout.flat({layout.SEGMENTS: 2, **gains, **more}, {layout.FREE: layout.chain_block(*robot.chains[2][:3])})
+
+
+def room_at(q: Sequence[float] | Array, dq: Sequence[float] | Array) -> list[float]:
+    """A room with a state."""
+    room = [0.0] * (ROOM + 48)
+    observe(len(q), [float(each) for each in q], [float(each) for each in dq], room)
+    return room
+
+
 class Driven(NamedTuple):
     """Torques (N m), accelerations (rad/s²), and the force of the ground along it and normal to it (N)."""
 
@@ -83,7 +92,7 @@ def made(robot: mjbiped.Compass, state: tuple[float, ...], slope: float, demand:
     room, memory, (asked, offset, share) = room_at(state[:2], state[2:]), [0.0] * STRAIGHT_LEGS_SIZE, demand
     room[MOTION + 1] = offset
     move_end(1, offset, room)
-    parameters = parameters_of(robot, more=footing_of(robot, 1.0))
+    parameters = parameters_of(robot, footing_of(robot, 1.0))
     stand(parameters, memory, asked, share, 1.0, (math.sin(slope), math.cos(slope)), room)
     return Driven(*(room[at] for at in (TORQUE, TORQUE + 1, MOTION, MOTION + 1, ALONG, NORMAL)))
 
@@ -131,15 +140,6 @@ def test_over_an_ankle_the_force_along_the_sole_moves_the_centre_of_pressure(
     if found.normal > 0.0 and found.ankle != asked and moment != 0.0:
         ends = (sole[0] * found.normal, -sole[1] * found.normal)
         assert min(abs(moment - end) for end in ends) <= slack  # what is not given is what an end does not bear
-
-
-@given(behind=st.floats(1e-3, 0.3), ahead=st.floats(0.0, 0.3), share=st.floats(0.1, 1.0))
-def test_a_foot_across_an_edge_stands_on_what_the_ground_bears(behind: float, ahead: float, share: float) -> None:
-    robot, memory = mjbiped.Compass(sole=(0.1, 0.15)), [0.0] * STRAIGHT_LEGS_SIZE
-    parameters = parameters_of(robot, more=footing_of(robot, share))
-    assert bounds(parameters, memory, share) == (share * 0.1, share * 0.15)
-    memory[SUPPORT], memory[SUPPORT_AHEAD] = behind, ahead
-    assert bounds(parameters, memory, share) == (min(share * 0.1, share * behind), min(share * 0.15, share * ahead))
 
 
 def standing(law: BoundedKneedController, bent: float) -> list[float]:
@@ -204,7 +204,7 @@ def test_the_identifier_follows_its_equations(
     state: tuple[float, ...], slope: float, ankle: float, error: float
 ) -> None:
     robot = mjbiped.Compass(hip_mass=3.0)
-    parameters, memory = parameters_of(robot, more={ADAPTATION_GAIN: 0.3}), [0.0] * STRAIGHT_LEGS_SIZE
+    parameters, memory = parameters_of(robot, {ADAPTATION_GAIN: 0.3}), [0.0] * STRAIGHT_LEGS_SIZE
     angle, room = (math.sin(slope), math.cos(slope)), room_at(state[:2], state[2:])
     momentum, gravity, by_slope, inertia = moments_about_foot(parameters, memory, *angle, room)
     memory[SLOPE], memory[MOMENTUM] = slope, momentum - error
@@ -222,7 +222,7 @@ def test_a_recovery_step_gets_onto_its_constraint_in_time_whatever_the_sole_bear
     sole: tuple[float, float] | None,
 ) -> None:
     robot, memory, start = mjbiped.Compass(sole=sole), [0.0] * STRAIGHT_LEGS_SIZE, (-0.2, 0.2, 1.0, 0.6)
-    parameters = parameters_of(robot, more={**footing_of(robot, 1.0), **ANKLE})
+    parameters = parameters_of(robot, {**footing_of(robot, 1.0), **ANKLE})
     begin(memory, STEP, start[:2], start[2:])
     assert planned(memory) == STEP
     assert constraint(STEP, STEP.half) == pytest.approx(-STEP.half, abs=1e-15)  # the feet come down together
@@ -241,22 +241,6 @@ def test_a_recovery_step_gets_onto_its_constraint_in_time_whatever_the_sole_bear
         room = room_at((angle, 0.1), (math.hypot(1.1, 2.0 * angle) - lack, 0.5))
         ankle = recover(parameters, memory, 0.1, 1.0, (0.0, 1.0), room)
         assert sole or ankle == pytest.approx(8.0 * lack, abs=1e-13)  # the ankle drives toward its rate
-
-
-def test_a_bent_leg_changes_what_the_law_takes_the_robot_for(law: BoundedKneedController) -> None:
-    memory, chain = standing(law, 0.3), law.robot.chains_on(0.3)[3]
-    expected = [*chain.weights.ravel(), *chain.moments, chain.across[0], *chain.reach]
-    np.testing.assert_allclose(memory[BENT_FREE : BENT_FREE + 16], expected, rtol=1e-14)
-    assert memory[LEAN] > 0.0
-
-
-def test_by_name_it_is_the_bounded_ankle_with_knees_and_wants_them(
-    robot: mjbiped.KneedBiped, gait: OptimisedGait
-) -> None:
-    assert controller_class("bounded-ankle", robot) is BoundedKneedController
-    assert controller_class("bounded-ankle", mjbiped.Compass()) is BoundedAnkleController
-    with pytest.raises(InputError, match=r"BoundedKneedController needs a mjbiped.KneedBiped"):
-        BoundedKneedController(mjbiped.Compass(), gait)  # type: ignore[arg-type]
 
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.03)] * 4])

@@ -14,7 +14,6 @@ from mjbiped.analysis.replay import replayed
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.prediction import (
-    COUNTED_SHARE,
     FRICTION,
     GRID,
     STEP,
@@ -24,7 +23,7 @@ from mjbiped.controllers.bounded.prediction import (
     step_ahead,
 )
 from mjbiped.controllers.bounded.recovery import Step
-from mjbiped.controllers.layout import SOLE_SHARE, SUPERVISION, bounds
+from mjbiped.controllers.layout import SUPERVISION
 from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.gaits.optimised import OptimisedGait
 
@@ -148,16 +147,6 @@ def test_after_a_step_it_lifts_its_feet_for_some_steps(robot: mjbiped.Compass, g
         assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
 
 
-def test_simulations_count_on_less_of_the_sole_than_the_law_leans_on(
-    robot: mjbiped.Compass, gait: OptimisedGait
-) -> None:
-    law = SupervisedController(robot, gait)
-    memory, given = [0.0] * law.memory_size, law.parameters
-    foreseen = given[int(given[SUPERVISION]) + COUNTED_SHARE]
-    assert bounds(given, memory, given[SOLE_SHARE]) == (0.95 * 0.08, 0.95 * 0.08)
-    assert bounds(given, memory, foreseen) == (0.9 * 0.95 * 0.08, 0.9 * 0.95 * 0.08)
-
-
 @pytest.fixture(scope="module")
 def tracking() -> SupervisedController:
     robot = mjbiped.Compass(sole=(0.12, 0.12))
@@ -222,9 +211,3 @@ def test_steps_that_fall_are_foreseen_to_fall(tracking: SupervisedController) ->
     memory = prepared(tracking, slow)
     recovery.begin(memory, lazy, slow[:2], slow[2:])
     assert step_ahead(changed(tracking.parameters, FRICTION, 0.05), memory, slow, 0.0)[0] == math.inf
-
-
-def test_a_higher_foothold_is_met_earlier(tracking: SupervisedController) -> None:
-    state = State(*tracking.gait.start.tolist())
-    found = [step_ahead(tracking.parameters, prepared(tracking, state), state, rise)[1] for rise in (-0.01, 0.0, 0.01)]
-    assert found[0].q2 > found[1].q2 > found[2].q2  # q2 after the transfer is the stance angle before it

@@ -36,7 +36,6 @@ def is_quick(case: Case) -> bool:
 
 QUICK = [case for case in CASES if is_quick(case)]
 UNDISTURBED = [case for case in QUICK if not case.disturbed]
-HYBRID = [case for case in UNDISTURBED if case.engine == "hybrid"]
 
 
 def steps_of(case: Case) -> int:

@@ -11,52 +11,12 @@ import mjbiped
 from mjbiped import KneedBiped, RoundKneed, Terrain
 from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
 from mjbiped.engines.hybrid.gait_step import advance
-from mjbiped.engines.hybrid.guards import on_its_segment
-from mjbiped.engines.hybrid.impacts import slide_on
-from mjbiped.engines.hybrid.motion import enter_mode, rates
+from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import lands, note_face
-from mjbiped.engines.hybrid.state import Constants, State
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.termination import Outcome
 
-Array = NDArray[np.float64]
 ROBOT = KneedBiped()
-START = (-0.24, 0.24, 0.24, 1.10, 0.33, 0.33)
-"""Near the gait on 2.5 degrees, and not on it."""
-
-
-NORMALS = [(-1.0, 0.0), (math.sin(0.03), math.cos(0.03))]
-"""Of a riser ahead, and of ground on a slope."""
-
-
-@pytest.mark.parametrize("normal", NORMALS)
-@pytest.mark.parametrize("locked", [FREE, LOCKED])
-def test_a_foot_in_contact_stays_in_it(locked: int, normal: tuple[float, float]) -> None:
-    """Newton's law with the robot's matrices: a force along the normal; the foot is not accelerated along it."""
-    slope, force = 0.05, np.array([3.0, -2.0, 0.5])
-    n = 3 if locked == FREE else 2
-    run = hybrid_simulation(Terrain.level(), START)
-    c, w = run.constants, run.state
-    w.slope, w.locked, w.face, w.sliding = slope, locked, float(normal[1] == 0.0), normal[1] != 0.0
-    w.sine, w.cosine = math.sin(slope), math.cos(slope)
-    enter_mode(c, w)
-    w.pushed_x, w.pushed_z = normal
-    q, dq = np.array([0.1, -0.2, 0.1 if n == 3 else -0.2]), np.array([1.0, 2.0, -1.5 if n == 3 else 2.0])
-    force[2] *= n == 3
-    hip = force[1] + force[2]
-    torque = [force[0] + hip, hip, force[2]]
-    c.torque = lambda *arguments: arguments[-1].__setitem__(slice(3), torque)
-    changes = [0.0] * 9
-    rates(c, w, 0.0, [*q, *dq, 0.0, 0.0, 0.0], changes)
-    ddq, q, dq = np.array(changes[3 : 3 + n]), q[:n], dq[:n]
-    reach = ROBOT.chains[n].reach
-    row = reach * (np.cos(q + slope) * normal[0] - np.sin(q + slope) * normal[1])
-    bend = reach * (np.sin(q + slope) * normal[0] + np.cos(q + slope) * normal[1])
-    assert row @ ddq - bend @ dq**2 == pytest.approx(0.0, abs=1e-12)
-    residual = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, slope)
-    residual -= force[:n] if n == 3 else [force[0], force[1]]
-    assert residual == pytest.approx(row * (residual @ row) / (row @ row), abs=1e-10)
-    assert w.press == pytest.approx((residual @ row) / (row @ row), abs=1e-10)
 
 
 def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
@@ -121,14 +81,7 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
 H = 1e-6
 
 
-def bend(c: Constants, w: State, locked: int, bent: float) -> None:
-    """Let the robot stand on a leg that is bent so far, rad, with its swing knee locked or free."""
-    w.locked, w.stance_flexion = locked, bent
-    bend_stance_knee(w, c.upper, c.lower, bent)
-    enter_mode(c, w)
-
-
-def rise_of_the_old_foot(robot: KneedBiped, q: np.ndarray, dq: np.ndarray, bent: float) -> float:
+def rise_of_the_old_foot(robot: KneedBiped, q: NDArray[np.float64], dq: NDArray[np.float64], bent: float) -> float:
     """Rate at which the foot that stood leaves the new stance foot upwards after the impact, m/s."""
     after = robot.rates_after_touchdown(q, dq, bent)  # of the leg that struck, and of the other one
     _, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
@@ -151,7 +104,9 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
         locked = flexion == 0.0
         dq[2] = dq[1] if locked else dq[2]
         w.y[:6] = [*q, *dq]
-        bend(c, w, LOCKED if locked else FREE, bent)
+        w.locked, w.stance_flexion = LOCKED if locked else FREE, bent
+        bend_stance_knee(w, c.upper, c.lower, bent)
+        enter_mode(c, w)
         length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
         ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
         straight = locked and bent == 0.0
@@ -187,30 +142,6 @@ def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(nam
     assert len(before) > 5
     assert beyond[0] == before[-1] + 1  # it slid up to the edge
     assert above[beyond[0]] == pytest.approx(-ground.height_at(EDGE - 1e-9) if name == "down a step" else 0.0, abs=1e-3)
-
-
-@pytest.mark.parametrize(("place", "segment"), [(-0.5, 0), (-0.1, 2)])
-def test_a_sliding_foot_comes_to_the_segment_before_or_behind(place: float, segment: int) -> None:
-    """Of level ground, of which the one in the middle reaches from -0.4 m to -0.2 m, higher than the others."""
-    ground = Terrain((-5.0, -0.4, -0.2), (0.0, 0.01, 0.0), (0.0, 0.0, 0.0))
-    simulation = hybrid_simulation(ground, (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
-    c, w = simulation.constants, simulation.state
-    w.sliding, w.slid_segment = True, 1
-    for inside in (-0.4, -0.3, -0.2):
-        assert on_its_segment(c, w, foot_at(inside, 0.01))
-    w.y[:3] = foot_at(place, 0.005)
-    assert not on_its_segment(c, w, w.y)
-    slide_on(c, w)
-    assert (w.outcome, w.impulse_along, w.impulse_normal) == (0, 0.0, 0.0)
-    assert (w.sliding, w.slid_segment, w.landing) == (False, -1, segment)
-
-
-def foot_at(x: float, z: float) -> list[float]:
-    """Angles of a robot on level ground, its knee bent, whose swing foot is at x, z."""
-    line = -0.3
-    way = np.array([math.sin(line), math.cos(line)]) - [x, z]
-    lean, half = math.atan2(*way), math.acos(np.hypot(*way) / KneedBiped().leg_length)  # of two links of equal length
-    return [line, lean - half, lean + half]
 
 
 @pytest.mark.parametrize("robot", [KneedBiped(gravity=400.0), KneedBiped(gravity=400.0, sole=(0.05, 0.15))])

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 import pytest
-from simulations import hybrid_run
+from simulations import assert_same, hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
@@ -54,10 +54,6 @@ def test_torque_that_switches_without_end_is_unresolved() -> None:
     assert (walk.outcome, walk.fell) == ("unresolved", False)
     (message,) = walk.warnings
     assert "next_discontinuity" in message
-    assert "control_period" in message
-    assert message in repr(walk)
-    shown = " ".join(str(cell) for column in walk.summary().__rich__().columns for cell in column.cells)
-    assert message in shown
     assert 0.01 < walk.end[0] < 2.0  # where the switching begins
     assert walk == mjbiped.walk(Switching(torque), INCLINE, engine="hybrid", robot=robot, initial=START, steps=5)
 
@@ -116,14 +112,7 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
 
     def walked() -> tuple[HybridRun, int]:
         turns = []
-        simulation = hybrid_run(
-            controller,
-            terrain,
-            robot=controller.robot,
-            q=controller.gait.start[:2].tolist(),
-            dq=controller.gait.start[2:].tolist(),
-            steps=4,
-        )
+        simulation = hybrid_run(controller, terrain, robot=controller.robot, q=START[:2], dq=START[2:], steps=4)
         simulation.recorder.cancellation = lambda: turns.append(0)
         simulation.go()
         return simulation, len(turns)
@@ -133,11 +122,6 @@ def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pyte
     monkeypatch.setattr(hybrid, "_SHORT", 0.0)  # stints do not grow
     parts, turns = walked()
     assert turns > 60  # 4 gait steps of some 20 integration steps
-    for table, other in (
-        (whole.recorder.touchdowns(), parts.recorder.touchdowns()),
-        (whole.recorder.samples(), parts.recorder.samples()),
-    ):
-        assert {name: values.tobytes() for name, values in table.items()} == {
-            name: values.tobytes() for name, values in other.items()
-        }
+    assert_same(whole.recorder.touchdowns(), parts.recorder.touchdowns())
+    assert_same(whole.recorder.samples(), parts.recorder.samples())
     assert (whole.peak_torque() == parts.peak_torque()).all()

@@ -1,7 +1,9 @@
-"""The hybrid engine as an integrator: tolerance, breaks of a law, and torques that are no numbers."""
+"""The hybrid engine: tolerance, breaks of a law, torques that are no numbers, which event comes first, and work."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,9 @@ import pytest
 from simulations import hybrid_run
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory
+from controllers import AdaptiveController, Controller, Memory, PassiveController
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
+from mjbiped.engines.hybrid.accounting import _greatest_torque
 from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
 
@@ -90,3 +94,67 @@ def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> 
         assert np.isfinite(walk.samples["dq"]).all()
         outcomes.add(walk.outcome)
     assert "diverged" in outcomes
+
+
+def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveController) -> None:
+    """The hip goes backwards at the start: only then a straight leg that is held at a face moves its foot upwards."""
+    face, rise, start = 0.21, 0.009, (0.11, 0.11, -0.36, -2.6)
+    terrain = Terrain.from_segments([(face, 0.0), (9.0, 0.0, rise)])
+    walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=2, initial=start, sample_period=1e-5)
+    x, z = walk.robot.limbs(walk.samples["qpos"][walk.samples["time"] < walk.touchdowns["time"][0]])[:, 1, -1].T
+    (held,) = np.nonzero(np.abs(x - face) < 1e-9)
+    assert len(held) > 1000
+    assert (np.diff(held) == 1).all()  # pressed against the face up to the edge: it is the edge that ends the slide
+    assert z[held[0]] < rise - 2e-3
+    assert z[held[-1]] == pytest.approx(rise, abs=1e-5)
+    # pressed no more, it goes on forwards over the upper tread for a while (then the falling hip draws it back, above
+    # the edge), and lands there
+    assert (x[held[-1] + 1 : held[-1] + 101] > face).all()
+    assert (z[held[-1] + 1 :] >= rise).all()
+    assert walk.outcome == "finished"
+    assert walk.touchdowns["strikes"].tolist() == [1, 0]
+    assert walk.touchdowns["x"][0] > face + 0.1
+    assert walk.touchdowns["z"][0] == pytest.approx(rise, abs=1e-12)
+
+
+@pytest.mark.parametrize(("later", "locked"), [(1e-4, 1.0), (-1e-4, 0.0)])
+def test_a_knee_strikes_in_the_step_in_which_the_hip_leaves_the_ground_if_it_comes_first(
+    later: float, locked: float
+) -> None:
+    """The ground ends just after the place of the hip at the strike, or just before: within one integration step."""
+    robot = mjbiped.KneedBiped()
+    ground, gait = Terrain.incline(2.5), mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
+    walk = mjbiped.walk(PassiveController(), ground, robot=robot, engine="hybrid", steps=1, sample_period=1e-4)
+    assert walk.touchdowns["knee_strike"][0] == pytest.approx(gait.knee_strike, abs=1e-6)
+    hip = float(np.interp(gait.knee_strike, walk.samples["time"], walk.samples["qpos"][:, 0]))
+    short = dataclasses.replace(ground, end=hip + later)  # at some 1 m/s
+    ended = mjbiped.walk(PassiveController(), short, robot=robot, engine="hybrid", steps=1)
+    assert ended.outcome == "left the terrain"
+    assert ended.end[0] == pytest.approx(gait.knee_strike, abs=2e-3)
+    assert ended.samples["locked"][-1] == locked
+
+
+def test_absolute_work_is_that_of_a_fine_quadrature() -> None:
+    # in the first step of either an integration step of some 0.1 s holds a dip of the ankle's power that lasts 0.01 s
+    robot = mjbiped.Compass()
+    controller = AdaptiveController(robot, mjbiped.find_reference(robot, clearance=0.04), replanning="additive")
+    walk = mjbiped.walk(controller, mjbiped.Terrain.level(), engine="hybrid", steps=1, sample_period=2e-5)
+    end = walk.touchdowns["time"][0]
+    time, torque, rate = (np.asarray(walk.samples[name]) for name in ("time", "torque", "dq"))
+    within = time < end
+    power = torque * np.column_stack([rate[:, 0], rate[:, 1] - rate[:, 0]])
+    expected = 0.0
+    for each in np.abs(power[within]).T:
+        expected += np.trapezoid(each, time[within]) + each[-1] * (end - time[within][-1])
+    # trapezia of 20 us leave 1e-8 of it, and the last piece, of less than that, 1e-8 more; a missed dip is 1e-4
+    assert walk.touchdowns["work_absolute"][0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("top", [0.1, 0.47, 0.72, 0.95])
+def test_the_peak_of_a_torque_between_stages_is_that_of_the_parabola_about_it(top: float) -> None:
+    given = [[0.0]] * STAGES_WITH_DENSE
+    for stage, place in zip(IN_ORDER, PLACES, strict=True):
+        given[stage] = [3.0 - (place - top) ** 2]
+    w: Any = SimpleNamespace(given=given, peak_torque=[0.0] * 4)
+    c: Any = SimpleNamespace(given=1)
+    assert _greatest_torque(c, w, 0) == pytest.approx((3.0, top), abs=1e-12)

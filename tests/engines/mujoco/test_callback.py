@@ -3,6 +3,7 @@
 import copy
 import re
 import textwrap
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -45,21 +46,6 @@ def test_plain_steps_are_the_same_in_python(controller: AdaptiveController) -> N
             steps(simulation, 8000)
     assert made[0].state.count >= 1.0
     assert state_of(made[0]) == state_of(made[1])
-
-
-@both
-def test_a_state_that_was_saved_goes_on(compile: bool, controller: AdaptiveController) -> None:
-    """Bit by bit the same motion; of the last step's contact forces, which are no state, the record misses one."""
-    whole, resumed = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
-    with whole.callbacks():
-        steps(whole, 500)
-        saved = state_of(whole)
-        steps(whole, 500)
-    put(resumed, saved)
-    with resumed.callbacks():
-        steps(resumed, 500)
-    assert resumed.data.qpos.tobytes() == whole.data.qpos.tobytes()
-    assert resumed.data.qvel.tobytes() == whole.data.qvel.tobytes()
 
 
 @pytest.mark.parametrize(("compile", "length"), [pytest.param(True, 8000, marks=pytest.mark.compiled), (False, 1000)])
@@ -203,3 +189,64 @@ def test_controller_ticks_once_per_control_period(how: str) -> None:
         else:
             simulation.advance(20)
     assert asked == pytest.approx([0.0, 2e-3, 4e-3, 6e-3, 8e-3], abs=1e-15)
+
+
+@both
+def test_a_state_of_another_simulation_goes_on_within_a_block(compile: bool, controller: AdaptiveController) -> None:
+    """Whose a state is was in it, as an address."""
+    one, other = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
+    with one.callbacks(), other.callbacks():
+        mujoco.mj_step(one.model, one.data, nstep=200)
+        put(other, state_of(one))
+        for each in (one, other):
+            mujoco.mj_step(each.model, each.data, nstep=100)
+    assert other.data.qpos.tobytes() == one.data.qpos.tobytes()
+    assert other.state.time == one.state.time == pytest.approx(0.0299)
+
+
+@both
+def test_what_no_state_holds_is_not_taken_from_another_one(compile: bool) -> None:
+    """Accelerations are the solver's guess, and contacts are none: those of before stood there still, or zeros."""
+    robot = mjbiped.KneedBiped()
+    one, other = (
+        started(PassiveController(), mjbiped.Terrain.incline(2.5), robot=robot, compile=compile, **PLAIN)
+        for _ in range(2)
+    )
+    with one.callbacks(), other.callbacks():
+        mujoco.mj_step(one.model, one.data, nstep=50)
+        put(other, state_of(one))
+        other.data.sensordata[:] = other.data.qacc[:] = 1.0
+        for each in (one, other):
+            mujoco.mj_step(each.model, each.data)
+    assert other.state.qacc[:] == one.state.qacc[:]
+    assert (one.state.force > 0.0, other.state.force) == (True, 0.0)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("theirs", [None, print])
+def test_walks_in_python_and_in_machine_code_go_on_in_threads(theirs: Any, controller: AdaptiveController) -> None:
+    """With somebody's callback, which stays, while models are built.
+
+    Callbacks behind MuJoCo's bindings left walks without torques for steps, or ended the process.
+    """
+    makers = [True, True, False, True, False]
+    ends: list[list[bytes]] = [[] for _ in makers]
+
+    def walk(compile: bool, into: list[bytes]) -> None:
+        for _ in range(6 if compile else 2):
+            simulation = started(controller, LEVEL, compile=compile)
+            for _ in range(10):
+                simulation.advance(10)
+            into.append(state_of(simulation))
+
+    threads = [threading.Thread(target=walk, args=each) for each in zip(makers, ends, strict=True)]
+    mujoco.set_mjcb_control(theirs)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert mujoco.get_mjcb_control() is theirs
+    finally:
+        mujoco.set_mjcb_control(None)
+    assert len({end for each in ends for end in each}) == 1

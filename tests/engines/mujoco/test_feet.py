@@ -1,4 +1,4 @@
-"""What MuJoCo's feet feel, how that is averaged, and feet that are bodies: when they stand, and how they are held."""
+"""What feet of MuJoCo feel; feet that are bodies: when they stand, how they are held, and faults that were mended."""
 
 import math
 from types import SimpleNamespace
@@ -8,20 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulations import started
-from standing import begun, constants, standing_at
 
 import mjbiped
-from controllers import AdaptiveController, BoundedAnkleController
+from controllers import AdaptiveController, BoundedAnkleController, SupervisedController
 from mjbiped.engines.mujoco import feet
-from mjbiped.engines.mujoco.constants import sole_angle
 from mjbiped.engines.mujoco.feet import Felt, felt
+from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
-LAW = BoundedAnkleController(ROBOT, GAIT)
-SHORT = 1e-4  # s: the engine's longest step with feet
 
 
 def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
@@ -42,19 +38,6 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
     walk = mjbiped.walk(AdaptiveController(robot, GAIT), mjbiped.Terrain.incline(-2.0), engine="mujoco", steps=3)
     assert walk.samples["ankle_asked"].tobytes() == walk.samples["torque"][:, 0].tobytes()
     assert np.abs(walk.samples["slope"] - math.radians(-2.0)).max() > 0.01
-
-
-def test_the_servo_of_the_swing_foot_presses_no_harder_than_on_a_plausible_error() -> None:
-    """A foot that landed on an edge turns to it; what holds it parallel to the ground so far must give."""
-    simulation = started(LAW, mjbiped.Terrain.level())
-    constants, u = simulation.constants, simulation.state
-    leg, torques = constants.legs[1], []
-    for error in (0.0, 0.5, 1.0, 3.0, -3.0):
-        u.q[leg.sole] += error * feet.PLAUSIBLE - sole_angle(leg, u.q)
-        torques.append(feet.swing_foot_torque(constants, u))
-    half, full, far, other = (torque - torques[0] for torque in torques[1:])
-    assert full == far == pytest.approx(2.0 * half, rel=1e-12)
-    assert other == pytest.approx(-full, rel=1e-12)
 
 
 def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
@@ -99,11 +82,11 @@ def reading(found: bool, tilt: float, force: tuple[float, float], distance: floa
     return [float(found), force[0], 17.0, force[1], distance, 0.0, 0.0, 0.0, *normal]
 
 
-def felt_in(readings: list[float], before: int = 0, q: tuple[float, float] = (0.0, 0.0), sole: int = -1) -> Felt:
+def felt_in(readings: list[float], before: int = 0) -> Felt:
     """What a foot under a straight leg feels whose readings begin behind others."""
-    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=sole, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
     c: Any = SimpleNamespace(slots=len(readings) - before)
-    u: Any = SimpleNamespace(q=[*q, 0.0, 0.0])
+    u: Any = SimpleNamespace(q=[0.0] * 4)
     return felt(c, u, readings, leg)
 
 
@@ -132,54 +115,65 @@ def test_a_face_presses_and_is_no_ground() -> None:
     tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
     assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
     assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
+    assert (felt_in(face).shear, felt_in(face + tread + tread).shear) == (0.0, 60.0)
 
 
-def test_what_bears_a_foot_is_summed_over_its_contacts() -> None:
-    """Of contacts on level ground, by place ahead of the ankle, normal force, and friction; an empty slot is old."""
-    data: list[float] = []
-    for found, x, force, friction in ((1.0, -0.1, 30.0, 5.0), (1.0, 0.12, 70.0, -9.0), (0.0, 0.5, 11.0, 13.0)):
-        data += [found, force, 0.0, friction, -1e-6, 0.3 + x, 0.0, 0.1, 0.0, 0.0, -1.0]
-    borne = felt_in(data, q=(0.3, 0.1), sole=3)
-    assert borne.moment == pytest.approx(0.1 * 30.0 - 0.12 * 70.0)
-    assert borne.behind == pytest.approx(0.1)
-    assert borne.ahead == pytest.approx(0.12)
-    assert borne.shear == pytest.approx(-4.0)
+SOLE = (0.12, 0.12)
+FLAT = mjbiped.Compass(sole=SOLE)
+LEVEL = mjbiped.Terrain.level()
 
 
-def test_the_normal_force_is_averaged_over_stretches_that_end_in_contact() -> None:
-    """Single physics steps without contact do not count; a foot that is off the ground for longer bears nothing."""
-    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
-    u.effective_step, u.torque[0] = 1e-3, 4.0
-    count = math.ceil(c.averaged / 1e-3 - 1e-9)
-    forces = [60.0 + 2.0 * k for k in range(count - 1)]
-    for force in [*forces, 0.0]:
-        u.force = force
-        feet.weigh(c, u, u.torque[0])
-    assert u.normal_force == math.inf  # it ends out of contact: not yet
-    u.force = 100.0
-    feet.weigh(c, u, u.torque[0])
-    average = (sum(forces) + 100.0) / (count + 1)
-    assert u.normal_force == pytest.approx(average)
-    assert -u.pressure[0] == u.pressure[1] == pytest.approx(4.0 / average)
-    assert sum(u.pressure[2:]) == pytest.approx((count + 1) * 1e-3)
-    assert u.stretch == u.impulse == u.ankle_impulse == 0.0
-    u.force = 0.0
-    for k in range(math.ceil(c.airborne / 1e-3 - 1e-9)):
-        assert u.normal_force > 0.0, k
-        feet.weigh(c, u, u.torque[0])
-    assert u.normal_force == 0.0
+def supervised(robot: mjbiped.Compass) -> SupervisedController:
+    return SupervisedController(robot, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
 
 
-def test_friction_counts_that_lasts() -> None:
-    """In a step of 10 µs after an impact a foot is at the limit of friction, and slides by less than a micrometre."""
-    c, u = constants(), begun(standing_at(0.0, 0.1, -0.2))
-    for step, ratio, expected in (
-        (1e-5, 0.8, 0.0),
-        (1e-3, 0.3, 0.3),
-        (1e-3, 0.4, 0.4),
-        (1e-3, 0.2, 0.4),
-        (1e-5, 0.8, 0.4),
-    ):
-        u.effective_step, u.ratio = step, ratio
-        feet.weigh(c, u, u.torque[0])
-        assert u.friction == expected
+def stepped_up(place: float, rise: float, steps: int = 2, **feet: Any) -> mjbiped.Walk:
+    """A walk from level ground over a step up, whose first foothold is at 0.393 m."""
+    robot, ground = mjbiped.FootedCompass(sole=SOLE, **feet), mjbiped.Terrain.from_segments
+    law = supervised(robot)
+    return mjbiped.walk(law, ground([(place, 0.0, 0.0), (8.0, 0.0, rise)]), engine="mujoco", steps=steps)
+
+
+def test_a_pad_that_comes_down_along_a_riser_is_not_gripped() -> None:
+    """The toe slides down the face and stands before it; it was held by 1000 weights until the robot fell."""
+    walk = stepped_up(0.512, 0.008)
+    assert (walk.outcome, walk.steps) == ("finished", 2)
+    assert walk.touchdowns["contact_force"].max() < 2.0 * walk.robot.weight
+    assert walk.touchdowns["x"][0] + SOLE[1] == pytest.approx(0.512, abs=1e-4)
+    assert SQUEEZING_WORDS not in walk.settings["warnings"]
+    assert walk.settings["warnings"][INTRUSION_WORDS] == 1  # the step's edge stands beside the toe
+    assert walk.touchdowns["intrusion"][0] == pytest.approx(0.008, abs=2e-4)
+
+
+def test_a_box_with_an_edge_beside_its_ankle_stands() -> None:
+    """It bears the robot on 3 mm ahead of the ankle; it never became the stance foot, and slipped."""
+    walk = stepped_up(0.3935, 0.01, underside="box")
+    assert walk.outcome != "slipped"
+    assert walk.steps >= 1
+    assert walk.touchdowns["support_ahead"][0] < 0.005
+
+
+@pytest.mark.parametrize("underside", ["pads", "box"])
+@pytest.mark.parametrize("change", [-3.0, 3.0])
+def test_a_foot_slaps_in_both_engines_on_ground_of_another_slope(change: float, underside: str) -> None:
+    """Heel or toe comes down first; the hybrid engine's foot lay flat at once, and its rates were off by up to 3.3 %.
+
+    0.5 % is the goal that was set; at the engine's usual 0.1 ms MuJoCo's rates before are 0.7 % from those at 20 us.
+    """
+    robot = mjbiped.FootedCompass(sole=SOLE, underside=underside)
+    ground = mjbiped.Terrain.from_segments([(0.2, 0.0, 0.0), (8.0, change, 0.0)])
+    engines = "hybrid", mjbiped.Mujoco(timestep=2e-5)
+    here, there = (mjbiped.walk(supervised(robot), ground, engine=engine, steps=1) for engine in engines)
+    for column in ("dq", "dq_before"):
+        rates, expected = here.touchdowns[column], there.touchdowns[column]
+        np.testing.assert_allclose(rates, expected, atol=0.005 * np.abs(expected).max())
+    np.testing.assert_allclose(here.touchdowns["slap"], there.touchdowns["slap"], atol=3e-4)
+    assert here.touchdowns["slap"][0] > 0.01
+
+
+def test_states_of_a_controller_have_no_bias() -> None:
+    """They are integrated by the mean of both ticks' rates; by the earlier one alone 0.0248 degrees, and 0.04 mm."""
+    law = BoundedAnkleController(FLAT, mjbiped.find_reference(FLAT, clearance=0.077, retraction=False))
+    walks = {name: mjbiped.walk(law, LEVEL, engine=name, steps=4) for name in ("mujoco", "hybrid")}
+    assert np.abs(walks["mujoco"].samples["slope_estimate"]).max() < math.radians(0.002)
+    np.testing.assert_allclose(walks["mujoco"].touchdowns["x"], walks["hybrid"].touchdowns["x"], rtol=0, atol=2e-5)

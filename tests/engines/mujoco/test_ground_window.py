@@ -14,10 +14,9 @@ from simulations import assert_same, recorded, started
 
 import mjbiped
 from controllers import AdaptiveController, Controller
-from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.ground import FEW_SEGMENTS, Ground
 from mjbiped.engines.mujoco.options import GROUND_KINDS
-from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows
+from mjbiped.engines.mujoco.scene import MARGIN
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.rules.termination import Outcome
 
@@ -126,21 +125,3 @@ def test_cost_does_not_depend_on_the_length(controller: AdaptiveController) -> N
         models.append(np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8))
         mujoco.mj_saveModel(model, None, models[-1])
     assert models[0].tobytes() == models[1].tobytes()
-
-
-def test_python_callbacks_come_back() -> None:
-    def standing_there(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        raise AssertionError("asked while a model is compiled")
-
-    mujoco.set_mjcb_passive(standing_there)
-    try:
-        scene = GroundWindows(mjbiped.Compass(), Ground(LONG["stairs"], reach=1.0), 1e-4, MARGIN).about(0.0)
-        data = mujoco.MjData(scene.model)
-        with pytest.raises(ZeroDivisionError), python_removed():  # noqa: PT012
-            mujoco.mj_step(scene.model, data)  # asks nobody
-            raise ZeroDivisionError
-        assert mujoco.get_mjcb_passive() is standing_there
-        with pytest.raises(AssertionError, match="asked"):
-            mujoco.mj_step(scene.model, data)
-    finally:
-        mujoco.set_mjcb_passive(None)

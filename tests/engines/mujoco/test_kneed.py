@@ -1,7 +1,6 @@
-"""The biped with knees in MuJoCo: its motors at touchdowns, stubs, faces, and steps that lead to gaps."""
+"""The biped with knees in MuJoCo: stubs, faces, gaps, and what its stance knee bears, by a lock or by a motor."""
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,11 +8,12 @@ import pytest
 from simulations import started
 
 import mjbiped
-from controllers import PassiveController
-from mjbiped.control.controller import Unpowered
+from controllers import KneedController, PassiveController
 from mjbiped.control.registry import make_controller
-from mjbiped.engines.mujoco.state import State
-from mjbiped.engines.mujoco.step_size import Lengths, approach, sooner
+from mjbiped.engines.mujoco.step_size import Lengths, sooner
+from mjbiped.errors import InputError
+from mjbiped.records import loads, measures
+from mjbiped.robots.kneed import stance_knee_torque
 from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
@@ -23,44 +23,6 @@ def walked(steps: int, terrain: mjbiped.Terrain | None = None, **settings: Any) 
     engine = settings.pop("engine", mjbiped.Mujoco())
     ground = mjbiped.Terrain.incline(2.5) if terrain is None else terrain
     return mjbiped.walk(PassiveController(), ground, robot=ROBOT, engine=engine, steps=steps, **settings)
-
-
-class Constant(Unpowered):
-    """Torques too small to matter."""
-
-    def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, float, float]:
-        return 1e-6, 2e-6, 1e-7
-
-
-def test_what_waits_goes_to_the_motor_that_it_was_meant_for() -> None:
-    """The hip's torque acts after the touchdown with the other sign; the knee that it was for is locked by then."""
-    samples, end, touched, _ = constant(control_period=0.005, delay=0.1)
-    time, (hip, knee) = samples["time"], samples["torque"][:, 1:].T
-    before, after = (time > touched - 0.08) & (time < touched - 1e-9), (time > touched) & (time < touched + 0.09)
-    later = (time > touched + 0.106) & (time < end - 1e-9) & (samples["locked"] == 0)
-    assert (hip[before] == 2e-6).all()
-    assert (hip[after] == -2e-6).all()
-    assert not knee[before | after].any()  # it is locked
-    assert (hip[later] == 2e-6).all()
-    assert (knee[later] == 1e-7).all()
-
-
-def constant(**disturbances: Any) -> tuple[Any, float, float, float]:
-    """Samples of two steps under constant torques, their end, the first touchdown, and the tick behind it, s."""
-    loop = mjbiped.Disturbances(**disturbances)
-    start = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)).start
-    found = mjbiped.walk(
-        Constant(),
-        mjbiped.Terrain.incline(2.5),
-        robot=ROBOT,
-        initial=start.tolist(),
-        steps=2,
-        sample_period=1e-3,
-        disturbances=loop,
-    )
-    first, last = found.touchdowns["time"]
-    period = disturbances["control_period"]
-    return found.samples, last, first, period * math.ceil(first / period)
 
 
 def test_a_stubbed_toe_is_physics() -> None:
@@ -96,29 +58,73 @@ def test_friction_is_the_feets() -> None:
     assert walked(2, disturbances=mjbiped.Disturbances(friction=0.05)).outcome == "slipped"
 
 
-def test_steps_that_lead_to_a_gap() -> None:
-    """A gap that closes at an even rate is reached exactly, by steps that become shorter, whatever is left of it."""
-    for start in (0.01, 0.0123, 0.5e-3, 3e-6):
-        left, planned, steps = start, 1e-3, 0
-        while True:
-            u = State()
-            steps_of: Any = SimpleNamespace(longest=1e-3, shortest=1e-5)
-            u.planned = planned
-            lengths = approach(lambda _, __, t, gap=left: gap - t, 0.0, steps_of, u)
-            left -= lengths.length
-            steps += 1
-            assert left > -1e-12
-            if lengths.reached:
-                break
-            planned = lengths.following
-        assert left == pytest.approx(0.0, abs=1e-9)  # the shortest step
-        assert lengths.following == 1e-5
-        assert steps < 20
-
-
 def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> None:
     """A step may end half as long again as planned: rounding decides, and a touchdown was lost, one in hundreds."""
     closing, open_still = Lengths(1.0000008e-5, 1e-5, True), Lengths(1e-5, 1e-3, False)
     assert sooner(closing, open_still, 1e-5) == sooner(open_still, closing, 1e-5) == closing
     ending = Lengths(4e-6, 1e-5, False)  # but one that needs a shorter step has it
     assert sooner(closing, ending, 1e-5) == sooner(ending, closing, 1e-5) == ending
+
+
+ROBOT = mjbiped.KneedBiped()
+LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
+
+
+STAIRS = mjbiped.Terrain.stairs(rise=0.02, first=0.7)
+
+
+def on_stairs(stance_knee: str, **settings: Any) -> mjbiped.Walk:
+    return mjbiped.walk(LAW, STAIRS, engine=mjbiped.Mujoco(stance_knee=stance_knee), steps=6, **settings)
+
+
+@pytest.fixture(scope="module")
+def held() -> mjbiped.Walk:
+    return on_stairs("motor", sample_period=1e-3)
+
+
+def test_the_servo_gives_what_the_lock_bore(held: mjbiped.Walk) -> None:
+    """Its torque against the equations of the locked knee, at each sample but those of 0.1 s after each impact."""
+    samples, touched = held.samples, held.touchdowns
+    assert held.outcome == "finished"
+    needed = stance_knee_torque(
+        ROBOT,
+        *(samples[name] for name in ("q", "dq", "torque", "slope")),
+        locked=samples["locked"],
+        stance_flexion=(bent := loads.flexion(held)),
+    )
+    events_at = np.concatenate([[0.0], touched["time"], np.append(0.0, touched["time"][:-1]) + touched["knee_strike"]])
+    since = samples["time"][:, None] - events_at
+    quiet = ~((since >= -1e-9) & (since < 0.1)).any(axis=1)
+    assert np.sum(quiet & (needed > 1.0)) > 500
+    # what the stop bears is not the servo's, and when the knee leaves it or comes to it the servo swings for a while
+    errors = np.abs(samples["stance_knee_torque"] - np.maximum(needed, 0.0))[quiet]
+    assert np.quantile(errors, 0.95) < 0.05  # measured 0.02
+    assert errors.max() < 1.0
+    assert needed.max() > 10.0
+    assert 1e-3 < bent.max() < 0.01  # the sag that its stiffness is chosen for
+    assert bent.min() > -1e-4  # the stop
+
+
+def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
+    samples, touched = held.samples, held.touchdowns
+    peaks = np.abs(samples["stance_knee_torque"]).max()
+    assert touched["stance_knee_torque"].max() == pytest.approx(peaks, rel=0.02)  # of all steps, of samples
+    work = np.abs(0.5 * (samples["stance_knee_torque"][1:] + samples["stance_knee_torque"][:-1])
+                  * np.diff(loads.flexion(held)))[np.diff(samples["stance"]) == 0].sum()  # fmt: skip
+    assert touched["stance_knee_work"][-1] == pytest.approx(work, rel=0.02)
+    summary = measures.summary(held)
+    assert summary["peak_stance_knee_torque_Nm"] == pytest.approx(peaks, rel=0.02)
+    part = touched["stance_knee_work"][-1] / (ROBOT.weight * held.distance)
+    assert summary["cost_of_transport_stance_knee"] == part > 0.0
+    bare = on_stairs("motor", sample_period=None)
+    told = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
+    assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
+
+
+def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -> None:
+    ground, motor = mjbiped.Terrain.incline(2.0), mjbiped.Mujoco(stance_knee="motor")
+    with pytest.raises(InputError, match=r'stance_knee = "motor" needs a robot with knees'):
+        mjbiped.walk(PassiveController(), ground, engine=motor, steps=1)
+    slow = mjbiped.Mujoco(stance_knee="motor", timestep=2e-3)
+    with pytest.raises(InputError, match=r"timestep = 0.002 s: steps of at most 0.0012 s follow the servo"):
+        mjbiped.walk(LAW, ground, engine=slow, steps=1)

@@ -9,11 +9,8 @@ from simulations import started
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.engines.mujoco import step_size
-from mjbiped.engines.mujoco.feet import Felt
-from mjbiped.engines.mujoco.state import State
 
 Terrain = mjbiped.Terrain
-AWAY = Felt(0.0, 0.0, 0.0, 0.0, False, False)
 
 
 @pytest.mark.parametrize(
@@ -42,18 +39,6 @@ def test_a_step_ends_where_the_foot_meets_the_ground(
     assert heights == pytest.approx([-step_size.DEPTH] * 4, abs=3e-9)
     assert max(lengths) == timestep
     assert min(lengths) > 0.0
-
-
-def test_a_step_ends_at_the_tick_but_for_an_impact(controller: AdaptiveController) -> None:
-    simulation = started(controller, Terrain.level(), timestep=1e-3, control_period=5e-3)
-    for noted in (0.0, 1.0):
-        u = State()
-        u.time, u.planned, u.next_control, u.noted, u.q[1] = 0.2, 1e-3, 0.2004, noted, 1.2
-        found = step_size.step_lengths(simulation.constants, u, AWAY, 1.0)
-        assert found.length == pytest.approx(1e-3 if noted else 4e-4, abs=1e-12)
-        assert found.following == 1e-3
-        u.next_control = 0.2011
-        assert step_size.step_lengths(simulation.constants, u, AWAY, 1.0).length == 1e-3
 
 
 @pytest.mark.parametrize("terrain", [Terrain.level(), Terrain.stairs(rise=-0.06)], ids=["level", "stairs"])

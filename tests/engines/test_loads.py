@@ -1,0 +1,111 @@
+"""What the ground bears: the centre of pressure stays on the sole, and steps in which it would pull are marked."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.table import Table
+
+import mjbiped
+from controllers import AdaptiveController
+from mjbiped.records import measures
+from mjbiped.records.loads import centre_of_pressure
+
+EXACT = 1e-9  # m, and N m: the law of the record and that of the engine round differently
+MUJOCO = 1e-3  # m; the load is that of the step before, which changes by some 0.2 %
+
+
+def on_sole(sole: tuple[float, float], engine: Any, ground: mjbiped.Terrain, **terms: Any) -> mjbiped.Walk:
+    robot = mjbiped.Compass(sole=sole)
+    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
+    return mjbiped.walk(law, ground, engine=engine, **{"steps": 6, **terms})
+
+
+@pytest.mark.parametrize(
+    ("engine", "pushes"), [("hybrid", ()), ("hybrid", ((0.3, 1.0), (1.1, -1.0))), ("mujoco", ())], ids=str
+)
+def test_the_centre_of_pressure_reaches_an_end_and_goes_no_farther(engine: str, pushes: Any) -> None:
+    ground = mjbiped.Terrain.stairs(tread=1.8, rise=-0.01)
+    disturbances = mjbiped.Disturbances(pushes=pushes) if pushes else None
+    walk = on_sole((0.03, 0.05), engine, ground, disturbances=disturbances)
+    steps, (behind, ahead) = walk.touchdowns, walk.robot.sole or (0.0, 0.0)
+    over = max(float(steps["pressure_ahead"].max()) - ahead, float(steps["pressure_behind"].max()) - behind)
+    assert abs(over) < (EXACT if engine == "hybrid" else MUJOCO)
+    given, asked = walk.samples["torque"][:, 0], walk.samples["ankle_asked"]
+    bound = given != asked
+    assert bound.any()
+    assert not bound.all()
+    assert (np.abs(given) <= np.abs(asked)).all()
+    share = float(np.mean(bound[walk.samples["time"] < steps["time"][-1]]))
+    assert steps["sole_bound_time"][-1] / steps["time"][-1] == pytest.approx(share, abs=0.02)
+    if engine == "hybrid" and not pushes:
+        places = centre_of_pressure(walk)[:-1]
+        ends = np.minimum(np.abs(places + behind), np.abs(places - ahead))
+        assert np.nanmax(ends[bound[:-1]]) < EXACT  # where it gives less than is asked, at an end
+
+
+def test_a_sole_of_no_length_transmits_nothing_and_a_long_one_everything() -> None:
+    """The long one bit by bit, but for the centre of pressure, which is told by a force that is known at each stage."""
+    none = on_sole((0.0, 0.0), "hybrid", mjbiped.Terrain.mixed(), steps=3)
+    assert not none.samples["torque"][:, 0].any()
+    assert none.samples["ankle_asked"].any()
+    robot = mjbiped.Compass()
+    free = mjbiped.walk(
+        AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))),
+        mjbiped.Terrain.mixed(),
+        engine="hybrid",
+        steps=6,
+    )
+    long = on_sole((10.0, 10.0), "hybrid", mjbiped.Terrain.mixed())
+    for name, column in free.touchdowns.items():
+        if not name.startswith("pressure"):
+            assert column.tobytes() == long.touchdowns[name].tobytes(), name
+
+
+@pytest.fixture(scope="module")
+def hurried(controller: AdaptiveController) -> AdaptiveController:
+    """Re-plans so quickly that the ground would have to pull."""
+    return dataclasses.replace(controller, replanning_delay=0.1)
+
+
+def test_steps_that_pull_are_marked(hurried: AdaptiveController) -> None:
+    """Stairs of -60 mm, no faces met: steps 4 and 9 are re-planned in haste."""
+    pulled = mjbiped.walk(hurried, mjbiped.Terrain.stairs(), engine="hybrid", steps=9)
+    marked = measures.pulls(pulled.touchdowns)
+    assert np.flatnonzero(marked).tolist() == [3, 8]
+    asked = np.where(marked, np.inf, pulled.touchdowns["friction"])
+    assert (measures.friction_asked(pulled.touchdowns) == asked).all()
+    summary = measures.summary(pulled)
+    assert summary["steps_that_pull"] == 2
+    assert summary["least_normal_force_weights"] == pulled.touchdowns["normal_force"].min() / pulled.robot.weight < -0.5
+    assert summary["largest_stance_friction"] == math.inf
+    table = pulled.summary().__rich__()
+    assert isinstance(table, Table)
+    assert "unbounded" in [str(cell) for column in table.columns for cell in column.cells]
+
+
+def test_a_foot_that_leaves_the_ground_bears_nothing(hurried: AdaptiveController) -> None:
+    """What the hybrid engine's ground pulls at lifts off in MuJoCo: in the same step, where the walk comes so far."""
+    terrain = mjbiped.Terrain.random(seed=1)
+    there, here = (mjbiped.walk(hurried, terrain, steps=18, engine=engine) for engine in ("mujoco", "hybrid"))
+    lifted, pulls = (np.flatnonzero(measures.pulls(walk.touchdowns)) for walk in (there, here))
+    assert pulls.tolist() == [17]
+    assert 17 in lifted
+    assert (there.touchdowns["normal_force"][lifted] == 0.0).all()
+    assert measures.summary(there)["least_normal_force_weights"] == 0.0
+    assert math.isfinite(measures.summary(there)["largest_stance_friction"])
+
+
+def test_a_foot_that_slides_is_told(controller: AdaptiveController) -> None:
+    """Without re-planning a step down of 6 cm asks for more friction than there is: a foot slides by 15 mm."""
+    unplanned = dataclasses.replace(controller, replanning_delay=None)
+    slid, stood = (mjbiped.walk(law, mjbiped.Terrain.stairs(rise=-0.06), steps=4) for law in (unplanned, controller))
+    (told,) = slid.warnings
+    assert "slid by more than 0.001 leg lengths" in told
+    assert slid.warnings[told] == np.count_nonzero(slid.touchdowns["slip"] > 1e-3)
+    assert slid.verdict == measures.VIOLATING
+    assert (dict(stood.warnings), stood.verdict) == ({}, measures.FINISHED)
