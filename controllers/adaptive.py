@@ -13,6 +13,7 @@ Law (14), adaptive law (17), update (27) and re-planning are those of every chai
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, ClassVar
@@ -234,7 +235,10 @@ class AdaptiveController(PaperSettings, AdaptiveTracking):
 
     robot: Compass
 
-    with_knees: ClassVar[str | None] = "mjbiped.controllers.adaptive:KneedController"
+    for_joints: ClassVar[Mapping[str, str]] = {
+        "ankle_roll": "mjbiped.controllers.space:SpatialController",
+        "knee": "mjbiped.controllers.adaptive:KneedController",
+    }
     functions: ClassVar[Law] = Law((), torque, touchdown, slope_estimate, next_discontinuity, knee_strike=knee_strike)
 
     def reference(self, memory: Memory, t: float) -> tuple[float, float, float, float, float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
@@ -98,4 +99,4 @@ class LibraryController(GaitLibrary, AdaptiveController):
     height_threshold: Annotated[float, domains.CLEARANCE] = 0.005
 
     lifts_after_drop: ClassVar[bool] = True
-    with_knees: ClassVar[str | None] = None
+    for_joints: ClassVar[Mapping[str, str]] = {}

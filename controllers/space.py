@@ -4,6 +4,9 @@ Tracking (14), adaptation (17) and re-planning are those of the plane, with the 
 Gravity's direction in the ground's frame has three components, in which the equations are linear as (13) is in two, so
 the Lyapunov function falls as before: dV_a/dt = -z_1' K_1 z_1 - z_2' K_2 z_2. The update (27) turns the estimate by the
 rotation between the attitudes that the leg which has not moved has in the old ground's frame and in the new one's.
+
+With knees the law follows the trajectory of the actual knee, bent or straight. A re-planned curve would keep a straight
+leg straight, so re-planning is additive then: the curve leads from the distance to the gait to zero, and is added to it.
 """
 
 from __future__ import annotations
@@ -16,20 +19,23 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from mjbiped.control.controller import Controller, Memory
+from mjbiped.control.controller import Memory
+from mjbiped.control.tracking import Tracking
 from mjbiped.controllers.replanning import transition, transition_at
+from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.reference import motion_at
+from mjbiped.gaits.reference import motion_at, reference_discontinuity
+from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array
 from mjbiped.robots.three_d import InSpace, pull_of
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
-_PULL, _REPLANNED, _CURVES, _POINTS = slice(0, 3), 3, 4, 6
+_PULL, _REPLANNED, _STRUCK, _CURVES, _POINTS = slice(0, 3), 3, 4, 5, 6
 
 
 @dataclass(frozen=True)
-class SpatialController(Controller):
+class SpatialController(Tracking):
     """Imitates a gait in space on ground whose slopes, along the heading and across it, are unknown.
 
     Attributes:
@@ -42,6 +48,7 @@ class SpatialController(Controller):
         estimate_update: Whether (27) acts at touchdowns.
         update_threshold: epsilon of (27), rad.
         replanning_threshold: Distance from the limit cycle, rad and rad/s, from which on a step is re-planned.
+        initial_slope_estimate: Estimate of the slope along the heading at the walk's start, rad.
     """
 
     robot: InSpace
@@ -53,12 +60,28 @@ class SpatialController(Controller):
     estimate_update: bool = True
     update_threshold: Annotated[float, Domain(0.0, 1e3, "rad")] = 2e-3
     replanning_threshold: Annotated[float, Domain(0.0, 1e6, "rad and rad/s")] = 1e-2
+    initial_slope_estimate: Annotated[float, domains.SLOPE] = 0.0
 
-    states: ClassVar[tuple[str, ...]] = ("downhill", "into_ground", "aside")
+    states: ClassVar[tuple[str, ...]] = ("downhill_estimate", "into_ground_estimate", "aside_estimate")
 
     def __post_init__(self) -> None:
-        """Check every number."""
+        """Check every number, and that robot and gait go together.
+
+        Raises:
+            InputError: A number is outside its domain, or the gait is of another kind of robot.
+        """
         domains.check_fields(self)
+        domains.check_kind("robot", self.robot, InSpace)  # type: ignore[type-abstract]
+        if self.gait.robot.angles != self.robot.angles:
+            raise InputError(
+                f"gait: a {type(self.robot).__name__} needs a gait in space of its own (mjbiped.find_gait_in_space), "
+                f"got one of a {type(self.gait.robot).__name__}"
+            )
+
+    @classmethod
+    def drives(cls, robot: Robot) -> bool:
+        """Whether the robot walks in space."""
+        return isinstance(robot, InSpace)
 
     @property
     def joints(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -67,7 +90,7 @@ class SpatialController(Controller):
 
     @property
     def memory_size(self) -> int:  # type: ignore[override]
-        """Estimates, whether the step is re-planned, and six control points of each angle."""
+        """Estimates, two switches, and six control points of each angle."""
         return _CURVES + _POINTS * len(self.robot.angles)
 
     @cached_property
@@ -75,8 +98,8 @@ class SpatialController(Controller):
         return (self.replanning_delay or 0.0) * self.gait.period
 
     def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        """Begin with level ground as the estimate."""
-        memory[_PULL] = pull_of(0.0).tolist()
+        """Begin with the initial estimate."""
+        memory[_PULL] = pull_of(self.initial_slope_estimate).tolist()
         self._plan(memory, np.array(q), np.array(dq))
 
     def on_touchdown(self, memory: Memory, q_before: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> None:
@@ -90,29 +113,50 @@ class SpatialController(Controller):
         memory[_PULL] = [float(direction[0]), float(-direction[2]), float(direction[1])]
         self._plan(memory, np.array(q), np.array(dq))
 
+    def on_knee_strike(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> None:
+        """Follow the trajectory of the straight knee from now on."""
+        memory[_STRUCK] = 1.0
+
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, ...]:
         """Torques (14), and rates (17) of the estimates."""
-        angles, rates = np.array(q), np.array(dq)
-        linkage = self.robot.in_space[len(angles) - 1]
+        robot, straight = self.robot, self._straight(memory)
         target, speed, acceleration = self.reference(memory, t)
+        angles, rates = np.array(q), np.array(dq)
+        if straight:
+            angles, rates = robot.straightened(angles), robot.straightened(rates)
+        linkage = robot.in_space[len(angles) - 1]
         z1, dz1 = target - angles, speed - rates
         k1, k2 = self.position_gain, self.velocity_gain
-        z2 = dz1 + k1 * z1
         M, G = linkage.mass_matrix(angles), linkage.gravity_forces(angles)
         wanted = acceleration + (k1 * k2 + 1.0) * z1 + (k1 + k2) * dz1
         forces = M @ wanted + linkage.coriolis_forces(angles, rates) + G @ np.array(memory[_PULL])
-        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ z2
-        return (*np.linalg.solve(self.robot.input_matrix, forces).tolist(), *adapted.tolist())
+        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ (dz1 + k1 * z1)
+        return (*(robot.motors[len(angles)] @ forces).tolist(), *adapted.tolist())
 
     def reference(self, memory: Memory, t: float) -> tuple[Array, Array, Array]:
-        """Tracked angles, rates and accelerations at time t of the step: the transition until it ends, then the gait."""
-        n = len(self.robot.angles)
-        if memory[_REPLANNED] and t < self._transition_time:
-            curves = [transition_at(memory, _CURVES + _POINTS * i, self._transition_time, t) for i in range(n)]
-            q, dq, ddq = np.array(curves).T
-        else:
-            q, dq, ddq = np.reshape(motion_at(self.gait.tables[0], t), (3, n))
-        return q, dq, ddq
+        """Tracked angles, rates and accelerations at time t of the step: of straight legs once the knee has struck."""
+        straight, knees = self._straight(memory), self.gait.knee_strike is not None
+        moving = memory[_REPLANNED] != 0.0 and t < self._transition_time
+        table = self.gait.tables[1 if straight and knees else 0]
+        motion = np.reshape(motion_at(table, t), (3, -1))
+        if moving:
+            curves = [transition_at(memory, first, self._transition_time, t) for first in self._curves]
+            curve = np.array(curves).T
+            if straight:
+                curve = self.robot.straightened(curve.T).T
+            motion = motion + curve if self._additive else curve
+        return motion[0], motion[1], motion[2]
+
+    def tracked(self, memory: Memory, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Tracked angles and rates of all segments."""
+        q, dq, _ = self.reference(memory, t)
+        if self._straight(memory):
+            return (self.robot.knee_lock @ q).tolist(), (self.robot.knee_lock @ dq).tolist()
+        return q.tolist(), dq.tolist()
+
+    def transition_end(self, memory: Memory) -> float:
+        """Time at which the re-planned transition of the step ends, s; 0 where the step was not re-planned."""
+        return self._transition_time if memory[_REPLANNED] else 0.0
 
     def slope_estimate(self, memory: Memory) -> float:
         """The estimate of the slope along the heading, rad."""
@@ -123,21 +167,42 @@ class SpatialController(Controller):
         return math.atan2(memory[2], memory[1])
 
     def next_discontinuity(self, memory: Memory, t: float) -> float:
-        """The transition's end."""
-        return self._transition_time if memory[_REPLANNED] and t < self._transition_time else math.inf
+        """The transition's end, then the trajectory's."""
+        if memory[_REPLANNED] and t < self._transition_time:
+            return self._transition_time
+        return reference_discontinuity(self.gait.tables[-1], 0, t)
+
+    @property
+    def _additive(self) -> bool:
+        """Whether a transition is added to the gait."""
+        return self.gait.knee_strike is not None
+
+    @cached_property
+    def _curves(self) -> range:
+        """Indices in the memory at which the transition of each angle begins."""
+        return range(_CURVES, _CURVES + _POINTS * len(self.robot.angles), _POINTS)
+
+    def _straight(self, memory: Memory) -> bool:
+        """Whether the legs are straight."""
+        return self.gait.knee_strike is None or memory[_STRUCK] != 0.0
 
     def _plan(self, memory: Memory, q: Array, dq: Array) -> None:
         """Lay transition curves if the step starts off the limit cycle."""
-        n = len(q)
-        off = np.abs(np.concatenate([q, dq]) - self.gait.start).max()
-        memory[_REPLANNED] = float(self._transition_time > 0.0 and off > self.replanning_threshold)
+        n, duration = len(q), self._transition_time
+        memory[_STRUCK] = 0.0
+        away = np.concatenate([q, dq]) - self.gait.start
+        memory[_REPLANNED] = float(duration > 0.0 and np.abs(away).max() > self.replanning_threshold)
         if not memory[_REPLANNED]:
             return
-        ddq = self.robot.in_space[n - 1].accelerations(np.zeros(n), q, dq, pull_of(self.gait.slope))
-        end = np.reshape(motion_at(self.gait.tables[0], self._transition_time), (3, n))
-        for i in range(n):
-            points = transition(self._transition_time, (q[i], dq[i], ddq[i]), tuple(end[:, i]))
-            memory[_CURVES + _POINTS * i : _CURVES + _POINTS * (i + 1)] = [float(point) for point in points]
+        if self._additive:
+            begins, ends = (away[:n], away[n:], np.zeros(n)), np.zeros((3, n))
+        else:
+            pull = pull_of(self.gait.slope)
+            begins = (q, dq, self.robot.in_space[n - 1].accelerations(np.zeros(n), q, dq, pull))
+            ends = np.reshape(motion_at(self.gait.tables[0], duration), (3, n))
+        for i, first in enumerate(self._curves):
+            points = transition(duration, tuple(float(part[i]) for part in begins), tuple(ends[:, i].tolist()))  # type: ignore[arg-type]
+            memory[first : first + _POINTS] = list(points)
 
 
 def attitude(pitch: float, roll: float) -> Array:

@@ -10,6 +10,7 @@ from .gaits.gait import Gait
 from .gaits.kneed import KneedGait, find_kneed_gait
 from .gaits.optimised import OptimisedGait, OptimisedKneedGait, find_reference
 from .gaits.passive import PassiveGait, find_passive_gait
+from .gaits.space import find_gait_in_space
 from .limit_cycles.basin import basin_of_attraction, basin_of_control
 from .limit_cycles.bifurcation import bifurcation_diagram, find_cascade
 from .limit_cycles.periodic import find_periodic_gait
@@ -23,6 +24,7 @@ from .robots.compass import Compass
 from .robots.footed import FootedCompass
 from .robots.kneed import KneedBiped
 from .robots.round import RimlessWheel, RoundCompass, RoundKneed
+from .robots.three_d import Compass3D, Kneed3D
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from .rules.scuffing import ScuffingRule
@@ -32,6 +34,7 @@ from .version import __version__
 __all__ = [
     "Comparison",
     "Compass",
+    "Compass3D",
     "Disturbances",
     "Engine",
     "FootedCompass",
@@ -39,6 +42,7 @@ __all__ = [
     "GaitError",
     "Hybrid",
     "InputError",
+    "Kneed3D",
     "KneedBiped",
     "KneedGait",
     "MjbipedError",
@@ -67,6 +71,7 @@ __all__ = [
     "compare",
     "envs",
     "find_cascade",
+    "find_gait_in_space",
     "find_kneed_gait",
     "find_passive_gait",
     "find_periodic_gait",

@@ -7,6 +7,7 @@ planned (`mjbiped.controllers.bounded.supervisor`).
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -131,7 +132,9 @@ class BoundedAnkleController(OnSole):
 
     robot: Compass
 
-    with_knees: ClassVar[str | None] = "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController"
+    for_joints: ClassVar[Mapping[str, str]] = {
+        "knee": "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController"
+    }
     support: ClassVar[int] = SUPPORT
 
 

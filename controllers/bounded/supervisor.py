@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -152,7 +153,7 @@ class SupervisedController(GaitLibrary, BoundedAnkleController):
         margin: Share that simulations count on, of the sole on which the law leans; errors of its model take the rest.
     """
 
-    with_knees: ClassVar[str | None] = None
+    for_joints: ClassVar[Mapping[str, str]] = {}
     functions: ClassVar[Law] = Law((), torque, touchdown, slope_estimate, next_discontinuity)
     recovery: ClassVar[Recovery] = Recovery(
         Range(1.16, 0.38, 6), Range(0.13, 0.0345, 6), Range(-1.735, 0.855, 3), Ankle(0.235, 0.33, 2.73)

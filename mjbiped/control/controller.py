@@ -15,7 +15,7 @@ import copy
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from functools import cached_property
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple, TypeAlias
@@ -110,7 +110,8 @@ class Controller(ABC):
         control_period: Time between two ticks of a digital law, s: both engines call `on_tick` and `torque` once in it,
             and motors hold their torques in between; None: the law is continuous, and the engine says how often it is
             asked.
-        with_knees: Class of the same law for robots with knees, as "module:Class"; None if there is none.
+        for_joints: Classes of the same law for robots that have a joint, as "module:Class", by the joint's name; the
+            first that fits is taken.
         with_file: Class of controllers NAME:FILE that a file describes, with the fields `file` and `sha256`.
         follows: Whether the law follows the gait's trajectory in time; one that imitates passive walking itself takes
             passive gaits alone.
@@ -127,7 +128,7 @@ class Controller(ABC):
     memory_size: ClassVar[int] = 0
     joints: ClassVar[tuple[str, ...]] = Compass.joints
     control_period: float | None = None
-    with_knees: ClassVar[str | None] = None
+    for_joints: ClassVar[Mapping[str, str]] = {}
     with_file: ClassVar[str | None] = None
     follows: ClassVar[bool] = True
     support: ClassVar[int] = -1

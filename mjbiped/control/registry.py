@@ -28,9 +28,9 @@ from mjbiped.control import loading
 from mjbiped.control.controller import Controller
 from mjbiped.control.tracking import check_tracking
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, prefixed, shown
-from mjbiped.gaits.described import gait_from, passive_gait_of, usual_gait
+from mjbiped.gaits.described import gait_from, passive_gait_of, reference_of, usual_gait
 from mjbiped.gaits.gait import Gait
-from mjbiped.gaits.optimised import find_reference, only_kept
+from mjbiped.gaits.optimised import only_kept
 from mjbiped.gaits.steps import Goal
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
@@ -82,7 +82,7 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
 
     Args:
         name: Name of a registered controller, or reference to a user's class; see `mjbiped.control.loading`.
-        robot: The robot to be driven; a law may have a class of its own for robots with knees.
+        robot: The robot to be driven; a law may have classes of its own for robots with other joints.
 
     Raises:
         InputError: The name is unknown, or the class cannot be imported.
@@ -100,11 +100,16 @@ def controller_class(name: str, robot: Robot | None = None) -> type[Controller]:
             raise InputError(f"no file describes the controller {name}: give its name alone, or policy:{file}")
         if file and kind.with_file:
             kind = resolve_name(kind.with_file)
-        elif robot is not None and "knee" in robot.joints and kind.with_knees:
-            kind = resolve_name(kind.with_knees)
+        elif robot is not None and (variant := _variant(kind, robot)):
+            kind = resolve_name(variant)
     except (ImportError, AttributeError) as error:
         raise InputError(f"the controller {name}, registered as {entry.value}, fails: {shown(error)}") from error
     return kind
+
+
+def _variant(kind: type[Controller], robot: Robot) -> str | None:
+    """Place of a law's class for a robot with other joints than a compass biped; None if the law has none."""
+    return next((place for joint, place in kind.for_joints.items() if joint in robot.joints), None)
 
 
 def driver_of(controller: Controller, robot: Robot) -> Controller:
@@ -217,7 +222,7 @@ def _imitated(robot: Any, slope: float, reference: object, *, passive: bool) -> 
         return passive_gait_of(robot, slope) if passive else usual_gait(robot, slope)
     if passive:
         raise InputError("imitate_slope_deg is of a passive gait, and reference of an optimised one; give one of them")
-    return find_reference(robot, **parse_reference(reference))
+    return reference_of(robot, **parse_reference(reference))
 
 
 def parse_reference(text: object) -> dict[str, Any]:
@@ -284,8 +289,9 @@ def _described_class(
     if named is not None:
         raise InputError(f"the record's controller is the registered {shown(wanted)}, and no class of yours is needed")
     classes = {entry.value.rpartition(":")[2]: name for name, entry in registered().items()}
-    if robot is not None and "knee" in robot.joints:
-        classes = {controller_class(name, robot).__name__: name for name in registered()}
+    if robot is not None:
+        own = {controller_class(name, robot).__name__: name for name in registered()}
+        classes = own if wanted in own else classes
     if wanted in classes:
         return controller_class(classes[wanted], robot)
     for kind in map(controller_class, registered()):

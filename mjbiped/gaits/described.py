@@ -10,9 +10,11 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import find_kneed_gait
 from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
+from mjbiped.gaits.space import find_gait_in_space
+from mjbiped.gaits.with_roll import with_roll
 from mjbiped.robots.kinds import robot_from
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.three_d import InSpace
 
 
 def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
@@ -22,6 +24,8 @@ def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
+    if isinstance(robot, InSpace):
+        return find_gait_in_space(robot, slope)
     flat: Any = robot.flat
     find: Callable[[Any, float], PassiveGait] = (find_rolling, find_passive_gait, find_kneed_gait)[len(flat.angles) - 1]
     return find(flat, slope)
@@ -36,7 +40,25 @@ def usual_gait(robot: Robot, slope: float) -> Gait:
         InputError: The slope is outside its domain.
         GaitError: There is none.
     """
-    return find_reference(robot, clearance=0.08) if isinstance(robot, KneedBiped) else passive_gait_of(robot, slope)
+    if "knee" in robot.joints:
+        return reference_of(robot, clearance=0.08)
+    return passive_gait_of(robot, slope)
+
+
+def reference_of(robot: Robot, **goal: Any) -> Gait:
+    """The optimised gait of any robot; in space its roll is left to itself.
+
+    Args:
+        robot: The robot.
+        goal: Arguments of `mjbiped.find_reference`.
+
+    Raises:
+        InputError: A number is outside its domain, or the robot has no such gaits.
+        GaitError: There is none.
+    """
+    if isinstance(robot, InSpace):
+        return with_roll(robot, find_reference(robot.planar, **goal))  # type: ignore[arg-type]  # checked there
+    return find_reference(robot, **goal)  # type: ignore[arg-type]  # checked there
 
 
 def gait_from(described: Mapping[str, Any]) -> Gait:
@@ -47,9 +69,10 @@ def gait_from(described: Mapping[str, Any]) -> Gait:
         GaitError: The passive gait is not found.
     """
     try:
-        if "goal" in described:
-            return optimised_from(described)
-        return passive_gait_of(robot_from(described["robot"]), described["slope"])
+        robot = robot_from(described["robot"])
+        if "goal" in described and isinstance(robot, InSpace):
+            return with_roll(robot, optimised_from({**described, "robot": robot.planar.to_dict()}))
+        return optimised_from(described) if "goal" in described else passive_gait_of(robot, described["slope"])
     except MjbipedError:
         raise
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:

@@ -80,7 +80,8 @@ class Gait:
             return self.branch(t, bent=True)
         before = (np.asarray(t) < self.knee_strike)[..., None]
         bent, straight = self.branch(t, bent=True), self.branch(t, bent=False)
-        q, dq, ddq = (np.where(before, b, s[..., [0, 1, 1]]) for b, s in zip(bent, straight, strict=True))
+        columns = [0, 1, *range(1, straight[0].shape[-1])]  # the straight leg's angle is that of thigh and shank
+        q, dq, ddq = (np.where(before, b, s[..., columns]) for b, s in zip(bent, straight, strict=True))
         return q, dq, ddq
 
     def branch(self, t: ArrayLike, *, bent: bool) -> tuple[Array, Array, Array]:

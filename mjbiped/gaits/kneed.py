@@ -32,8 +32,8 @@ ROLLING = tuple(product((0.20, 0.25, 0.30, 0.35, 0.40), (0.9, 1.05, 1.25), (-0.5
 """More of them for round feet, on which legs roll more slowly through greater angles."""
 TRIED = 8  # number of starts that are refined: those that repeat themselves best
 SAMPLES = 401  # of a gait's angles
-_EARLY = 0.5  # of the time until the knee strike: further back no robot's knee strikes that is to walk on
-_ON = 0.15  # of the period after the knee strike, in which the motion of the bent knee goes on of itself
+EARLY = 0.5  # of the time until the knee strike: further back no robot's knee strikes that is to walk on
+ON = 0.15  # of the period after the knee strike, in which the motion of the bent knee goes on of itself
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -140,9 +140,9 @@ def _tables(robot: KneedLegs, slope: float, walked: Step, places: Array, period:
     unit, count = unit_of(robot), count_of_pieces(period, robot.leg_length, robot.gravity)
     width, strike = period / count / unit, walked.first.duration
     free, locked = (free_motion(robot.chains[n], slope, unit) for n in (3, 2))
-    bent_until = min(math.ceil((strike + _ON * period / unit) / width), count)
+    bent_until = min(math.ceil((strike + ON * period / unit) / width), count)
     bent = glide(free, robot.after_touchdown(places), bent_until * width).sol
-    back_until = math.floor(_EARLY * strike / width)
+    back_until = math.floor(EARLY * strike / width)
     ahead = walked.second.motion
     struck = ahead(0.0)
     back = glide(locked, struck, back_until * width - strike).sol

@@ -102,10 +102,22 @@ def _angle_at(
 
 
 def motion_at(table: Sequence[float], t: float) -> tuple[float, ...]:
-    """Return the n angles of a trajectory at a time, their rates and their accelerations; see `reference_at`."""
-    width, out = int(table[WIDTH]), [0.0] * (3 * MOST)
-    reference_at(table, 0, t, out, 0)
-    return (*out[:width], *out[MOST : MOST + width], *out[2 * MOST : 2 * MOST + width])
+    """Return the n angles of a trajectory at a time, their rates and their accelerations; see `reference_at`.
+
+    It takes tables of any number of angles.
+    """
+    rate, horizon, width = table[0], table[HORIZON], int(table[WIDTH])
+    s = min(t, horizon) * rate
+    k = min(int(s), int(table[PIECES]) - 1)
+    s -= k
+    s2 = s * s
+    powers = (s, s2, s2 * s2, s2 * s2 * (s2 * s2))
+    first, out, found = HEADER + _COEFFICIENTS * width * k, [0.0] * (2 * MOST + 1), list[tuple[float, ...]]()
+    for angle in range(width):
+        _angle_at(table, first + _COEFFICIENTS * angle, powers, t > horizon, out, 0)
+        found.append((out[0], out[MOST], out[2 * MOST]))
+    angles, rates, accelerations = zip(*found, strict=True)
+    return (*angles, *rates, *accelerations)
 
 
 def table_of(rate: float, coefficients: Array) -> Table:
@@ -121,6 +133,17 @@ def table_of(rate: float, coefficients: Array) -> Table:
     rows = np.concatenate([coefficients, rates, accelerations], axis=1)
     pieces, width = len(coefficients), coefficients.shape[2]
     return [rate, pieces / rate, float(pieces), float(width), *rows.transpose(0, 2, 1).ravel().tolist()]
+
+
+def beside(table: Table, more: Array) -> Table:
+    """Return a table with one angle more, behind the others.
+
+    Args:
+        table: A trajectory.
+        more: Coefficients of the angle in each of the table's pieces, rad, shape (pieces, 10).
+    """
+    rows = np.reshape(table[HEADER:], (int(table[PIECES]), int(table[WIDTH]), _COEFFICIENTS))
+    return table_of(table[RATE], np.concatenate([rows[:, :, :10].transpose(0, 2, 1), more[:, :, None]], axis=2))
 
 
 def reference_discontinuity(table: Sequence[float], first: int, t: float) -> float:

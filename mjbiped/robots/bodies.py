@@ -25,6 +25,7 @@ class Segment(NamedTuple):
         inertia: About its centre of mass, kg m^2.
         turn: Angle of its line, from end to end, when all joints of the leg are at zero, rad.
         offset: Of its centre of mass ahead of that line, m.
+        axial: Inertia about its line, kg m^2; None: no motion of the robot turns the segment about its line.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Segment(NamedTuple):
     inertia: float
     turn: float = 0.0
     offset: float = 0.0
+    axial: float | None = None
 
     def place(self, distance: float, ahead: float = 0.0) -> tuple[float, float]:
         """Place x, z of a point from the segment's upper end while all joints are at zero, m.
@@ -56,6 +58,7 @@ class Limb(NamedTuple):
         across: Where it is seen across the walking direction, leg lengths.
         offset: Angle of its upper segment when that of the hinge is zero, rad, where legs share a hinge.
         lap: What is added to that with each round in which all legs have stood, rad.
+        aside: Where its hinge is to the left of the hip's middle, m.
     """
 
     name: str
@@ -64,6 +67,7 @@ class Limb(NamedTuple):
     across: float
     offset: float = 0.0
     lap: float = 0.0
+    aside: float = 0.0
 
 
 SIDES = (Limb("left", "left", "left_ankle", 0.04), Limb("right", "right", "right_ankle", -0.04))
@@ -99,6 +103,7 @@ class Bodies(NamedTuple):
         leg: The segments of each leg, from the hip down: one, or two with a knee between them.
         limbs: The legs, in the order in which they stand.
         foot: Of each leg; None: legs end in points or arcs.
+        hip_inertia: Inertia of what the hip carries, kg m^2; 0 where the hip does not turn.
     """
 
     scene: str
@@ -106,6 +111,7 @@ class Bodies(NamedTuple):
     leg: tuple[Segment, ...]
     limbs: tuple[Limb, ...] = SIDES
     foot: Foot | None = None
+    hip_inertia: float = 0.0
 
     def feet(self, limb: Limb) -> list[str]:
         """Names of the geoms with which a leg meets the ground."""

@@ -10,10 +10,12 @@ from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RimlessWheel, RoundCompass, RoundKneed
+from mjbiped.robots.three_d import Compass3D, Kneed3D
 from mjbiped.utils.domains import known_name
 
 KINDS: Mapping[str, type[Robot]] = {
-    kind.kind: kind for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed)
+    kind.kind: kind
+    for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed, Compass3D, Kneed3D)
 }
 
 NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}

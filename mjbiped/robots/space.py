@@ -118,13 +118,13 @@ class SpatialLinkage:
         return float(0.5 * dq @ self.mass_matrix(q) @ dq - self.gravity * pull @ place)
 
     def swing_foot(self, q: Array) -> Array:
-        """The swing foot from the stance foot, shape (3,), m: along the heading, to the swing side, along the normal."""
+        """The swing foot from the stance foot, shape (3,), m: ahead, to the swing side, along the ground's normal."""
         x, z = self.foot @ np.sin(q[:-1]), self.foot @ np.cos(q[:-1])
         down, aside = np.cos(q[-1]), np.sin(q[-1])
         return np.array([x, self.width * down - z * aside, self.width * aside + z * down])
 
     def ground_force(self, q: Array, dq: Array, ddq: Array, pull: Array) -> Array:
-        """Force of the ground on the stance foot, shape (3,), N: along the heading, to the swing side, along its normal."""
+        """Force of the ground on the stance foot, shape (3,), N: ahead, to the swing side, along the ground's normal."""
         sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
         down, aside, roll, turning = np.cos(q[-1]), np.sin(q[-1]), dq[-1], ddq[-1]
         z, dz = self.moments @ cosine, -(self.moments * sine) @ dq[:-1]
@@ -134,7 +134,11 @@ class SpatialLinkage:
         up = ddz + self.out * turning - z * roll**2
         weight = self.gravity * self.masses.sum()
         return np.array(
-            [ddx - weight * pull[0], across * down - up * aside - weight * pull[2], across * aside + up * down + weight * pull[1]]
+            [
+                ddx - weight * pull[0],
+                across * down - up * aside - weight * pull[2],
+                across * aside + up * down + weight * pull[1],
+            ]
         )
 
     def touchdown(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:

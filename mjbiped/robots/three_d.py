@@ -7,15 +7,17 @@ the planar robot, and the roll behind them; `mjbiped.robots.space` has the equat
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies
-from mjbiped.robots.compass import StraightLegs
+from mjbiped.robots.compass import Compass, StraightLegs
+from mjbiped.robots.footing import first_footing
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array, SpatialLinkage
@@ -29,6 +31,7 @@ class InSpace(Robot):
     """A biped with two equal legs that stand side by side; subclasses are frozen dataclasses.
 
     Attributes:
+        in_plane: Kind of the planar robot with the same legs.
         groupings: With which pitch angle each segment moves, from the stance foot up and down again, by the number of
             pitch angles.
         knee_lock: Angles of a robot whose swing knee is locked as sums of those of straight legs, and the roll.
@@ -36,6 +39,7 @@ class InSpace(Robot):
         axial_inertia: Inertia of a leg about its own line, kg m^2.
     """
 
+    in_plane: ClassVar[type[Robot]]
     groupings: ClassVar[Mapping[int, tuple[int, ...]]]
     knee_lock: ClassVar[Array]
     runs: ClassVar[Mapping[str, str]] = {
@@ -49,11 +53,42 @@ class InSpace(Robot):
     @cached_property
     def in_space(self) -> Mapping[int, SpatialLinkage]:
         """The equations, by the number of pitch angles."""
-        pelvis = self.hip_mass * self.hip_width**2 / 12  # a rod across
-        return {
-            n: spatial(self.bodies, groups, self.gravity, self.hip_width, self.axial_inertia, pelvis)
-            for n, groups in self.groupings.items()
-        }
+        return {n: spatial(self.bodies, groups, self.gravity) for n, groups in self.groupings.items()}
+
+    @property
+    def bodies(self) -> Bodies:
+        """The legs on either side of a hip that is a rod across; the parts of a leg share its inertia by their masses."""
+        flat = self.planar.bodies
+        mass = sum(segment.mass for segment in flat.leg)
+        leg = (segment._replace(axial=self.axial_inertia * segment.mass / mass) for segment in flat.leg)
+        half = 0.5 * self.hip_width
+        sides = (limb._replace(across=0.0, aside=aside) for limb, aside in zip(flat.limbs, (half, -half), strict=True))
+        rod = self.hip_mass * self.hip_width**2 / 12
+        return flat._replace(scene=f"{self.kind}_scene.xml", leg=tuple(leg), limbs=tuple(sides), hip_inertia=rod)
+
+    @property
+    def planar(self) -> Robot:
+        """The planar robot with the same legs."""
+        names = (name for name in self.in_plane.parameters() if name != "sole")
+        return self.in_plane(**{name: getattr(self, name) for name in names})
+
+    def set_apart(self, width: float) -> Self:
+        """The robot with another distance between its legs, m."""
+        return replace(self, hip_width=width)  # type: ignore[type-var]  # subclasses are dataclasses
+
+    def spread(self, state: Array) -> Array:
+        """State of straight legs, two pitch angles and the roll, then their rates, as one of all angles."""
+        return np.concatenate([self.knee_lock @ state[:3], self.knee_lock @ state[3:]])
+
+    def straightened(self, q: Array) -> Array:
+        """The three angles of straight legs among all angles, shape (n, ...), where the swing knee is straight."""
+        return q[[0, 1, -1]]
+
+    @cached_property
+    def motors(self) -> Mapping[int, Array]:
+        """Joint torques of generalised forces, by the number of angles that move: a locked knee's motor rests."""
+        whole = self.input_matrix
+        return {3: np.linalg.pinv(self.knee_lock.T @ whole), len(self.angles): np.linalg.inv(whole)}
 
     def _linkage(self, q: Array) -> SpatialLinkage:
         return self.in_space[len(q) - 1]
@@ -64,7 +99,7 @@ class InSpace(Robot):
         return self._linkage(angles).mass_matrix(angles)
 
     def gravity_vector(self, q: ArrayLike, slope: float, lateral: float = 0.0) -> Array:
-        """Forces of gravity, shape (n,), N m, on ground that falls forward by `slope` and to the swing side by `lateral`, rad."""
+        """Forces of gravity, shape (n,), N m, on ground that falls forward and to the swing side by two angles, rad."""
         angles = np.asarray(q, dtype=np.float64)
         return np.asarray(self._linkage(angles).gravity_forces(angles) @ pull_of(slope, lateral))
 
@@ -82,6 +117,18 @@ class InSpace(Robot):
         """The swing foot from the stance foot, shape (3,), m: forward, to the swing side, along the ground's normal."""
         angles = np.asarray(q, dtype=np.float64)
         return self._linkage(angles).swing_foot(angles)
+
+    def posture(
+        self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
+    ) -> tuple[float, ...]:
+        """Posture `qpos` on a foot at x, z that heads along x, of angles and roll from the vertical; see `Robot.posture`.
+
+        The middle of the hip is over y = 0 where the robot does not roll.
+        """
+        across = 0.5 * self.hip_width * (-1.0 if stance else 1.0)
+        standing = first_footing(np.array([foot[0], across, foot[1]]), np.array([0.0, 0.0, 1.0]))
+        standing = standing if stance == 0 else replace(standing, stance=1, aside=-standing.aside)
+        return tuple(standing.posture(self, np.asarray(angles, dtype=np.float64)).tolist())
 
     @property
     def input_matrix(self) -> Array:
@@ -108,20 +155,15 @@ def pull_of(slope: float, lateral: float = 0.0) -> Array:
     return np.array([np.sin(slope), normal[1], normal[2] * np.cos(slope)])
 
 
-def spatial(
-    bodies: Bodies, groups: tuple[int, ...], gravity: float, width: float, axial: float, pelvis: float
-) -> SpatialLinkage:
+def spatial(bodies: Bodies, groups: tuple[int, ...], gravity: float) -> SpatialLinkage:
     """The linkage in space of a robot's legs.
 
     Args:
-        bodies: The legs and the mass at the hip.
+        bodies: The legs and the hip.
         groups: With which pitch angle each segment moves.
         gravity: m/s^2.
-        width: Between the legs, m.
-        axial: Inertia of a whole leg about its line, kg m^2; its segments share it by their masses.
-        pelvis: Inertia of what the hip carries about the heading, kg m^2.
     """
-    leg = bodies.leg
+    leg, width = bodies.leg, bodies.limbs[0].aside - bodies.limbs[1].aside
     segments = (*reversed(leg), *leg)
     moves = (np.asarray(groups)[:, None] == np.arange(max(groups) + 1)).astype(float)
     lengths = np.array([segment.length for segment in leg])
@@ -141,8 +183,8 @@ def spatial(
         foot=foot @ moves,
         width=width,
         inertia=np.array([segment.inertia for segment in segments]) @ moves,
-        axial=2.0 * axial * masses / masses.sum() @ moves,
-        pelvis=pelvis,
+        axial=np.array([segment.axial or 0.0 for segment in segments]) @ moves,
+        pelvis=bodies.hip_inertia,
         gravity=gravity,
     )
 
@@ -166,6 +208,7 @@ class Compass3D(InSpace, StraightLegs):
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
 
     kind: ClassVar[str] = "compass3d"
+    in_plane: ClassVar[type[Robot]] = Compass
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "roll")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "ankle_roll")
     places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, "hip_y", "roll", "yaw")
@@ -196,6 +239,7 @@ class Kneed3D(InSpace, KneedBiped):
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
 
     kind: ClassVar[str] = "kneed3d"
+    in_plane: ClassVar[type[Robot]] = KneedBiped
     angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "shank", "roll")
     joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "knee", "ankle_roll")
     places: ClassVar[tuple[str, ...]] = (*KneedBiped.places, "hip_y", "roll", "yaw")

@@ -135,6 +135,8 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     spec.option.gravity = [0.0, 0.0, -robot.gravity]
     length, bodies = robot.leg_length, robot.bodies
     spec.body("hip").mass = _hip_mass(robot)
+    if bodies.hip_inertia:
+        spec.body("hip").inertia = [bodies.hip_inertia] * 3
     for shown in spec.body("hip").geoms:
         shown.size, shown.fromto = length * shown.size, length * shown.fromto
     riser = spec.find_default("riser").geom
@@ -146,6 +148,8 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
             _add_leg(spec, bodies.limbs[0].name, side)
         for segment in bodies.leg:
             _set_segment(spec, limb, segment, length)
+        if limb.aside:
+            spec.body(f"{side}_{bodies.leg[0].name}").pos = [0.0, limb.aside, 0.0]
         for upper, lower in pairwise(bodies.leg):
             spec.body(f"{side}_{lower.name}").pos = _down(limb, upper, upper.length, 0.0)
             kneecap = spec.geom(f"{side}_kneecap")
@@ -161,7 +165,7 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         else:
             _set_end(spec, robot, limb, last)
         for foot in feet:
-            foot.friction = [GROUND_FRICTION, 0.0, 0.0]
+            foot.friction[0] = GROUND_FRICTION
             foot.solref[:2] = [-STIFFNESS, -1.0 / timestep]
 
 
@@ -234,7 +238,8 @@ def _set_segment(spec: mujoco.MjSpec, limb: Limb, segment: Segment, length: floa
     body.mass = segment.mass
     x, z = segment.place(segment.centre, segment.offset)
     body.ipos = [x, 0.0, z]
-    body.inertia = [_inertia(segment, length)] * 3
+    across = _inertia(segment, length)
+    body.inertia = [across, across, across if segment.axial is None else segment.axial]
     shown.size, bulge.size = length * shown.size, length * bulge.size
     bulge.size[2] = min(bulge.size[2], max(bulge.size[0], min(segment.centre, segment.length - segment.centre)))
     shown.fromto = [0.0, y, 0.0, *_down(limb, segment, segment.length, y)]

@@ -85,7 +85,9 @@ class HybridSpaceRun(SpaceRun):
             power = torque * robot.joint_rates(y[n : 2 * n])
             np.maximum(self.peak, np.abs(torque), out=self.peak)
             works = [np.abs(power).sum(), power.sum(), np.maximum(power, 0.0).sum()]
-            return np.concatenate([y[n : 2 * n], self._accelerations(torque, y[:n], y[n : 2 * n], free), estimates, works])
+            return np.concatenate(
+                [y[n : 2 * n], self._accelerations(torque, y[:n], y[n : 2 * n], free), estimates, works]
+            )
 
         def land(t: float, y: Array) -> float:
             place = footing.swing_foot(robot, y[:n])

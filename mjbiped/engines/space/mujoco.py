@@ -15,7 +15,7 @@ import numpy as np
 from mjbiped.engines.mujoco import callback
 from mjbiped.engines.mujoco.options import Options
 from mjbiped.engines.plan import Plan
-from mjbiped.engines.space.footing import Footing, first_footing, robot_axes
+from mjbiped.robots.footing import Footing, first_footing, robot_axes
 from mjbiped.engines.space.run import SpaceRun
 from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.robots.space import Array
@@ -227,7 +227,7 @@ def scene_of(robot: InSpace, terrain: Terrain, timestep: float) -> str:
         f"{''.join(ground_of(terrain))}<body>{slides}"
         f'<joint type="hinge" axis="0 0 1"/><joint type="hinge" axis="1 0 0" name="roll"/>'
         f'<inertial pos="0 0 0" mass="{max(robot.hip_mass, 1e-4)}" diaginertia="{pelvis} {pelvis} {pelvis}"/>{legs}'
-        f"</body></worldbody><tendon><fixed name=\"hip\"><joint joint=\"right\" coef=\"1\"/><joint joint=\"left\" "
+        f'</body></worldbody><tendon><fixed name="hip"><joint joint="right" coef="1"/><joint joint="left" '
         f'coef="-1"/></fixed></tendon><actuator><motor joint="left"/><motor joint="right"/><motor tendon="hip"/>'
         f'<motor joint="roll"/></actuator></mujoco>'
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.engines.base import Run, Show
 from mjbiped.engines.plan import Plan
-from mjbiped.engines.space.footing import Footing, first_footing
+from mjbiped.robots.footing import Footing, first_footing
 from mjbiped.records.columns import Cancellation, Columns, never_cancelled, tables_of, width
 from mjbiped.records.loads import BINS, note_pressure
 from mjbiped.robots.space import Array

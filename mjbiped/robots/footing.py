@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mjbiped.robots.space import Array
-from mjbiped.robots.three_d import InSpace
+
+if TYPE_CHECKING:
+    from mjbiped.robots.three_d import InSpace
 
 DOWN = np.array([0.0, 0.0, -1.0])
 
