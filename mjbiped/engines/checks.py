@@ -28,11 +28,17 @@ def check_rule(robot: Robot, rule: ScuffingRule) -> None:
 
 
 def check_ground(robot: Robot, terrain: Terrain) -> None:
-    """Refuse ground on which a round foot would touch in two places at once.
+    """Refuse ground that a robot cannot stand on: uneven under round feet, and no profile under a planar robot.
 
     Raises:
-        InputError: The robot has round feet, and the ground is no plane.
+        InputError: A round foot would touch in two places at once, or a planar robot would fall to one side.
     """
+    if not terrain.is_profile and "hip_y" not in robot.places:
+        raise InputError(
+            f"a {type(robot).__name__} moves in a plane and walks on profiles, and the ground {shown(terrain.caption)} "
+            "is not the same at all y; walk it with a mjbiped.Compass3D or a mjbiped.Kneed3D (--robot compass3d, "
+            "kneed3d), or choose ground that is level across"
+        )
     if robot.radius and (any(terrain.rises) or len(set(terrain.angle)) > 1):
         raise InputError(
             f"a {type(robot).__name__} walks on planes, for on uneven ground a round foot would touch in two places at "
