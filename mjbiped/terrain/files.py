@@ -20,7 +20,7 @@ from mjbiped.utils.files import read_text
 
 Floats: TypeAlias = tuple[float, ...]
 
-SEGMENT_KEYS = ("length", "slope_deg", "step")
+SEGMENT_KEYS = ("length", "slope_deg", "step", "lateral_deg")
 FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
 FILE_KEY = "file"
 
@@ -80,10 +80,10 @@ def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
 
 
 def read_segments(path: Path) -> list[tuple[object, ...]]:
-    """Read `segments` from a TOML or YAML file: a list of [length, slope_deg, step] or of tables with these keys.
+    """Read `segments` from a TOML or YAML file: a list of lists or of tables with `SEGMENT_KEYS`.
 
     Returns:
-        One tuple (length, slope_deg) or (length, slope_deg, step) per segment; the values are not checked here.
+        One tuple per segment, of two to four of the keys' values; they are not checked here.
 
     Raises:
         InputError: The file cannot be read or parsed, or holds anything else; the message names the line or segment.
@@ -180,10 +180,12 @@ def _read_segment(k: int, segment: object, yaml_file: bool) -> tuple[object, ...
     if isinstance(segment, dict):
         if not {*SEGMENT_KEYS[:2]} <= {*segment} <= {*SEGMENT_KEYS}:
             found = shown(", ".join(map(str, segment)))
-            raise InputError(f"segment {k} has {found}; expected {', '.join(SEGMENT_KEYS)} (step is optional)")
-        segment = [segment[key] for key in SEGMENT_KEYS if key in segment]
+            raise InputError(f"segment {k} has {found}; expected {', '.join(SEGMENT_KEYS)} (the last two are optional)")
+        segment = [segment.get(key, 0) for key in SEGMENT_KEYS]
     if not isinstance(segment, list):
-        raise InputError(f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m] or a table")
+        raise InputError(
+            f"segment {k} is {shown(segment)}; expected [length_m, slope_deg, step_m, lateral_deg] or a table"
+        )
     if yaml_file:
         segment = [cell if (number := parse_number(cell)) is None else number for cell in segment]
     return tuple(segment)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import signature
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Annotated, Self, TypeAlias
+from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,15 +63,17 @@ class Presets:
     """Constructors of named terrains, which `mjbiped.Terrain` inherits."""
 
     @classmethod
-    def level(cls) -> Self:
-        """Make endless level ground."""
-        return cls._of_segments([(1.0, 0.0, 0.0)], "level")
+    @checked
+    def level(cls, lateral_deg: Slope = 0.0) -> Self:
+        """Make endless ground that is level ahead; `lateral_deg`: its slope across in degrees, positive to the left."""
+        return cls._of_segments([(1.0, 0.0, 0.0)], "level", {"lateral_deg": lateral_deg})
 
     @classmethod
     @checked
-    def incline(cls, slope_deg: Slope = 3.0) -> Self:
-        """Make an endless slope; `slope_deg` in degrees, positive downhill."""
-        return cls._of_segments([(1.0, slope_deg, 0.0)], "incline", {"slope_deg": slope_deg})
+    def incline(cls, slope_deg: Slope = 3.0, lateral_deg: Slope = 0.0) -> Self:
+        """Make an endless slope: `slope_deg` in degrees, positive downhill, and `lateral_deg`, positive to the left."""
+        given = {"slope_deg": slope_deg, "lateral_deg": lateral_deg}
+        return cls._of_segments([(1.0, slope_deg, 0.0)], "incline", given)
 
     @classmethod
     @checked
@@ -81,6 +83,7 @@ class Presets:
         rise: Annotated[float, domains.STEP] = -0.06,
         first: Annotated[float | None, domains.STRETCH] = None,
         count: Changes = 20,
+        lateral_deg: Slope = 0.0,
     ) -> Self:
         """Make stairs of level treads (the paper's, in section V-A, have 1.8 m treads with steps of 0.006 and 0.06 m).
 
@@ -91,6 +94,7 @@ class Presets:
             rise: Height of a step, m, positive up; at most `HIGHEST_STEP` either way.
             first: Distance from the start to the first riser, m, > 0; half a tread if left out.
             count: Number of risers, >= 1; the last tread goes on.
+            lateral_deg: Slope of the treads across, degrees, positive down to the left.
 
         Raises:
             InputError: A value outside its domain.
@@ -107,6 +111,7 @@ class Presets:
         change_deg: Annotated[float, domains.SLOPE_DEG] = 0.3,
         count: Changes = 16,
         start_deg: Slope = 0.0,
+        lateral_deg: Slope = 0.0,
     ) -> Self:
         """Make ground whose slope changes by the same angle at equal distances (the paper's: 1.5 m, 0.3 and -1 degree).
 
@@ -117,6 +122,7 @@ class Presets:
             change_deg: Change of the slope from one segment to the next, degrees, positive towards downhill.
             count: Number of changes, >= 1; the last segment goes on.
             start_deg: Slope of the first segment, degrees.
+            lateral_deg: Slope of all segments across, degrees, positive down to the left.
 
         Raises:
             InputError: A value outside its domain, or a slope that gets too steep: ask for fewer or smaller changes.
@@ -296,19 +302,20 @@ class Presets:
             return make(**parameters)
 
     @classmethod
-    def _of_segments(
-        cls, rows: Sequence[Segment], name: str, given: Mapping[str, object] = MappingProxyType({})
-    ) -> Self:
+    def _of_segments(cls, rows: Sequence[Segment], name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Self:
         """Make a terrain of checked segments, laid one after another from x = 0.
 
         Args:
             rows: The segments.
             name: Name of the terrain.
-            given: Parameters that it was made with, such as the local variables of a constructor at its beginning.
+            given: Parameters that it was made with, such as the local variables of a constructor at its beginning; a
+                `lateral_deg` is the slope across of segments that have none of their own, and left out where it is 0.
         """
         x, z, angle = chained(rows)
-        pairs = tuple((key, value) for key, value in given.items() if key != "cls")
-        return cls(x=x, z=z, angle=angle, name=name, parameters=pairs)  # type: ignore[call-arg]  # Terrain's fields
+        aside = given.get("lateral_deg") or 0.0
+        lateral = tuple(math.radians(row[3] if len(row) == 4 else aside) for row in rows)
+        pairs = tuple((key, value) for key, value in given.items() if key != "cls" and (key != "lateral_deg" or value))
+        return cls(x=x, z=z, angle=angle, name=name, parameters=pairs, lateral=lateral)  # type: ignore[call-arg]
 
 
 def _generator(seed: int) -> np.random.Generator:

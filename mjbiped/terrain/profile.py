@@ -24,8 +24,9 @@ BESIDE = 1e-3
 OVER = 1e-6
 """Distance beyond the upper edge up to which a foot still stands on it, m: it moves a little in the impact."""
 
-Segment: TypeAlias = tuple[float, float, float]
-"""Length along the ground (m), slope (degrees, positive downhill) and step up at the start (m)."""
+Segment: TypeAlias = tuple[float, float, float] | tuple[float, float, float, float]
+"""Length along the ground (m), slope (degrees, positive downhill) and step up at the start (m); where it is not zero,
+the slope across (degrees, positive down to the left)."""
 
 GROUND_FRICTION = 0.8
 """Coefficient of Coulomb friction of all walking ground."""
@@ -161,19 +162,20 @@ STANDABLE = _Standable(domains.SLOPE_DEG.low, domains.SLOPE_DEG.high, domains.SL
 
 
 def checked_segments(segments: Iterable[object]) -> list[Segment]:
-    """Check segments, and return them as (length in m, slope in degrees, step in m) of plain floats."""
-    rows = []
+    """Check segments, and return them as plain floats; see `Segment`."""
+    rows: list[Segment] = []
     given = entries(segments)
     if given is None:
         raise InputError(f"segments must be a list of (length_m, slope_deg, step_up_m), got {shown(segments)}")
     for k, segment in enumerate(given, start=1):
         values = entries(segment) or ()
-        if len(values) not in (2, 3):
-            raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m)")
+        if len(values) not in (2, 3, 4):
+            raise InputError(f"segment {k} is {shown(segment)}; expected (length_m, slope_deg, step_up_m, lateral_deg)")
         length = domains.STRETCH.check(f"segment {k}: length", values[0])
         slope = STANDABLE.check(f"segment {k}: slope", values[1])
         step = domains.STEP.check(f"segment {k}: step", (*values, 0.0)[2])
-        rows.append((length, slope, step))
+        lateral = STANDABLE.check(f"segment {k}: lateral slope", (*values, 0.0, 0.0)[3])
+        rows.append((length, slope, step, lateral) if lateral else (length, slope, step))
     if not rows:
         raise InputError("there are no segments; give at least one (length_m, slope_deg, step_up_m)")
     return rows
@@ -186,7 +188,7 @@ def chained(rows: Sequence[Segment]) -> tuple[list[float], list[float], list[flo
         The fields `x` (m), `z` (m) and `angle` (rad) of a terrain.
     """
     x, z, angles = [0.0], [rows[0][2]], [math.radians(rows[0][1])]
-    for (length, _, _), (_, slope, step) in pairwise(rows):
+    for (length, *_), (_, slope, step, *_) in pairwise(rows):
         dx = length * math.cos(angles[-1])
         x.append(x[-1] + dx)
         # the same expression as in heights_before, so that no step is exactly no step

@@ -1,6 +1,7 @@
-"""The ground: a piecewise-linear profile with vertical steps, in the plane x forward, z up.
+"""The ground: a piecewise-linear profile with vertical steps, x forward and z up, which may fall to one side.
 
 Slope > 0 goes down in the walking direction (dz/dx = -tan slope), step > 0 goes up: the signs of the paper's Fig. 4.
+Lateral slope > 0 goes down to the left, which is +y (dz/dy = -tan lateral). The profile is the ground at y = 0.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ STEP_RESOLUTION = 1e-9
 SHORTEST_RECORD = 5.0
 """Shortest record from which random ground is made, m: some steps."""
 
+_FIELDS = {"x": domains.PLACE, "z": domains.PLACE, "angle": domains.ANGLE, "lateral": domains.ANGLE}
+_IN_SPACE = ("lateral",)  # fields that records of profiles do not have
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
 
 
@@ -64,6 +67,8 @@ class Terrain(Presets):
         end: The x up to which the ground is known, m; infinity for ground that goes on.
         name: Name in records and captions.
         parameters: Pairs (name, value) that it was made with, for records and captions; nested tuples of plain values.
+        lateral: Slope angles across, of the segments, rad, shape (n,); positive goes down to the left. Empty where all
+            ground is level across.
 
     Raises:
         InputError: Any value outside its domain: not finite, starts that do not ascend, a slope as steep as
@@ -76,11 +81,11 @@ class Terrain(Presets):
     end: float = math.inf
     name: str = "custom"
     parameters: tuple[tuple[str, Any], ...] = ()
-    lateral: float = 0.0
+    lateral: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the fields, and make plain tuples of them."""
-        for field, domain in (("x", domains.PLACE), ("z", domains.PLACE), ("angle", domains.ANGLE)):
+        for field, domain in _FIELDS.items():
             values = _listed(field, getattr(self, field))
             if len(values) > MOST_SEGMENTS:
                 raise InputError(
@@ -104,8 +109,14 @@ class Terrain(Presets):
                 f"the ground reaches from x = {self.x[0]:g} to {self.end:g} m, but the robot starts at x = 0; subtract "
                 "the x of the robot's start from all x"
             )
+        if not any(self.lateral):
+            object.__setattr__(self, "lateral", ())
+        elif len(self.lateral) != n:
+            raise InputError(f"lateral must be empty, or have an entry per segment, {n}; got {len(self.lateral)}")
         for i, angle in enumerate(self.angle, start=1):
             check_slope(f"segment {i}", angle)
+        for i, (gradient, aside) in enumerate(zip(self.gradients, self.lateral, strict=False), start=1):
+            check_slope(f"segment {i}", math.atan(math.hypot(gradient, math.tan(aside))))
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
         domains.check_text("name", self.name)
@@ -129,10 +140,11 @@ class Terrain(Presets):
         """Make a terrain from consecutive segments, the first from x = 0.
 
         Args:
-            segments: One (length, slope, step) or (length, slope) per segment: the length along the ground in m, > 0;
-                the slope in degrees, positive downwards; the step up in m at the segment's start, 0 if left out. The
-                first segment has no riser, since it extends backwards: its step is the height at x = 0. The last one
-                goes on beyond its length.
+            segments: One (length, slope, step, lateral slope) per segment: the length along the ground in m, > 0;
+                the slope in degrees, positive downwards; the step up in m at the segment's start; and the slope across
+                in degrees, positive down to the left. Step and lateral slope are 0 if left out. The first segment has
+                no riser, since it extends backwards: its step is the height at x = 0. The last one goes on beyond its
+                length.
             name: Name of the terrain.
 
         Raises:
@@ -148,8 +160,8 @@ class Terrain(Presets):
         `.csv`: elevation samples, two columns x and z in m with x ascending; an x given twice is a vertical step; a
         header, blank lines and # comments are allowed. The profile is kept as sampled, heights included, and the ground
         ends at the last sample.
-        `.toml`, `.yaml`, `.yml`: `segments`, a list of [length, slope_deg, step] or of tables with these keys, as for
-        `from_segments`.
+        `.toml`, `.yaml`, `.yml`: `segments`, a list of [length, slope_deg, step, lateral_deg] or of tables with these
+        keys, as for `from_segments`.
 
         Raises:
             InputError: The file cannot be read, or holds anything else; the message names the file and the line or
@@ -219,6 +231,16 @@ class Terrain(Presets):
         return tuple(-math.tan(angle) for angle in self.angle)
 
     @cached_property
+    def falls(self) -> tuple[float, ...]:
+        """-dz/dy of the segments, shape (n,); empty where all ground is level across."""
+        return tuple(map(math.tan, self.lateral))
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether the ground is a profile, level across: planar robots walk on no other."""
+        return not self.lateral
+
+    @cached_property
     def heights_before(self) -> tuple[float, ...]:
         """Heights just before the segments' starts, before the steps, m, shape (n,); the first is z[0]."""
         dx = (there - here for here, there in pairwise(self.x))
@@ -247,12 +269,15 @@ class Terrain(Presets):
         return segment_under(self.profile, x)
 
     def height_at(self, x: float, y: float = 0.0) -> float:
-        """Return the height (m) at x (m): `height` for one plain float, without NumPy; NaN gives NaN."""
-        return height_of(self.profile, self.segment_at(x), x) - math.tan(self.lateral) * y
+        """Return the height (m) at x, y (m): `height` for one plain float, without NumPy; NaN gives NaN."""
+        index = self.segment_at(x)
+        height = height_of(self.profile, index, x)
+        return height - self.falls[index] * y if self.lateral else height
 
     def normal_at(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return the ground's normal at a place, shape (3,)."""
-        normal = np.array([math.tan(self.slope_at(x)), math.tan(self.lateral), 1.0])
+        """Return the ground's upward normal at x, y (m), a unit vector, shape (3,)."""
+        index = self.segment_at(x)
+        normal = np.array([-self.gradients[index], self.falls[index] if self.lateral else 0.0, 1.0])
         return np.asarray(normal / np.linalg.norm(normal))
 
     def slope_at(self, x: float) -> float:
@@ -320,9 +345,13 @@ class Terrain(Presets):
     # ---- the record ----------------------------------------------------------------------------------------------
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields as JSON can hold them, an `end` at infinity as None; `from_dict` undoes it exactly."""
+        """Return the fields as JSON can hold them; `from_dict` undoes it exactly.
+
+        An `end` at infinity is None; what only ground in space has is left out of a profile.
+        """
         written = {field.name: _thawed(getattr(self, field.name)) for field in fields(self)}
-        return {**written, "end": self.end if math.isfinite(self.end) else None}
+        written["end"] = self.end if math.isfinite(self.end) else None
+        return {name: value for name, value in written.items() if value or name not in _IN_SPACE}
 
     @classmethod
     def from_dict(cls, written: Mapping[str, Any]) -> Terrain:
@@ -331,8 +360,8 @@ class Terrain(Presets):
         Raises:
             InputError: A field is missing or unknown, or a value is outside its domain.
         """
-        names = [field.name for field in fields(cls)]
-        if not isinstance(written, Mapping) or {*written} != {*names}:
+        names = [field.name for field in fields(cls) if field.name not in _IN_SPACE]
+        if not isinstance(written, Mapping) or {*written} - {*_IN_SPACE} != {*names}:
             raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(written)}")
         with prefixed("not a terrain's record: "):
             return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})

@@ -15,6 +15,9 @@ Which of these a foot can meet is a matter of where it is: a piece only over its
 
 All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end touches the profile exactly when the
 contact's distance is zero.
+
+For robots in space the same pieces are wider, and tilted across where the ground is; their feet collide with all pieces
+at all times, so there are neither risers nor sills.
 """
 
 from __future__ import annotations
@@ -22,9 +25,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.options import AUTO, BOXES, FIELD, GROUND_KINDS
 from mjbiped.terrain.profile import EDGE
@@ -41,10 +45,11 @@ FEW_SEGMENTS = 40
 """A terrain of no more segments is always built whole, with heightfields as long as its equal segments go on."""
 
 HALF_WIDTH = 0.6
-"""Of the ground across the walking direction, m."""
+"""Of the ground of planar robots across the walking direction, m."""
 
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
 _THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
+_THICK = 1.0  # the same where ground of several lateral slopes stands apart, m
 _RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
 SILL = 4e-3
 """Of lower ground to either side of a riser's face, m, in half of which a foot meets this box in the piece's place."""
@@ -56,6 +61,7 @@ _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 PLANE = "plane"
 Point = tuple[float, float]
 """Place x and height z, m."""
+Heights: TypeAlias = NDArray[np.float64]
 
 
 class Piece(NamedTuple):
@@ -80,9 +86,12 @@ class Ground:
         starts: Where each segment's ground begins, x in m: the first one reaches back.
         stops: Where it ends; the last one reaches to the end of the ground.
         pieces: All pieces.
+        half_width: Of the ground across, m.
     """
 
-    def __init__(self, terrain: Terrain, *, reach: float, kind: str = AUTO, cut: int = 0) -> None:
+    def __init__(
+        self, terrain: Terrain, *, reach: float, kind: str = AUTO, cut: int = 0, half_width: float | None = None
+    ) -> None:
         """Cut a terrain.
 
         A heightfield's columns are equidistant, so neighbouring segments share one only while their widths are equal
@@ -93,18 +102,22 @@ class Ground:
             reach: How far ahead of x = 0 the last segment must reach, m; a terrain that ends earlier keeps its end.
             kind: "auto" (see the module), or "heightfield" or "boxes" for all stretches alike.
             cut: A segment with which a piece begins in any case.
+            half_width: Of the ground of a robot in space across, m; None: the robot is planar.
 
         Raises:
             InputError: The kind is unknown.
         """
         known_name("ground", kind, GROUND_KINDS)
         self.terrain = terrain
+        self.in_space = half_width is not None
+        self.half_width = half_width or HALF_WIDTH
         self.starts = [terrain.x[0] - _BACKWARD, *terrain.x[1:]]
         self.stops = [*terrain.x[1:], min(terrain.end, max(reach, terrain.x[-1] + 1.0))]
         self.pieces: list[Piece] = []
         widths = np.subtract(self.stops, self.starts)
         longest = math.inf if len(widths) <= FEW_SEGMENTS else _LONGEST_RUN
-        unlike = np.append(True, np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1])).tolist()
+        unlike = np.append(True, np.abs(np.diff(widths)) > 1e-9 * np.maximum(widths[1:], widths[:-1]))
+        unlike[1:] |= np.diff(terrain.lateral or np.zeros(len(widths))) != 0.0
         for stretch, segments in enumerate(terrain.stretches()):
             made = FIELD if kind == FIELD or (kind == AUTO and any(terrain.angle[each] for each in segments)) else BOXES
             begins = [segments.start]
@@ -154,13 +167,13 @@ class Ground:
         for name, segments, kind in pieces:
             corners = [self._corners(index) for index in segments]
             if kind == PLANE:
-                _add_plane(spec, name, self.terrain)
+                self._add_plane(spec, name)
             elif kind == FIELD:
-                _add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)])
+                self._add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)], segments[0])
             else:
-                _add_box(spec, name, *corners[0], self.terrain.angle[segments[0]])
+                self._add_box(spec, name, *corners[0], segments[0])
         for index in range(pieces[0].segments.start or 1, pieces[-1].segments.stop):
-            if abs(self.terrain.rises[index]) > EDGE:
+            if abs(self.terrain.rises[index]) > EDGE and not self.in_space:
                 _add_riser(spec, f"riser_{index}", self.terrain, index)
                 self._add_sill(spec, index)
 
@@ -173,7 +186,44 @@ class Ground:
         back = min(SILL, stop[0] - start[0])
         ends = (x - back, x + SILL) if up else (x - SILL, x + back)
         begin, end = ((place, z - math.tan(slope) * (place - x)) for place in ends)
-        _add_box(spec, f"sill_{index}", begin, end, slope)
+        self._add_box(spec, f"sill_{index}", begin, end, low)
+
+    def _tilt_of(self, segment: int) -> tuple[float, float]:
+        """A segment's slope, and the angle about its line by which it then falls to the left, rad."""
+        slope = self.terrain.angle[segment]
+        return slope, math.atan(self.terrain.falls[segment] * math.cos(slope)) if self.terrain.lateral else 0.0
+
+    def _add_plane(self, spec: mujoco.MjSpec, name: str) -> None:
+        tilt, plane = self._tilt_of(0), mujoco.mjtGeom.mjGEOM_PLANE
+        place = _under((self.terrain.x[0], self.terrain.z[0]), FOOT_RADIUS, *tilt)
+        _add(spec, "terrain", name, type=plane, size=[0.0, self.half_width, 0.05], pos=place, quat=_turned(*tilt))
+
+    def _add_box(self, spec: mujoco.MjSpec, name: str, start: Point, stop: Point, segment: int) -> None:
+        """A part of a segment as a box whose upper face, raised by the foot's radius, is the ground."""
+        thickness, tilt = _THICK if self.in_space else _THICKNESS, self._tilt_of(segment)
+        middle = (start[0] + stop[0]) / 2, (start[1] + stop[1]) / 2
+        size = [math.dist(start, stop) / 2, self.half_width, thickness / 2]
+        place = _under(middle, FOOT_RADIUS + thickness / 2, *tilt)
+        _add(spec, "terrain", name, size=size, pos=place, quat=_turned(*tilt))
+
+    def _add_heightfield(self, spec: mujoco.MjSpec, name: str, nodes: list[Point], segment: int) -> None:
+        """A heightfield of two rows, with a column at each of these equidistant points of the profile.
+
+        Args:
+            spec: The scene.
+            name: Of the geom.
+            nodes: The points.
+            segment: One of the segments, which have one lateral slope.
+        """
+        fall = self.terrain.falls[segment] if self.terrain.lateral else 0.0
+        slopes = [math.atan2(a[1] - b[1], b[0] - a[0]) for a, b in pairwise(nodes)]
+        # lowered along the normal: by r / cos(slope) in z, at a node by the mean of the two segments that meet there
+        lowering = [FOOT_RADIUS / math.cos(slope) * math.hypot(1.0, fall * math.cos(slope)) for slope in slopes]
+        padded = [lowering[0], *lowering, lowering[-1]]
+        heights = np.array([z - (padded[k] + padded[k + 1]) / 2 for k, (_, z) in enumerate(nodes)])
+        grid = heights + fall * self.half_width * np.array([[1.0], [-1.0]])
+        middle, reach = (nodes[0][0] + nodes[-1][0]) / 2, (nodes[-1][0] - nodes[0][0]) / 2
+        _add_grid(spec, name, grid, (middle, 0.0), (reach, self.half_width))
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""
@@ -187,39 +237,42 @@ def _add(spec: mujoco.MjSpec, of: str, name: str, **given: object) -> None:
     spec.worldbody.add_geom(spec.find_default(of), name=name, **{"type": mujoco.mjtGeom.mjGEOM_BOX, **given})
 
 
-def _tilt(slope: float) -> list[float]:
-    """Quaternion that turns a level body down by `slope`, about +y."""
-    return [math.cos(slope / 2), 0.0, math.sin(slope / 2), 0.0]
+def _turned(slope: float, roll: float) -> list[float]:
+    """Quaternion that turns a level body down by `slope`, about +y, and then down to the left by `roll`."""
+    about_y = [math.cos(slope / 2), 0.0, math.sin(slope / 2), 0.0]
+    if roll == 0.0:
+        return about_y
+    cosine, sine = math.cos(roll / 2), math.sin(roll / 2)
+    w, _, y, _ = about_y
+    return [w * cosine, -w * sine, y * cosine, y * sine]
 
 
-def _add_plane(spec: mujoco.MjSpec, name: str, terrain: Terrain) -> None:
-    slope = terrain.angle[0]
-    place = [terrain.x[0] - FOOT_RADIUS * math.sin(slope), 0.0, terrain.z[0] - FOOT_RADIUS * math.cos(slope)]
-    plane = mujoco.mjtGeom.mjGEOM_PLANE
-    _add(spec, "terrain", name, type=plane, size=[0.0, HALF_WIDTH, 0.05], pos=place, quat=_tilt(slope))
+def _under(point: Point, depth: float, slope: float, roll: float) -> list[float]:
+    """The place at a depth (m) under a point of the profile, along the normal of a body turned by `_turned`."""
+    x, z = point
+    lean, aside = depth * math.cos(roll), depth * math.sin(roll)
+    return [x - lean * math.sin(slope), 0.0 - aside, z - lean * math.cos(slope)]  # no negative zero
 
 
-def _add_box(spec: mujoco.MjSpec, name: str, start: Point, stop: Point, slope: float) -> None:
-    """One segment as a box whose upper face, raised by the foot's radius, is the profile."""
-    depth, size = FOOT_RADIUS + _THICKNESS / 2, [math.dist(start, stop) / 2, HALF_WIDTH, _THICKNESS / 2]
-    x, z = (start[0] + stop[0]) / 2 - depth * math.sin(slope), (start[1] + stop[1]) / 2 - depth * math.cos(slope)
-    _add(spec, "terrain", name, size=size, pos=[x, 0.0, z], quat=_tilt(slope))
+def _add_grid(
+    spec: mujoco.MjSpec, name: str, heights: Heights, middle: tuple[float, float], half: tuple[float, float]
+) -> None:
+    """Add a heightfield.
 
-
-def _add_heightfield(spec: mujoco.MjSpec, name: str, nodes: list[Point]) -> None:
-    """A heightfield of two rows, with a column at each of these equidistant points of the profile."""
-    slopes = [math.atan2(a[1] - b[1], b[0] - a[0]) for a, b in pairwise(nodes)]
-    # lowered along the normal: by r / cos(slope) in z, at a node by the mean of the two segments that meet there
-    lowering = [FOOT_RADIUS / math.cos(slope) for slope in slopes]
-    padded = [lowering[0], *lowering, lowering[-1]]
-    heights = np.array([z - (padded[k] + padded[k + 1]) / 2 for k, (_, z) in enumerate(nodes)])
+    Args:
+        spec: The scene.
+        name: Of the geom.
+        heights: z at equidistant y (rows) and x (columns), m.
+        middle: x and y of the grid's middle, m.
+        half: Half its extent along x and y, m.
+    """
     lowest = float(heights.min())
     rise = float(heights.max()) - lowest
     elevation = rise if rise > 0.0 else 1e-3  # MuJoCo stretches the data to 0..1, and refuses a zero scale
-    size = [(nodes[-1][0] - nodes[0][0]) / 2, HALF_WIDTH, elevation, _THICKNESS]
-    spec.add_hfield(name=name, size=size, nrow=2, ncol=len(nodes), userdata=np.tile((heights - lowest) / elevation, 2))
-    place = [(nodes[0][0] + nodes[-1][0]) / 2, 0.0, lowest]
-    _add(spec, "terrain", name, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=place)
+    rows, columns = heights.shape
+    data = ((heights - lowest) / elevation).ravel()
+    spec.add_hfield(name=name, size=[*half, elevation, _THICKNESS], nrow=rows, ncol=columns, userdata=data)
+    _add(spec, "terrain", name, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=[*middle, lowest])
 
 
 def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
