@@ -1,6 +1,5 @@
 """Walks, gaits and studies that figures show, each made once."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -105,5 +104,5 @@ def evaluated(robot: mjbiped.Compass, gait: mjbiped.PassiveGait) -> dict[str, St
 def walk_in_space() -> mjbiped.Walk:
     """Two steps over ground that falls to the left."""
     robot = mjbiped.Compass3D()
-    law, ground = make_controller("adaptive", robot, {}), dataclasses.replace(mjbiped.Terrain.level(), lateral=0.02)
+    law, ground = make_controller("adaptive", robot, {}), mjbiped.Terrain.level(lateral_deg=1.0)
     return mjbiped.walk(law, ground, robot=robot, engine="hybrid", steps=2, sample_period=0.02)
