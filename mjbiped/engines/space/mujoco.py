@@ -31,6 +31,10 @@ PLAIN = 2e-4
 """Longest physics step, s."""
 TICK = 1e-3
 """Time between two ticks of the controller, s, unless the engine is given another."""
+TORSION = 0.05
+"""Torsional friction of a foot: its greatest torque about the ground's normal over the normal force, m."""
+HELD = 1e6
+"""Torque about the normal by which the yaw is held in the step of an impact, N m; docs/three_dimensions.md says why."""
 LIFTED = 1e-3
 """Height over the ground from which on the foot of a leg with a knee can touch the ground again, leg lengths."""
 
@@ -64,6 +68,8 @@ class MujocoSpaceRun(SpaceRun):
         self.motors = self._motors()
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
+        self.yaw = self.model.joint("yaw").dofadr[0]
+        self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
@@ -119,6 +125,7 @@ class MujocoSpaceRun(SpaceRun):
         if landed:  # the departing foot leaves the ground freely
             before = self.seen()
             model.geom_contype[stance] = 0
+            model.dof_frictionloss[self.yaw] = HELD  # as the force of the impact is not known yet
             mujoco.mj_step1(model, data)
         ticks = data.time >= self.next_tick - 1e-9
         if ticks:
@@ -175,6 +182,7 @@ class MujocoSpaceRun(SpaceRun):
         self.recent.append(self.footing.turned(total))
         along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
+        self.model.dof_frictionloss[self.yaw] = TORSION * max(self.force, 0.0)
         self.bound_time += self.period * bool((self.torque != self.asked).any())
         if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
