@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from inspect import signature
 from itertools import pairwise
 from types import MappingProxyType
@@ -14,13 +15,14 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed
 from mjbiped.terrain.profile import MOST_SEGMENTS, STANDABLE, Segment, chained, check_slope
+from mjbiped.terrain.surface import Deviation, Length, Seed, Stretch, bumps
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Interval, checked, known_name
 
-PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves", "recorded")
+PRESETS = ("level", "incline", "slopes", "stairs", "mixed", "random", "treads", "waves", "bumps", "recorded")
 """Names of the terrains that a method of `Terrain` of that name makes; only "recorded" needs an argument, a file."""
 
-RANDOM = ("random", "treads", "waves", "recorded")
+RANDOM = ("random", "treads", "waves", "bumps", "recorded")
 """Names of the terrains that have a seed."""
 
 START = 2.0
@@ -29,13 +31,9 @@ START = 2.0
 GROWN = 3.0
 """Distance, in longest waves, in which heights grow to 95 % of their final size: 1 - exp(-3)."""
 
-Seed: TypeAlias = Annotated[int, domains.SEED]
-Length: TypeAlias = Annotated[float, domains.Domain(2.0, 1e5, "m")]
-Stretch: TypeAlias = Annotated[float, domains.STRETCH]
 Slope: TypeAlias = Annotated[float, STANDABLE]
 Slopes: TypeAlias = Annotated[tuple[float, float], Interval(STANDABLE)]
 Changes: TypeAlias = Annotated[int, domains.Count(1, MOST_SEGMENTS - 1)]
-Deviation: TypeAlias = Annotated[float, domains.Domain(0.0, 0.1, "m")]
 
 _WAVES = 64  # of band-limited ground; their sum is nearly normal
 
@@ -205,7 +203,8 @@ class Presets:
                 "length, longer segments or a wider spacing"
             )
         draw = _generator(seed)
-        rows, done = [(1.0, 0.0, 0.0)], 1.0
+        rows: list[Segment] = [(1.0, 0.0, 0.0)]
+        done = 1.0
         while done < length:
             piece, slope, step = (float(draw.uniform(*ends)) for ends in (segment_length, slope_deg, rise))
             rows.append((piece, slope, step if draw.random() < step_probability else 0.0))
@@ -289,6 +288,42 @@ class Presets:
         return cls._of_segments([_LEVEL, *(_straight(spacing, rise) for rise in rises.tolist())], "waves", given)
 
     @classmethod
+    @checked
+    def bumps(
+        cls,
+        seed: Seed = 0,
+        rms: Deviation = 0.01,
+        shortest: Stretch = 0.5,
+        longest: Stretch = 3.0,
+        slope_deg: Slope = 0.0,
+        lateral_deg: Slope = 0.0,
+        length: Length = 40.0,
+    ) -> Self:
+        """Make a plane with bumps, for robots in space; the same arguments give the same terrain bit by bit.
+
+        The first 0.3 m are plane; over the next 0.5 m the bumps grow. They are 60 waves in all directions, whose
+        lengths are random, with a uniform distribution of the logarithm, on a grid of 5 cm that reaches 3 m to either
+        side. Beyond it the height of its edge goes on.
+
+        Args:
+            seed: Seed of the generator (NumPy's PCG64), >= 0.
+            rms: Standard deviation of the heights, m, from 0 to 0.1.
+            shortest: Shortest wave, m, at least 0.2.
+            longest: Longest wave, m, longer than the shortest.
+            slope_deg: Slope of the plane, degrees, positive downhill.
+            lateral_deg: Its slope across, degrees, positive down to the left.
+            length: Length of the bumps along x, m, >= 2.
+
+        Raises:
+            InputError: A value outside its domain, or a slope too steep to be stood on: take smaller bumps or longer
+                waves.
+        """
+        given = locals().copy()
+        plane = cls._of_segments([(1.0, slope_deg, 0.0)], "bumps", given)
+        surface = bumps(seed, rms, shortest, longest, length)
+        return replace(plane, surface=surface)  # type: ignore[type-var]  # Terrain's a dataclass
+
+    @classmethod
     def preset(cls, name: str, **parameters: object) -> Self:
         """Make a terrain by its name in `PRESETS`, with the parameters of that constructor.
 
@@ -341,7 +376,7 @@ def _roughened(rows: Sequence[Segment], spacing: float, height: Callable[[], flo
     """Cut all segments but the first into cells of about `spacing` and add a random height where two cells meet."""
     rough = [rows[0]]
     added = 0.0
-    for k, (length, slope, step) in enumerate(rows[1:], start=1):
+    for k, (length, slope, step, *_) in enumerate(rows[1:], start=1):
         cells = max(1, round(length / spacing))
         angle = math.radians(slope)
         dx = length * math.cos(angle) / cells

@@ -1,7 +1,8 @@
-"""The ground: a piecewise-linear profile with vertical steps, x forward and z up, which may fall to one side.
+"""The ground: a piecewise-linear profile with vertical steps, x forward and z up.
 
 Slope > 0 goes down in the walking direction (dz/dx = -tan slope), step > 0 goes up: the signs of the paper's Fig. 4.
-Lateral slope > 0 goes down to the left, which is +y (dz/dy = -tan lateral). The profile is the ground at y = 0.
+For robots in space the ground may fall to one side as well, and a surface z(x, y) may lie on it. Lateral slope > 0 goes
+down to the left, which is +y (dz/dy = -tan lateral). The profile, without the surface, is the ground at y = 0.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_profile, read_segments
-from mjbiped.terrain.presets import PRESETS, Length, Presets, Seed, recorded_rows
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_grid, read_profile, read_segments
+from mjbiped.terrain.presets import PRESETS, Presets, recorded_rows
 from mjbiped.terrain.profile import (
     HIGHEST_STEP,
     MOST_SEGMENTS,
@@ -30,6 +31,7 @@ from mjbiped.terrain.profile import (
     height_of,
     segment_under,
 )
+from mjbiped.terrain.surface import Length, Seed, Surface
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, checked, entries, known_name
 
@@ -40,7 +42,7 @@ SHORTEST_RECORD = 5.0
 """Shortest record from which random ground is made, m: some steps."""
 
 _FIELDS = {"x": domains.PLACE, "z": domains.PLACE, "angle": domains.ANGLE, "lateral": domains.ANGLE}
-_IN_SPACE = ("lateral",)  # fields that records of profiles do not have
+_IN_SPACE = ("lateral", "surface")  # fields that records of profiles do not have
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
 
 
@@ -82,6 +84,7 @@ class Terrain(Presets):
     name: str = "custom"
     parameters: tuple[tuple[str, Any], ...] = ()
     lateral: tuple[float, ...] = ()
+    surface: Surface | None = None
 
     def __post_init__(self) -> None:
         """Check the fields, and make plain tuples of them."""
@@ -117,6 +120,8 @@ class Terrain(Presets):
             check_slope(f"segment {i}", angle)
         for i, (gradient, aside) in enumerate(zip(self.gradients, self.lateral, strict=False), start=1):
             check_slope(f"segment {i}", math.atan(math.hypot(gradient, math.tan(aside))))
+        if self.surface is not None:
+            self._check_surface(self.surface)
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
         domains.check_text("name", self.name)
@@ -126,6 +131,22 @@ class Terrain(Presets):
         ):
             raise InputError(f"parameters = {shown(pairs)}: expected pairs of a name and a value")
         object.__setattr__(self, "parameters", pairs)
+
+    def _check_surface(self, surface: object) -> None:
+        """Refuse a surface on more than a plane, beside the robot's start, or too steep to be stood on."""
+        if not isinstance(surface, Surface):
+            raise InputError(f"surface = {shown(surface)}: must be a Surface or None")
+        if len(self.x) > 1:
+            raise InputError(f"a surface lies on a single segment, and this ground has {len(self.x)}")
+        last_x, last_y = surface.ends
+        if not (surface.x0 <= 0.0 < last_x and surface.y0 <= 0.0 < last_y):
+            raise InputError(
+                f"the surface reaches from x = {surface.x0:g} to {last_x:g} m and from y = {surface.y0:g} to "
+                f"{last_y:g} m, but the robot starts at x = 0, y = 0"
+            )
+        fall = self.falls[0] if self.lateral else 0.0
+        angle, x, y = surface.steepest(self.gradients[0], -fall)
+        check_slope(f"at x = {x:g}, y = {y:g} m", angle)
 
     def __repr__(self) -> str:
         """One line without the profile, which can be long; `to_dict` contains it."""
@@ -160,6 +181,8 @@ class Terrain(Presets):
         `.csv`: elevation samples, two columns x and z in m with x ascending; an x given twice is a vertical step; a
         header, blank lines and # comments are allowed. The profile is kept as sampled, heights included, and the ground
         ends at the last sample.
+        `.asc`: a surveyed grid, an ESRI ASCII grid; see `mjbiped.terrain.files.read_grid`. The ground ends at its last
+        column.
         `.toml`, `.yaml`, `.yml`: `segments`, a list of [length, slope_deg, step, lateral_deg] or of tables with these
         keys, as for `from_segments`.
 
@@ -176,6 +199,9 @@ class Terrain(Presets):
             if suffix == ".csv":
                 x, z, angles, end = read_profile(path)
                 return cls(x, z, angles, end=end, name=path.name)
+            if suffix == ".asc":
+                surface = read_grid(path)
+                return cls((surface.x0,), (0.0,), (0.0,), end=surface.ends[0], name=path.name, surface=surface)
             rows = checked_segments(read_segments(path))
             return cls._of_segments(rows, path.name, {"segments": rows})
 
@@ -238,7 +264,7 @@ class Terrain(Presets):
     @property
     def is_profile(self) -> bool:
         """Whether the ground is a profile, level across: planar robots walk on no other."""
-        return not self.lateral
+        return not self.lateral and self.surface is None
 
     @cached_property
     def heights_before(self) -> tuple[float, ...]:
@@ -272,16 +298,31 @@ class Terrain(Presets):
         """Return the height (m) at x, y (m): `height` for one plain float, without NumPy; NaN gives NaN."""
         index = self.segment_at(x)
         height = height_of(self.profile, index, x)
-        return height - self.falls[index] * y if self.lateral else height
+        height = height - self.falls[index] * y if self.lateral else height
+        return height if self.surface is None else height + self.surface.height_at(x, y)
 
     def normal_at(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return the ground's upward normal at x, y (m), a unit vector, shape (3,)."""
-        index = self.segment_at(x)
-        normal = np.array([-self.gradients[index], self.falls[index] if self.lateral else 0.0, 1.0])
+        """Return the ground's upward normal at x, y (m), a unit vector, shape (3,).
+
+        On a surface this is the normal of the triangle under the place.
+        """
+        forward, left = self._gradient_at(x, y)
+        normal = np.array([-forward, -left, 1.0])
         return np.asarray(normal / np.linalg.norm(normal))
+
+    def _gradient_at(self, x: float, y: float) -> tuple[float, float]:
+        """dz/dx and dz/dy at a place (m)."""
+        index = self.segment_at(x)
+        forward, left = self.gradients[index], -self.falls[index] if self.lateral else 0.0
+        if self.surface is None:
+            return forward, left
+        more, across = self.surface.gradient_at(x, y)
+        return forward + more, left + across
 
     def slope_at(self, x: float) -> float:
         """Return the slope (rad) at x (m): `slope` for one plain float, without NumPy; NaN gives NaN."""
+        if self.surface is not None and x == x:
+            return math.atan(-self._gradient_at(x, 0.0)[0])
         return self.angle[self.segment_at(x)] if x == x else x
 
     @overload
@@ -329,7 +370,10 @@ class Terrain(Presets):
         return x[~joined], z[~joined]
 
     def outline(self, start: float, stop: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Profile between two places, with both ends of every segment and step: x and z in m."""
+        """Ground at y = 0 between two places, with both ends of every segment and step: x and z in m."""
+        if self.surface is not None:
+            places = np.array([start, *self.surface.crossings(start, stop), stop])
+            return places, np.array([self.height_at(place) for place in places.tolist()])
         x, z = [start], [self.height_at(start)]
         for place, before, after in zip(self.x[1:], self.heights_before[1:], self.z[1:], strict=True):
             if start < place < stop:
@@ -363,8 +407,10 @@ class Terrain(Presets):
         names = [field.name for field in fields(cls) if field.name not in _IN_SPACE]
         if not isinstance(written, Mapping) or {*written} - {*_IN_SPACE} != {*names}:
             raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(written)}")
+        end, surface = written["end"], written.get("surface")
         with prefixed("not a terrain's record: "):
-            return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})
+            again = {"end": math.inf if end is None else end, "surface": surface and Surface.from_dict(surface)}
+            return cls(**{**written, **again})
 
 
 def parse_terrain(text: str) -> Terrain:
@@ -423,5 +469,7 @@ def _frozen(value: object) -> Any:
 
 
 def _thawed(value: object) -> object:
-    """Turn tuples into lists, as JSON has them."""
+    """Turn tuples into lists, as JSON has them, and a surface into what its record holds."""
+    if isinstance(value, Surface):
+        return value.to_dict()
     return [_thawed(v) for v in value] if isinstance(value, tuple) else value
