@@ -53,6 +53,8 @@ class Disturbances:
             None: motors follow at once. The delayed torque is limited, then lagged.
         pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward
             positive), in order of time.
+        push_direction: Direction of all pushes, rad: 0 pushes forward, a right angle to the left. Robots of a plane take
+            no other than 0.
         push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.
@@ -75,6 +77,7 @@ class Disturbances:
     torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
     motor_bandwidth: Annotated[float | None, Domain(1e-3, 1e9, "Hz")] = None
     pushes: Sequence[tuple[float, float]] = ()
+    push_direction: Annotated[float, domains.ANGLE] = 0.0
     push_impulse: Annotated[float, domains.IMPULSE] = 0.0
     push_interval: Annotated[float | None, Domain(1e-3, 1e9, "s")] = None
     push_duration: Annotated[float, Domain(1e-3, 10.0, "s")] = 0.05

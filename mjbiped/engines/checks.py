@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mjbiped.control.controller import Controller
+from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.errors import InputError, MjbipedError, explained, place_of, shown
 from mjbiped.gaits.gait import Gait
 from mjbiped.records.schema import described
@@ -42,6 +43,24 @@ def check_ground(robot: Robot, terrain: Terrain) -> None:
         raise InputError(
             f"a {type(robot).__name__} walks on planes, for on uneven ground a round foot would touch in two places at "
             "once: choose level ground or an incline"
+        )
+
+
+def check_disturbed(robot: Robot, disturbances: Disturbances) -> None:
+    """Refuse pushes across the walking direction of a planar robot, and loops of a robot in space.
+
+    Raises:
+        InputError: The disturbances are not for such a robot.
+    """
+    in_space, name = "hip_y" in robot.places, type(robot).__name__
+    if disturbances.push_direction and not in_space:
+        raise InputError(
+            f"push_direction = {disturbances.push_direction:g}: a {name} moves in a plane and is pushed forward or "
+            "backward; leave push_direction out, or walk a mjbiped.Compass3D or a mjbiped.Kneed3D"
+        )
+    if disturbances.in_loop and in_space:
+        raise InputError(
+            f"a {name} is disturbed by pushes and friction alone, so far; leave noise, delay and limits of motors out"
         )
 
 

@@ -21,7 +21,7 @@ from mjbiped.control.loading import source_of
 from mjbiped.control.registry import driver_of
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.disturbances.loop import SampledController
-from mjbiped.engines.checks import check_controller, check_ground, check_robot, check_rule
+from mjbiped.engines.checks import check_controller, check_disturbed, check_ground, check_robot, check_rule
 from mjbiped.engines.compiling import AHEAD
 from mjbiped.errors import GaitError, InputError, shown
 from mjbiped.gaits.described import passive_gait_of
@@ -174,6 +174,7 @@ def make_plan(
     disturbed = UNDISTURBED if disturbances is None else check_kind("disturbances", disturbances, Disturbances)
     robot = next(robot for robot in (terms.robot, controller.robot, Compass()) if robot is not None)
     check_ground(robot, terrain)
+    check_disturbed(robot, disturbed)
     driver = driver_of(controller, robot)
     if driver.control_period is not None:
         period = disturbed.period(driver.control_period, 0.0)

@@ -154,6 +154,7 @@ def _touchdowns_of(robot: type[Robot]) -> Columns:
             "lateral_slope": Column("rad", "slope of the ground under the new stance foot, to the left"),
             "lateral_estimate_before": _free("rad", "estimate of the lateral slope before its update"),
             "lateral_estimate": _free("rad", "estimate of the lateral slope after its update"),
+            "roll_work": _free("J", "absolute work of the motor about the heading since the start"),
         }
     if "left_foot" in robot.places:
         touchdowns |= {

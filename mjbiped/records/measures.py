@@ -255,6 +255,7 @@ class Summary:
             "cost_of_transport": ratio(last["work_absolute"], load),
             "cost_of_transport_net": ratio(last["work_net"], load),
             "cost_of_transport_positive": ratio(last["work_positive"], load),
+            **({"cost_of_transport_roll": ratio(last["roll_work"], load)} if "roll_work" in last else {}),
             **{f"peak_{joint}_torque_Nm": float(walk.peak_torque[k]) for k, joint in enumerate(robot.joints)},
             "estimate_error_at_touchdown_deg": math.degrees(largest["started"]),
             "estimate_error_at_step_end_deg": math.degrees(largest["ended"]),

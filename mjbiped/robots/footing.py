@@ -54,6 +54,10 @@ class Footing:
         """Of the ground to the left, rad, positive downhill."""
         return self.to_left * math.atan2(self.pull[2], self.pull[1])
 
+    def turned(self, vector: Array) -> Array:
+        """A vector of the world in the ground's frame: ahead, to the swing side, along the normal."""
+        return np.array([vector @ self.forward, vector @ self.aside, vector @ self.normal])
+
     def axes(self, roll: float) -> tuple[Array, Array]:
         """The hip's axle towards the swing side, and the direction that is upright in the robot, at a roll, rad."""
         cosine, sine = math.cos(roll), math.sin(roll)

@@ -40,6 +40,7 @@ class SpatialLinkage:
         masses: Of the bodies, shape (k,), kg.
         levers: L, shape (k, n), m.
         lateral: Places of the bodies from the stance foot towards the swing side, shape (k,), m.
+        hip: Levers of the hip, shape (n,), m.
         foot: Levers of the swing foot, shape (n,), m.
         width: Between the feet of a robot that stands upright, m.
         inertia: Of each segment about axes across it, shape (n,), kg m^2.
@@ -51,6 +52,7 @@ class SpatialLinkage:
     masses: Array
     levers: Array
     lateral: Array
+    hip: Array
     foot: Array
     width: float
     inertia: Array
@@ -116,6 +118,18 @@ class SpatialLinkage:
         down, aside = np.cos(q[-1]), np.sin(q[-1])
         place = np.array([x, -self.out * aside - z * down, self.out * down - z * aside])
         return float(0.5 * dq @ self.mass_matrix(q) @ dq - self.gravity * pull @ place)
+
+    def pushed(self, q: Array, force: Array) -> Array:
+        """Generalised forces of a force on the middle of the hip, shape (n + 1,), N m.
+
+        Args:
+            q: Angles.
+            force: Ahead, to the swing side and along the ground's normal, N.
+        """
+        sine, cosine, down, aside = np.sin(q[:-1]), np.cos(q[:-1]), np.cos(q[-1]), np.sin(q[-1])
+        along, up = force[1] * down + force[2] * aside, force[2] * down - force[1] * aside
+        pitch = self.hip * (force[0] * cosine - up * sine)
+        return np.append(pitch, 0.5 * self.width * up - along * (self.hip @ cosine))
 
     def swing_foot(self, q: Array) -> Array:
         """The swing foot from the stance foot, shape (3,), m: ahead, to the swing side, along the ground's normal."""

@@ -25,6 +25,7 @@ from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
 Width = Annotated[float, Domain(1e-9, 10.0, "m")]
+_SOLE_WIDTH = Domain(1e-6, 10.0, "m")
 
 
 class InSpace(Robot):
@@ -35,6 +36,8 @@ class InSpace(Robot):
         groupings: With which pitch angle each segment moves, from the stance foot up and down again, by the number of
             pitch angles.
         knee_lock: Angles of a robot whose swing knee is locked as sums of those of straight legs, and the roll.
+        sole_width: Width of the flat, massless sole, m: it bounds the torque about the heading as `sole` that of the
+            ankle's pitch. None: that torque is not bounded.
         hip_width: Distance between the legs, m.
         axial_inertia: Inertia of a leg about its own line, kg m^2.
     """
@@ -49,6 +52,7 @@ class InSpace(Robot):
     hip_mass: float
     hip_width: float
     axial_inertia: float
+    sole_width: float | None
 
     @cached_property
     def in_space(self) -> Mapping[int, SpatialLinkage]:
@@ -180,6 +184,7 @@ def spatial(bodies: Bodies, groups: tuple[int, ...], gravity: float) -> SpatialL
         masses=np.insert(masses, len(leg), bodies.hip_mass),
         levers=np.array([*centres, hip, *swings]) @ moves,
         lateral=np.repeat([0.0, width / 2, width], [len(leg), 1, len(leg)]),
+        hip=hip @ moves,
         foot=foot @ moves,
         width=width,
         inertia=np.array([segment.inertia for segment in segments]) @ moves,
@@ -202,10 +207,15 @@ class Compass3D(InSpace, StraightLegs):
         gravity: Acceleration of gravity, m/s^2.
         hip_width: Distance between the legs, m.
         axial_inertia: Inertia of a leg about its own line, kg m^2.
+        sole: Distances from the ankle to the heel and to the toe of a flat, massless sole, m, or one for both. They
+            bound the ankle's torque; without a sole it is not bounded.
+        sole_width: Width of that sole, m, by which the torque about the heading is bounded; None: it is not.
     """
 
     hip_width: Width = 0.1
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
+    sole: Annotated[tuple[float, float] | None, domains.SOLE] = None
+    sole_width: Annotated[float | None, _SOLE_WIDTH] = None
 
     kind: ClassVar[str] = "compass3d"
     in_plane: ClassVar[type[Robot]] = Compass
@@ -233,10 +243,14 @@ class Kneed3D(InSpace, KneedBiped):
         gravity: Acceleration of gravity, m/s^2.
         hip_width: Distance between the legs, m.
         axial_inertia: Inertia of a straight leg about its own line, kg m^2.
+        sole: Distances from the ankle to the heel and to the toe of a flat, massless sole, m, or one for both. They
+            bound the ankle's torque; without a sole it is not bounded.
+        sole_width: Width of that sole, m, by which the torque about the heading is bounded; None: it is not.
     """
 
     hip_width: Width = 0.1
     axial_inertia: Annotated[float, domains.INERTIA] = 0.01
+    sole_width: Annotated[float | None, _SOLE_WIDTH] = None
 
     kind: ClassVar[str] = "kneed3d"
     in_plane: ClassVar[type[Robot]] = KneedBiped

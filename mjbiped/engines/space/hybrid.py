@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,19 @@ from mjbiped.robots.space import Array, joined
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import Outcome
 
-LONGEST = 0.02  # longest step of the integrator, s: no event is missed within it
+LONGEST = 0.06  # longest step of the integrator, in sqrt(leg length / gravity): no event is missed within it
+LIFTING = 0.15  # in the same units: in this time the swing foot of a leg with a knee leaves the ground
+SETTLED = 1e-12  # of the weight: change of a bounded normal force at which its search ends
+_WORKS = 4  # of `SpaceRun.work`
+_EVENTS = ("land", "knee", "stub", "fall")
 
 
 class HybridSpaceRun(SpaceRun):
-    """A walk by DOP853 of SciPy, whose dense output locates the events."""
+    """A walk by DOP853 of SciPy, whose dense output locates the events.
+
+    A state is of angles, rates, the law's states and works. A swing foot that touches the ground while its knee is bent
+    cannot bear the robot: the walk ends there.
+    """
 
     def __init__(
         self, plan: Plan, tolerance: float, *, summarised: bool = False, cancellation: Cancellation = never_cancelled
@@ -33,80 +42,80 @@ class HybridSpaceRun(SpaceRun):
             cancellation: Called repeatedly during the walk.
         """
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
-        self.tolerance = tolerance
-        self.next_sample = 0.0
+        self.tolerance, self.states = tolerance, len(self.law.states)
 
     def step(self) -> Outcome:
         """Integrate to the next touchdown; see `SpaceRun.step`."""
-        robot, n, since = self.robot, len(self.q), 0.0
-        state = np.concatenate([self.q, self.dq, self.memory[: len(self.law.states)], self.work])
-        free = len(robot.in_space) > 1  # a knee bends
+        n, began, since = len(self.q), self.time, 0.0
+        state = np.concatenate([self.q, self.dq, self.memory[: self.states], self.work])
         while True:
-            stop = self.law.next_discontinuity(self.memory, since)
-            reached = self._glide(state, since, min(stop, since + 20 * self.pendulum), free)
-            self._record(reached, since, free)
-            state, since, happened = reached.y[:, -1], float(reached.t[-1]), _happened(reached)
+            self.pushing.advance(self.time)
+            ends = self.law.next_discontinuity(self.memory, since), self.pushing.change - began
+            reached = self._glide(state, since, min(*ends, since + 20.0 * self.pendulum))
+            self._record(reached, began)
+            state, since = reached.y[:, -1], float(reached.t[-1])
+            self.time = began + since
+            self.memory[: self.states] = state[2 * n : -_WORKS].tolist()
+            self.work = state[-_WORKS:]
+            happened = next((name for name, t in zip(_EVENTS, reached.t_events, strict=True) if t.size), "")
+            q, dq = state[:n], state[n : 2 * n]
+            if happened == "land":
+                return self._land(q, dq)
             if happened == "knee":
-                state[n : 2 * n] = self._locked(state[:n], state[n : 2 * n])
-                self.law.on_knee_strike(self.memory, since, tuple(state[:n]), tuple(state[n : 2 * n]))
-                free = False
-            elif happened == "land":
-                break
+                after = self.robot.knee_lock @ joined(self.robot.in_space[n - 1], self.robot.knee_lock, q, dq)
+                self.knee_strikes(since, q, dq, after)
+                state[n : 2 * n] = after
             elif happened:
-                self.time += since
-                return Outcome.FELL if happened == "fall" else Outcome.STALLED
-        self.time += since
-        self.memory[: len(self.law.states)] = state[2 * n : -3].tolist()
-        self.work = state[-3:]
-        return self._land(state[:n], state[n : 2 * n])
+                outcome = self.judged(self._hip(q), since)
+                return Outcome.FELL if outcome is Outcome.WALKING else outcome
 
-    def _torque(self, t: float, y: Array) -> tuple[Array, Array]:
+    def _asked(self, t: float, y: Array) -> tuple[Array, Array]:
+        """Torques that the law asks for at a time of the step, and the rates of its states."""
         n, joints = len(self.q), len(self.robot.joints)
-        memory = [*y[2 * n : -3].tolist(), *self.memory[len(self.law.states) :]]
+        memory = [*y[2 * n : -_WORKS].tolist(), *self.memory[self.states :]]
         out = np.array(self.law.torque(memory, t, tuple(y[:n].tolist()), tuple(y[n : 2 * n].tolist())))
         return out[:joints], out[joints:]
 
-    def _accelerations(self, torque: Array, q: Array, dq: Array, free: bool) -> Array:
-        robot, n = self.robot, len(q)
-        forces = robot.input_matrix @ torque
-        if free or len(robot.in_space) == 1:
-            return robot.in_space[n - 1].accelerations(forces, q, dq, self.footing.pull)
-        lock = robot.knee_lock
-        ddq = robot.in_space[2].accelerations(lock.T @ forces, q[[0, 1, 3]], dq[[0, 1, 3]], self.footing.pull)
-        return np.asarray(lock @ ddq)
+    def _moved(self, torque: Array, q: Array, dq: Array) -> tuple[Array, Array]:
+        """Accelerations under torques, and the force of the ground in its own frame, N."""
+        robot, lock = self.robot, self.robot.knee_lock
+        forces, pull = robot.input_matrix @ torque, self.footing.pull
+        push = self.footing.turned(self.pushing.force)
+        whole = robot.in_space[len(q) - 1]
+        if push.any():
+            forces = forces + whole.pushed(q, push)
+        if self.free or len(robot.in_space) == 1:
+            ddq = whole.accelerations(forces, q, dq, pull)
+        else:
+            straight = robot.straightened(q), robot.straightened(dq)
+            ddq = lock @ robot.in_space[2].accelerations(lock.T @ forces, *straight, pull)
+        return ddq, whole.ground_force(q, dq, ddq, pull) - push
 
-    def _glide(self, state: Array, since: float, until: float, free: bool) -> Any:
+    def _driven(self, asked: Array, q: Array, dq: Array) -> tuple[Array, Array, Array]:
+        """Torques that the sole transmits, and what `_moved` tells of them."""
+        ddq, along = self._moved(asked, q, dq)
+        if not self.on_sole or (self.transmitted(asked, along[2]) == asked).all():
+            return asked, ddq, along
+        # the normal force is linear in the torques
+        bases = np.eye(len(asked))[[0, -1]]
+        gains = [self._moved(asked + base, q, dq)[1][2] - along[2] for base in bases]
+        force, before = along[2], math.inf
+        torque = asked
+        while abs(force - before) > SETTLED * self.robot.weight:
+            torque, before = self.transmitted(asked, force), force
+            force = along[2] + (torque - asked)[[0, -1]] @ gains
+        return torque, *self._moved(torque, q, dq)
+
+    def _glide(self, state: Array, since: float, until: float) -> Any:
         """Integrate until an event or a time."""
-        n, robot, reach = len(self.q), self.robot, self.plan.terms.scuffing.reach * self.robot.leg_length
-        terrain, rule, footing = self.plan.terrain, self.plan.terms.scuffing, self.footing
+        n = len(self.q)
 
         def rates(t: float, y: Array) -> Array:
-            torque, estimates = self._torque(t, y)
-            power = torque * robot.joint_rates(y[n : 2 * n])
-            np.maximum(self.peak, np.abs(torque), out=self.peak)
-            works = [np.abs(power).sum(), power.sum(), np.maximum(power, 0.0).sum()]
-            return np.concatenate(
-                [y[n : 2 * n], self._accelerations(torque, y[:n], y[n : 2 * n], free), estimates, works]
-            )
+            asked, estimates = self._asked(t, y)
+            torque, ddq, _ = self._driven(asked, y[:n], y[n : 2 * n])
+            return np.concatenate([y[n : 2 * n], ddq, estimates, self.powers(torque, y[n : 2 * n])])
 
-        def land(t: float, y: Array) -> float:
-            place = footing.swing_foot(robot, y[:n])
-            gap = float(place[2] - terrain.height_at(place[0], place[1]))
-            ahead = float((place - footing.place) @ footing.forward)
-            if robot.collides_from_lift_off:
-                return gap if not free and ahead > 0.0 else 1.0
-            return gap if swing_foot_collides(reach, rule.delay, t, ahead, 1.0) else 1.0
-
-        def knee(t: float, y: Array) -> float:
-            return float(y[2] - y[1]) if free and t > 1e-3 else 1.0
-
-        def fall(t: float, y: Array) -> float:
-            axle, upright = footing.axes(y[n - 1])
-            line = math.sin(y[0]) * footing.forward + math.cos(y[0]) * upright
-            hip = footing.place + robot.leg_length * line + 0.5 * robot.hip_width * axle
-            return -1.0 if self.judged(hip, t) is not Outcome.WALKING else 1.0
-
-        events: list[Any] = [land, knee, fall]
+        events: list[Any] = list(self._events())
         for event in events:
             event.terminal, event.direction = True, -1
         return scipy.integrate.solve_ivp(
@@ -114,25 +123,59 @@ class HybridSpaceRun(SpaceRun):
             max_step=LONGEST * self.pendulum, events=events, dense_output=True,
         )  # fmt: skip
 
-    def _locked(self, q: Array, dq: Array) -> Array:
-        """Rates after the knee has struck its stop."""
-        lock = self.robot.knee_lock
-        return np.asarray(lock @ joined(self.robot.in_space[3], lock, q, dq))
+    def _events(self) -> tuple[Callable[[float, Array], float], ...]:
+        """Functions that fall through zero where something happens, in the order of `_EVENTS`."""
+        n, robot, rule, footing = len(self.q), self.robot, self.plan.terms.scuffing, self.footing
+        terrain, reach = self.plan.terrain, rule.reach * robot.leg_length
 
-    def _record(self, reached: Any, since: float, free: bool) -> None:
+        def foot(y: Array) -> tuple[float, float]:
+            place = footing.swing_foot(robot, y[:n])
+            return float(place[2] - terrain.height_at(place[0], place[1])), float(
+                (place - footing.place) @ footing.forward
+            )
+
+        def land(t: float, y: Array) -> float:
+            if robot.collides_from_lift_off and self.free:
+                return 1.0
+            gap, ahead = foot(y)
+            collides = (
+                ahead > 0.0 if robot.collides_from_lift_off else swing_foot_collides(reach, rule.delay, t, ahead, 1.0)
+            )
+            return gap if collides else 1.0
+
+        def knee(t: float, y: Array) -> float:
+            return float(y[2] - y[1]) if self.free and t > 1e-3 else 1.0
+
+        def stub(t: float, y: Array) -> float:
+            return foot(y)[0] if self.free and t > LIFTING * self.pendulum else 1.0
+
+        def fall(t: float, y: Array) -> float:
+            return -1.0 if self.judged(self._hip(y[:n]), t) is not Outcome.WALKING else 1.0
+
+        return land, knee, stub, fall
+
+    def _hip(self, q: Array) -> Array:
+        """Place of the hip's middle, x, y, z in m."""
+        footing, robot = self.footing, self.robot
+        axle, upright = footing.axes(q[-1])
+        line = math.sin(q[0]) * footing.forward + math.cos(q[0]) * upright
+        return np.asarray(footing.place + robot.leg_length * line + 0.5 * robot.hip_width * axle)
+
+    def _record(self, reached: Any, began: float) -> None:
         """Take the loads at the integrator's nodes, and the samples that are due."""
-        n, robot = len(self.q), self.robot
-        linkage = robot.in_space[n - 1]
+        n = len(self.q)
         for before, t, y in zip(reached.t[:-1], reached.t[1:], reached.y.T[1:], strict=True):
-            torque, _ = self._torque(t, y)
-            ddq = self._accelerations(torque, y[:n], y[n : 2 * n], free)
-            self.note_load(torque[0], linkage.ground_force(y[:n], y[n : 2 * n], ddq, self.footing.pull), t - before)
-        period = self.plan.terms.sample_period
-        while self.sampled and period is not None and self.next_sample <= self.time + reached.t[-1]:
-            t = max(self.next_sample - self.time, since)
+            asked, _ = self._asked(t, y)
+            torque, _, along = self._driven(asked, y[:n], y[n : 2 * n])
+            self.bound_time += (t - before) * bool((torque != asked).any())
+            self.note_load(torque, along, t - before)
+            self.note_flexion(y[:n])
+        while self.sample_due(began + reached.t[-1]):
+            t = min(max(self.next_sample - began, reached.t[0]), reached.t[-1])
             y = reached.sol(t)
-            self.sample(self.next_sample, y[:n], y[n : 2 * n], self._torque(t, y)[0])
-            self.next_sample += period
+            self.memory[: self.states] = y[2 * n : -_WORKS].tolist()
+            asked, _ = self._asked(t, y)
+            self.sample(y[:n], y[n : 2 * n], asked, self._driven(asked, y[:n], y[n : 2 * n])[0])
 
     def _land(self, q: Array, dq: Array) -> Outcome:
         """Make the impact, and exchange the legs."""
@@ -141,15 +184,6 @@ class HybridSpaceRun(SpaceRun):
         place[2] = terrain.height_at(place[0], place[1])
         new, turn = self.footing.next(place, terrain.normal_at(place[0], place[1]), q[-1])
         axle, _ = self.footing.axes(q[-1])
-        straight = [0, 1, len(q) - 1]
-        after, rates = robot.in_space[2].touchdown(q[straight], dq[straight], turn)
+        after, rates = robot.in_space[2].touchdown(robot.straightened(q), robot.straightened(dq), turn)
         after[-1] = new.roll_of(-axle)
-        spread = robot.knee_lock
-        self.touchdown(new, (q, dq), (spread @ after, spread @ rates))
-        return self.finished()
-
-
-def _happened(reached: Any) -> str:
-    names = ("land", "knee", "fall")
-    found = [name for name, times in zip(names, reached.t_events, strict=True) if times.size]
-    return found[0] if found else ""
+        return self.touchdown(new, (q, dq), (robot.knee_lock @ after, robot.knee_lock @ rates))

@@ -1,7 +1,8 @@
 """A robot in space as MuJoCo's bodies and contacts; the controller drives it in `mjcb_control`.
 
 Yaw is held by the torsional friction of the stance foot alone, and support is transferred where the swing foot's
-contact is found. Nothing of the impact map is used.
+contact is found. Nothing of the impact map is used. All steps are plain ones of one length; the controller is asked,
+and works, loads and events are counted, at ticks.
 """
 
 from __future__ import annotations
@@ -13,25 +14,24 @@ from typing import Any
 import numpy as np
 
 from mjbiped.engines.mujoco import callback
+from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.plan import Plan
-from mjbiped.robots.footing import Footing, first_footing, robot_axes
 from mjbiped.engines.space.run import SpaceRun
 from mjbiped.records.columns import Cancellation, never_cancelled
+from mjbiped.robots.footing import robot_axes
 from mjbiped.robots.space import Array
-from mjbiped.robots.three_d import InSpace
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import SLIPPED_FOOT, Outcome
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
 PLAIN = 2e-4
-"""Length of a physics step, s: all steps are of one length."""
+"""Longest physics step, s."""
 TICK = 1e-3
 """Time between two ticks of the controller, s, unless the engine is given another."""
-RADIUS = 5e-5  # of a foot, m
-TORSION = 0.05  # torsional friction of a foot, m
-_X, _Y, _Z, _YAW, _ROLL, _LEGS = 0, 1, 2, 3, 4, 5
+LIFTED = 1e-3
+"""Height over the ground from which on the foot of a leg with a knee can touch the ground again, leg lengths."""
 
 
 class MujocoSpaceRun(SpaceRun):
@@ -54,20 +54,47 @@ class MujocoSpaceRun(SpaceRun):
         super().__init__(plan, summarised=summarised, cancellation=cancellation)
         self.options, self.timestep = options, min(options.timestep, PLAIN)
         self.period = options.control_period or TICK
-        self.model = mujoco.MjModel.from_xml_string(scene_of(self.robot, plan.terrain, self.timestep))
+        self.model = self._scene()
+        if plan.disturbances.friction is not None:
+            for name in ("left_foot", "right_foot"):
+                self.model.geom(name).friction[0] = plan.disturbances.friction
         self.data = mujoco.MjData(self.model)
         self.feet = [self.model.geom(name).id for name in ("left_foot", "right_foot")]
-        self.torque, self.next_tick, self.next_sample, self.began = np.zeros(len(self.robot.joints)), 0.0, 0.0, 0.0
-        self.enabled = False
+        self.motors = self._motors()
+        at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
+        self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
+        self.turns = at["yaw"], at["roll"]
+        self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
+        self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
+        self.asked = self.torque = np.zeros(len(self.robot.joints))
+        self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
         self._place()
+        self.ended = self.dq
         callback.register(self.data._address, self, 0)
+
+    def _scene(self) -> mujoco.MjModel:
+        """The scene on all of the ground that the walk can reach."""
+        terms, length = self.plan.terms, self.robot.leg_length
+        reach = terms.distance if terms.distance is not None else float(terms.steps or 0) * length
+        ground = Ground(self.plan.terrain, reach=reach + 10.0 * length, half_width=reach + 2.0 * length)
+        with callback.python_removed():
+            return scene_spec(self.robot, ground, ground.pieces, timestep=self.timestep).compile()
+
+    def _motors(self) -> list[list[int]]:
+        """Indices of the motors by the number of the stance leg, in the order of the robot's joints."""
+        found = []
+        for stance, swing in (("left", "right"), ("right", "left")):
+            names = {"ankle": f"{stance}_ankle", "knee": f"{swing}_knee"}
+            found.append([self.model.actuator(names.get(joint, joint)).id for joint in self.robot.joints])
+        return found
 
     def on_control(self) -> None:
         """Write the torques that are held, for `mjcb_control`."""
-        stance, ctrl = self.footing.stance, self.data.ctrl
+        ctrl, left = self.data.ctrl, self.footing.to_left
         ctrl[:] = 0.0
-        ctrl[stance], ctrl[2] = self.torque[0], (self.torque[1] if stance == 0 else -self.torque[1])
-        ctrl[3] = self.footing.to_left * self.torque[-1]
+        ctrl[self.motors[self.footing.stance]] = self.torque
+        ctrl[self.motors[0][1]] *= -left  # the hip's motor turns the right leg, and the roll's the robot to the right
+        ctrl[self.motors[0][-1]] *= left
 
     def step(self) -> Outcome:
         """Step to the next touchdown; see `SpaceRun.step`."""
@@ -82,51 +109,59 @@ class MujocoSpaceRun(SpaceRun):
 
     def _physics_step(self) -> Outcome | None:
         """Make one step; an outcome where a touchdown or the walk's end came in it."""
-        model, data, swing = self.model, self.data, 1 - self.footing.stance
-        self._enable()
+        model, data, outcome = self.model, self.data, None
+        stance, swing = self.feet[self.footing.stance], self.feet[1 - self.footing.stance]
         mujoco.mj_step1(model, data)
-        landed = self.enabled and bool(data.ncon) and bool((data.contact.geom == self.feet[swing]).any())
+        landed = self.enabled and not self.free and data.ncon > 0 and bool((data.contact.geom == swing).any())
         if landed:  # the departing foot leaves the ground freely
-            model.geom_contype[self.feet[self.footing.stance]] = 0
+            before = self.seen()
+            model.geom_contype[stance] = 0
             mujoco.mj_step1(model, data)
-        q, dq = self.seen()
-        since = data.time - self.began
-        if data.time >= self.next_tick - 1e-9:
-            self._tick(since, q, dq)
+        ticks = data.time >= self.next_tick - 1e-9
+        if ticks:
+            outcome = self._tick()
         mujoco.mj_step2(model, data)
-        self._count(q, dq)
         if landed:
-            return self._transfer(q, dq)
-        hip = data.qpos[[_X, _Y, _Z]]
-        outcome = self.judged(hip, since)
+            return self._transfer(before)
+        if ticks:
+            self._count()
+        if self.free:
+            self._look_at_knee()
+        return outcome
+
+    def _tick(self) -> Outcome | None:
+        """Ask the controller, move its states on, and tell whether the walk ends here."""
+        data, joints = self.data, len(self.robot.joints)
+        q, dq = self.seen()
+        self.time = float(data.time)
+        since = self.time - self.began
+        self.work += self.period * self.powers(self.torque, 0.5 * (self.ended + dq)) * (since > 0.0)
+        self.ended = dq
+        if self.pushing.change <= self.time + 1e-9:
+            self.pushing.advance(self.time)
+            data.xfrc_applied[1, :3] = self.pushing.force
+        out = np.array(self.law.torque(self.memory, since, tuple(q), tuple(dq)))
+        self.asked = out[:joints]
+        self.torque = self.transmitted(self.asked, self.force) if self.on_sole else self.asked
+        if self.sample_due(self.time):
+            self.sample(q, dq, self.asked, self.torque)
+        for state in range(len(self.law.states)):
+            self.memory[state] += self.period * float(out[joints + state])
+        self.next_tick += self.period
+        self.note_flexion(q)
+        self._enable(since)
+        outcome = self.judged(data.qpos[self.hip], since)
         stood = data.geom_xpos[self.feet[self.footing.stance]]
         self.slip = max(self.slip, float(np.linalg.norm((stood - self.footing.place)[:2])))
         if outcome is Outcome.WALKING and self.slip > SLIPPED_FOOT * self.robot.leg_length:
             outcome = Outcome.SLIPPED
         if outcome is Outcome.WALKING and data.warning.number.any():
             outcome = Outcome.DIVERGED
-        self.time = data.time
         return None if outcome is Outcome.WALKING else outcome
 
-    def _tick(self, since: float, q: Array, dq: Array) -> None:
-        """Ask the controller, and move its states on."""
-        joints, states = len(self.robot.joints), len(self.law.states)
-        if self.sampled and data_due(self.next_sample, self.data.time):
-            self.sample(self.data.time, q, dq, self.torque)
-            self.next_sample += self.plan.terms.sample_period or math.inf
-        out = np.array(self.law.torque(self.memory, since, tuple(q), tuple(dq)))
-        self.torque = out[:joints]
-        np.maximum(self.peak, np.abs(self.torque), out=self.peak)
-        for state in range(states):
-            self.memory[state] += self.period * float(out[joints + state])
-        self.next_tick += self.period
-
-    def _count(self, q: Array, dq: Array) -> None:
-        """Count the work and the load of a step."""
-        power = self.torque * self.robot.joint_rates(dq)
-        self.work += self.timestep * np.array([np.abs(power).sum(), power.sum(), np.maximum(power, 0.0).sum()])
-        force, stance = np.zeros(6), self.feet[self.footing.stance]
-        total = np.zeros(3)
+    def _count(self) -> None:
+        """Note the load on the stance foot."""
+        force, stance, total = np.zeros(6), self.feet[self.footing.stance], np.zeros(3)
         for index in range(self.data.ncon):
             contact = self.data.contact[index]
             if stance in contact.geom:
@@ -134,46 +169,58 @@ class MujocoSpaceRun(SpaceRun):
                 sign = 1.0 if contact.geom[1] == stance else -1.0
                 total += sign * (contact.frame.reshape(3, 3).T @ force[:3])
                 self.depth = max(self.depth, -float(contact.dist))
-        if total.any():
-            footing = self.footing
-            self.note_load(
-                float(self.torque[0]),
-                np.array([total @ footing.forward, total @ footing.aside, total @ footing.normal]),
-                self.timestep,
-            )
+        along = self.footing.turned(total)
+        self.force = float(along[2])
+        self.bound_time += self.period * bool((self.torque != self.asked).any())
+        if self.time > self.began:  # not in the impact
+            self.note_load(self.torque, along, self.period)
 
-    def _enable(self) -> None:
-        """Let the swing foot collide once the scuffing rule says so."""
+    def _look_at_knee(self) -> None:
+        """Lock the swing knee where it has struck its stop."""
+        data, swing = self.data, 1 - self.footing.stance
+        thigh, knee = self.legs[swing]
+        if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
+            q, before = self.seen()
+            before = before.copy()
+            data.eq_active[self.locks[swing]] = 1
+            self.knee_strikes(float(data.time) - self.began, q, before, before)
+
+    def _enable(self, since: float) -> None:
+        """Let the swing foot collide once the scuffing rule says so; with knees, once it has left the ground."""
         if self.enabled:
             return
-        terrain, terms, swing = self.plan.terrain, self.plan.terms, 1 - self.footing.stance
-        place, stood = self.data.geom_xpos[self.feet[swing]], self.data.geom_xpos[self.feet[self.footing.stance]]
-        ahead = float((place - stood) @ self.footing.forward)
+        terrain, rule, length = self.plan.terrain, self.plan.terms.scuffing, self.robot.leg_length
+        place = self.data.geom_xpos[self.feet[1 - self.footing.stance]]
         gap = float(place[2] - terrain.height_at(place[0], place[1]))
-        reach = terms.scuffing.reach * self.robot.leg_length
-        if swing_foot_collides(reach, terms.scuffing.delay, self.data.time - self.began, ahead, gap):
-            self.enabled = True
-            self.model.geom_contype[self.feet[swing]] = 1 + swing
+        ahead = float((place - self.data.geom_xpos[self.feet[self.footing.stance]]) @ self.footing.forward)
+        if self.robot.collides_from_lift_off:
+            self.enabled = gap > LIFTED * length
+        else:
+            self.enabled = swing_foot_collides(rule.reach * length, rule.delay, since, ahead, gap)
+        if self.enabled:
+            self.model.geom_contype[self.feet[1 - self.footing.stance]] = 1
 
-    def _transfer(self, q: Array, dq: Array) -> Outcome:
+    def _transfer(self, before: tuple[Array, Array]) -> Outcome:
         """Exchange the legs."""
         mujoco.mj_kinematics(self.model, self.data)
         self.time = self.began = self.next_tick = float(self.data.time)
-        before, _ = self.seen()
-        place = self.data.geom_xpos[self.feet[1 - self.footing.stance]].copy()
-        new, _ = self.footing.next(place, self.plan.terrain.normal_at(place[0], place[1]), before[-1])
-        old, self.footing, self.enabled = self.footing, new, False
+        old, standing = self.footing, self.data.geom_xpos[self.feet[1 - self.footing.stance]].copy()
+        new, _ = old.next(standing, self.plan.terrain.normal_at(standing[0], standing[1]), self.seen()[0][-1])
+        posture_before = self.seen()[0]
+        self.footing, self.enabled = new, False
+        if self.knees:
+            self.data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
-        self.footing = old
-        self.touchdown(new, (before, dq), after)
-        return self.finished()
+        self.footing, self.ended, self.force = old, after[1], self.robot.weight
+        return self.touchdown(new, (posture_before, before[1]), after)
 
     def seen(self) -> tuple[Array, Array]:
         """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
         qpos, qvel, footing = self.data.qpos, self.data.qvel, self.footing
-        ahead, over = robot_axes(float(qpos[_YAW]), float(qpos[_ROLL]))
+        yaw, roll_at = self.turns
+        ahead, over = robot_axes(float(qpos[yaw]), float(qpos[roll_at]))
         left = np.cross(over, ahead)
-        turning = np.array([0.0, 0.0, qvel[_YAW]]) + qvel[_ROLL] * ahead
+        turning = np.array([0.0, 0.0, qvel[yaw]]) + qvel[roll_at] * ahead
         axle = footing.to_left * left
         roll = footing.roll_of(axle)
         rolling = float(np.cross(turning, axle) @ footing.normal) / math.cos(roll)
@@ -181,71 +228,27 @@ class MujocoSpaceRun(SpaceRun):
         da = float(footing.normal @ np.cross(turning, ahead))
         db = float(footing.normal @ np.cross(turning, over))
         lean, leaning = math.atan2(a, b), (b * da - a * db) / (a * a + b * b)
-        legs = [_LEGS + footing.stance, _LEGS + 1 - footing.stance]
-        return np.append(qpos[legs] - lean, roll), np.append(qvel[legs] - leaning, rolling)
+        stance, swing = self.legs[footing.stance], self.legs[1 - footing.stance]
+        places = [stance[0], swing[0]]
+        q, dq = qpos[places] - lean, qvel[places] - leaning
+        if self.knees:
+            q, dq = np.append(q, q[1] + qpos[swing[1]]), np.append(dq, dq[1] + qvel[swing[1]])
+        return np.append(q, roll), np.append(dq, rolling)
 
     def _place(self) -> None:
         """Set the robot on its first stance foot, at rest there, in the first state of the plan."""
-        data, footing, robot = self.data, self.footing, self.robot
-        posture = dict(zip(robot.places, footing.posture(robot, self.q), strict=True))
-        names = ("hip_x", "hip_y", "hip_z", "yaw", "roll", "left", "right")
-        data.qpos[:] = [posture[name] for name in names]
-        step = 1e-6  # of the time in which the posture changes by its rates: differences are exact to 1e-9
+        model, data, footing, robot = self.model, self.data, self.footing, self.robot
+        step = 1e-6  # s, in which the posture changes by its rates: differences are exact to 1e-9
         moved = [footing.posture(robot, self.q + sign * step * self.dq) for sign in (1.0, -1.0)]
-        rates = dict(zip(robot.places, (moved[0] - moved[1]) / (2.0 * step), strict=True))
-        data.qvel[:] = [rates[name] for name in names]
-        mujoco.mj_kinematics(self.model, data)
-        data.qpos[:3] += footing.place - data.geom_xpos[self.feet[0]] + 0.8 * RADIUS * footing.normal
-        self.model.geom_contype[self.feet[1]] = 0
+        rates = (moved[0] - moved[1]) / (2.0 * step)
+        for name, value, rate in zip(robot.places, footing.posture(robot, self.q), rates, strict=True):
+            data.joint(name).qpos[:], data.joint(name).qvel[:] = value, rate
+        mujoco.mj_kinematics(model, data)
+        data.qpos[self.hip] += footing.place - data.geom_xpos[self.feet[0]] - 1e-5 * footing.normal
+        model.geom_contype[self.feet[1]] = 0
+        if self.knees:
+            data.eq_active[self.locks] = [1, 0]
 
     def settings(self) -> dict[str, Any]:
         """The engine's settings, and MuJoCo's warnings."""
         return {**asdict(self.options), "timestep": self.timestep, "control_period": self.period, "warnings": {}}
-
-
-def data_due(due: float, now: float) -> bool:
-    """Whether a sample is due."""
-    return due <= now + 1e-9
-
-
-def scene_of(robot: InSpace, terrain: Terrain, timestep: float) -> str:
-    """The MJCF of a robot on its ground; its stiff contacts make a plastic impact within one step."""
-    (leg,), width = robot.bodies.leg, robot.hip_width
-    pelvis = max(robot.hip_mass * width * width / 12, 1e-8)
-    legs = "".join(
-        f'<body name="{name}" pos="0 {y} 0"><joint name="{name}" type="hinge" axis="0 1 0"/>'
-        f'<inertial pos="0 0 {-leg.centre}" mass="{leg.mass}" diaginertia="{leg.inertia} {leg.inertia} {robot.axial_inertia}"/>'
-        f'<geom name="{name}_foot" type="sphere" size="{RADIUS}" pos="0 0 {-leg.length}" mass="0" contype="{bit}" '
-        f'conaffinity="0" condim="4" priority="1" friction="0.8 {TORSION} 0" solref="-1e3 {-1 / timestep}" '
-        f'solimp="0.9999 0.9999 0.001"/></body>'
-        for name, y, bit in (("left", width / 2, 1), ("right", -width / 2, 2))
-    )
-    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
-    return (
-        f'<mujoco><compiler angle="radian"/><option timestep="{timestep}" integrator="Euler" cone="elliptic" '
-        f'gravity="0 0 {-robot.gravity}"><flag eulerdamp="disable" island="disable"/></option><worldbody>'
-        f"{''.join(ground_of(terrain))}<body>{slides}"
-        f'<joint type="hinge" axis="0 0 1"/><joint type="hinge" axis="1 0 0" name="roll"/>'
-        f'<inertial pos="0 0 0" mass="{max(robot.hip_mass, 1e-4)}" diaginertia="{pelvis} {pelvis} {pelvis}"/>{legs}'
-        f'</body></worldbody><tendon><fixed name="hip"><joint joint="right" coef="1"/><joint joint="left" '
-        f'coef="-1"/></fixed></tendon><actuator><motor joint="left"/><motor joint="right"/><motor tendon="hip"/>'
-        f'<motor joint="roll"/></actuator></mujoco>'
-    )
-
-
-def ground_of(terrain: Terrain) -> list[str]:
-    """A box for each segment of the ground, whose upper face is the segment."""
-    pieces, ends = [], [*terrain.x[1:], terrain.x[-1] + 200.0]
-    for k, (start, end) in enumerate(zip([terrain.x[0] - 10.0, *terrain.x[1:]], ends, strict=True)):
-        middle = 0.5 * (max(start, -1e3) + end)
-        normal = terrain.normal_at(middle, 0.0)
-        half = 0.5 * (end - start) / normal[2]
-        height = terrain.z[k] + terrain.gradients[k] * (middle - terrain.x[k])
-        x, y, z = np.array([middle, 0.0, height]) - normal
-        forward = np.array([normal[2], 0.0, -normal[0]]) / math.hypot(normal[2], normal[0])
-        aside = np.cross(normal, forward)
-        axes = " ".join(str(each) for each in (*forward, *aside))
-        pieces.append(
-            f'<geom type="box" pos="{x} {y} {z}" xyaxes="{axes}" size="{half} 20 1" contype="0" conaffinity="3"/>'
-        )
-    return pieces
