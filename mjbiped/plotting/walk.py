@@ -32,6 +32,7 @@ from mjbiped.plotting.panels import (
 from mjbiped.plotting.style import C_MT, GUIDE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, Values, check_panels, lines_of, without_zeros
+from mjbiped.robots.three_d import InSpace
 from mjbiped.terrain.terrain import Terrain
 
 _LINES = 3  # greatest number of title lines for the terrain and controller, whose names may have any length
@@ -43,17 +44,18 @@ _BELOW = 0.24  # room for texts under the lowest ground of a row, inches
 _ABOVE = 0.08  # room over the highest hip, m
 _LETTER = 0.055  # width of a small letter, inches
 _BETWEEN_ROWS = 0.25  # inches
+_ROOM = 0.15  # of ground before the first and behind the last place of a walk, m
 
 
 def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[str] | None = None) -> Figure:
     """Draw a walk in the manner of the paper's Fig. 4.
 
     Time lapse over the ground, in rows if it is long, with x and z in one scale; slopes and steps are written under
-    the ground. Signals of `mjbiped.records.signals` over time, without those that are zero throughout: slope and its
-    estimate, torques, the centre of pressure that the ankle's torque requires, up to half a leg; with knees also torque
-    and flexion of the swing knee, and the torque that holds the stance knee, negative where its stop bears it. Phase
-    portraits of all angles, with the limit cycle of the gait that the controller imitates and the re-planned
-    transitions to it.
+    the ground. The paths of hip and feet of a robot in space, seen from above. Signals of `mjbiped.records.signals`
+    over time, without those that are zero throughout: slope and its estimate, torques, the centre of pressure that the
+    ankle's torque requires, up to half a leg; with knees also torque and flexion of the swing knee, and the torque that
+    holds the stance knee, negative where its stop bears it. Phase portraits of all angles, with the limit cycle of the
+    gait that the controller imitates and the re-planned transitions to it.
 
     For a journal's column: `with mjbiped.plotting.figure_width("single"): plot_walk(walk, "walk.pdf")`. The width
     "slide" makes a figure of 16:9, with time lapse and torques unless other panels are named.
@@ -88,6 +90,13 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
         legs = (style.BLUE, 1.8, "stance leg"), (style.ORANGE, 1.2, "swing leg")
         legend_above(grid[0], handles=[Line2D([], [], color=c, linewidth=thick, label=leg) for c, thick, leg in legs])
 
+    def draw_above(part: FigureBase) -> None:
+        axes = part.subplots()
+        draw_paths(axes, walk)
+        titled(axes, next(letters), "Paths seen from above, the left side up")
+        labelled(axes, "x (m);  y is drawn larger than x")
+        legend_above(axes)
+
     def draw_histories(part: FigureBase) -> None:
         grid = part.subplots(len(lines), 1, sharex=True, squeeze=False)[:, 0]
         for axes, each in zip(grid, lines, strict=True):
@@ -96,6 +105,8 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
 
     if "lapse" in named or not named:
         parts.append((_height(rows) + margin, draw_lapse))
+    if isinstance(walk.robot, InSpace) and ("above" in named or not named):
+        parts.append((history, draw_above))
     if lines:
         parts.append((history * len(lines), draw_histories))
     if "phase" in named or not named:
@@ -161,6 +172,28 @@ def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across:
     legend_below(figure, [entries[entry] for entry in order], order)
 
 
+def draw_paths(axes: Axes, walk: Walk) -> None:
+    """Draw the paths of the hip and of the swing foot of a robot in space over the ground, and where it stood."""
+    robot, samples = walk.robot, walk.samples
+    assert isinstance(robot, InSpace)
+    stance, every = samples["stance"], np.arange(len(samples["stance"]))
+    feet = robot.points(samples["qpos"])[:, :, -1, :2]
+    steps = np.flatnonzero(np.diff(stance)) + 1
+    swing = np.insert(feet[every, 1 - stance], steps, np.nan, axis=0)
+    stood = feet[np.append(0, steps), stance[np.append(0, steps)]]
+    hip = samples["qpos"][:, [robot.places.index(name) for name in ("hip_x", "hip_y")]]
+    axes.plot(*swing.T, color=style.ORANGE, linewidth=1.0, label="swing foot")
+    axes.plot(*hip.T, color=SHADE, linewidth=1.2, label="middle of the hip")
+    axes.plot(*stood.T, "o", color=style.BLUE, markersize=4, markeredgewidth=0, label="stance foot", zorder=4)
+    axes.set(xlim=_ends(feet[..., 0]), ylabel="y (m)")
+    axes.margins(y=0.12)
+
+
+def _ends(x: Values) -> tuple[float, float]:
+    """Ends of the ground that pictures of a walk show, of the places x (m) that it reached."""
+    return float(x.min()) - _ROOM, float(x.max()) + _ROOM
+
+
 class Row(NamedTuple):
     """Piece of the ground on one line of the figure.
 
@@ -195,7 +228,7 @@ def rows_of(walk: Walk) -> list[Row]:
     qpos, wide = walk.samples["qpos"], width().inches - _BESIDE
     limbs = walk.robot.limbs(qpos)
     reached, tops = limbs[..., 0], limbs[..., 1].max(axis=(1, 2))
-    start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
+    start, stop = _ends(reached)
     # half as wide, a row holds 0.7 times the ground, so that the robot is 0.7 times as large
     usual = _ROW * math.sqrt(wide / (WIDTHS[DEFAULT_WIDTH].inches - _BESIDE))
     count = min(_MOST_ROWS, max(1, math.ceil((stop - start) / usual)))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Values = NDArray[np.float64]
 
-SOLID, DASHED, DOTTED = "-", (0, (4.0, 1.2)), (0, (1.5, 1.2))
+SOLID, DASHED, DOTTED, DASH_DOTTED = "-", (0, (4.0, 1.2)), (0, (1.5, 1.2)), (0, (5.0, 1.2, 1.2, 1.2))
 """Line styles in Matplotlib's notation."""
 
 _FARTHEST_PRESSURE = 0.5  # leg lengths that are shown on either side of the ankle
@@ -98,6 +98,13 @@ PANELS: Mapping[str, Panel] = {
         "Slope of the ground under the stance foot", "slope", "°", math.radians(1.0), least=1.0, in_words=True
     ),
     "torque": Panel("Joint torque", "torque", "N m", in_words=True),
+    "lateral": Panel(
+        "Slope of the ground across the heading, positive where it falls to the left",
+        "slope",
+        "°",
+        math.radians(1.0),
+        1.0,
+    ),
     "pressure": Panel(
         "Centre of pressure that the ankle's torque requires, positive forward", "from the ankle", "cm", 0.01
     ),
@@ -111,8 +118,9 @@ PANELS: Mapping[str, Panel] = {
 }
 """All panels, in the order in which they are drawn."""
 
-FIGURE = ("lapse", *PANELS, "phase")
-"""Names of all panels of a walk's figure: its time lapse, its signals, and its phase portraits."""
+FIGURE = ("lapse", "above", *PANELS, "phase")
+"""Names of all panels of a walk's figure: its time lapse, the paths of a robot in space seen from above, its signals,
+and its phase portraits."""
 
 
 def check_panels(names: Iterable[str]) -> tuple[str, ...]:
@@ -162,8 +170,11 @@ SIGNALS: Mapping[str, Signal] = {
     "torque_ankle": Signal("torque", "ankle", "τ₁", PURPLE, SOLID),
     "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
+    "torque_ankle_roll": Signal("torque", "roll of the ankle", "", ORANGE, DASH_DOTTED),
     "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, loads.knee_torque, "stance_knee_torque"),
     "torque_knee": Signal("knee_torque", "swing knee", "τ₃", SKY, SOLID),
+    "lateral_estimate": Signal("lateral", "estimate", "", GREEN, SOLID),
+    "lateral_slope": Signal("lateral", "true slope", "", BLACK, DOTTED),
     "pressure": Signal("pressure", "ankle", "", PURPLE, SOLID, _pressure, "torque_ankle"),
     "toe": Signal("pressure", "toe", "", BLACK, DASHED, _end_of_sole(1, 1.0), "torque_ankle", optional=True),
     "heel": Signal("pressure", "heel", "", BLUE, DOTTED, _end_of_sole(0, -1.0), "torque_ankle", optional=True),
@@ -171,12 +182,17 @@ SIGNALS: Mapping[str, Signal] = {
     "q_stance": Signal("angle", "stance leg", "q₁", BLUE, SOLID),
     "q_swing": Signal("angle", "swing leg", "q₂", ORANGE, DASHED),
     "q_shank": Signal("angle", "swing shank", "q₃", SKY, DOTTED),
+    "q_roll": Signal("angle", "roll", "s", GREEN, DASH_DOTTED),
     "dq_stance": Signal("rate", "stance leg", "q̇₁", BLUE, SOLID),
     "dq_swing": Signal("rate", "swing leg", "q̇₂", ORANGE, DASHED),
     "dq_shank": Signal("rate", "swing shank", "q̇₃", SKY, DOTTED),
+    "dq_roll": Signal("rate", "roll", "ṡ", GREEN, DASH_DOTTED),
     "power_ankle": Signal("power", "ankle", "", PURPLE, SOLID, _power("ankle"), "torque_ankle"),
     "power_hip": Signal("power", "hip", "", VERMILLION, DASHED, _power("hip"), "torque_hip"),
     "power_knee": Signal("power", "swing knee", "", SKY, SOLID, _power("knee"), "torque_knee"),
+    "power_ankle_roll": Signal(
+        "power", "roll of the ankle", "", ORANGE, DASH_DOTTED, _power("ankle_roll"), "torque_ankle_roll"
+    ),
 }
 """All signals by name, those of a panel in the order in which they are drawn."""
 

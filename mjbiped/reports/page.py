@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.plotting.style import GUIDE, SHADE
-from mjbiped.records.signals import DASHED, DOTTED, SIGNALS, SOLID
+from mjbiped.records.signals import DASH_DOTTED, DASHED, DOTTED, SIGNALS, SOLID
 from mjbiped.utils.files import saved
 from mjbiped.utils.packages import needed
 from mjbiped.version import __version__
 
 _HERE = Path(__file__).parent / "page"
-_DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot"}
+_DASHES = {SOLID: "solid", DASHED: "dash", DOTTED: "dot", DASH_DOTTED: "dashdot"}
 ABOVE, BELOW = 70, 60
 """Margins of a figure, for its legend and the title of its axis, pixels."""
 

@@ -134,6 +134,39 @@ class InSpace(Robot):
         standing = standing if stance == 0 else replace(standing, stance=1, aside=-standing.aside)
         return tuple(standing.posture(self, np.asarray(angles, dtype=np.float64)).tolist())
 
+    def points(self, qpos: ArrayLike) -> Array:
+        """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""
+        places = np.asarray(qpos, dtype=np.float64)
+        across, roll, yaw = (places[..., self.places.index(name)] for name in ("hip_y", "roll", "yaw"))
+        cy, sy, cr, sr, none = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll), np.zeros_like(yaw)
+        ahead, left = np.stack([cy, sy, none], axis=-1), np.stack([-sy * cr, cy * cr, sr], axis=-1)
+        over = np.stack([sy * sr, -cy * sr, cr], axis=-1)
+        hip = np.stack([places[..., 0], across, places[..., 1]], axis=-1)
+        aside = np.array([limb.aside for limb in self.bodies.limbs])
+        points, angles = [hip[..., None, :] + aside[:, None] * left[..., None, :]], np.zeros(2)
+        for k, segment in enumerate(self.bodies.leg):
+            angles = angles + places[..., 2 + 2 * k : 4 + 2 * k]
+            line = np.sin(angles)[..., None] * ahead[..., None, :] + np.cos(angles)[..., None] * over[..., None, :]
+            points.append(points[-1] - segment.length * line)
+        return np.stack(points, axis=-2)
+
+    def limbs(self, qpos: ArrayLike) -> Array:
+        """Positions seen from the side, x and z; see `Shape.limbs`."""
+        return self.points(qpos)[..., [0, 2]]
+
+    def centre_of_mass(self, qpos: ArrayLike) -> Array:
+        """Position x, z of the centre of mass in postures `qpos`, shape (..., 2), m."""
+        return self.centre_in_space(qpos)[..., [0, 2]]
+
+    def centre_in_space(self, qpos: ArrayLike) -> Array:
+        """Position of the centre of mass in postures `qpos`, shape (..., 3), m."""
+        points = self.points(qpos)
+        moment = self.hip_mass * points[..., 0, :].mean(axis=-2)
+        for k, segment in enumerate(self.bodies.leg):
+            upper, lower = points[..., k, :], points[..., k + 1, :]
+            moment = moment + segment.mass * (upper + segment.centre / segment.length * (lower - upper)).sum(axis=-2)
+        return np.asarray(moment / self.total_mass)
+
     @property
     def input_matrix(self) -> Array:
         """B, shape (len(angles), len(joints)): the roll has a motor of its own."""

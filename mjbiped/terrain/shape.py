@@ -77,7 +77,10 @@ class Shape:
     def normal_at(self, x: float, y: float) -> NDArray[np.float64]:
         """Return the ground's upward normal at x, y (m), a unit vector, shape (3,).
 
-        On a surface this is the normal of the triangle under the place.
+        On a surface this is the normal of the triangle under the place, on which a point foot stands in both engines.
+        On bumps of 10 mm it differs by 0.6 degrees rms, 2.3 at most, from that of a smooth surface through the grid's
+        points (a bicubic spline), and half as much on bumps of 5 mm. The law is told this normal and never that of a
+        contact of MuJoCo's, which near the grid's lines is another (`mjbiped.engines.mujoco.heightfields`).
         """
         forward, left = self._gradient_at(x, y)
         normal = np.array([-forward, -left, 1.0])

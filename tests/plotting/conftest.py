@@ -8,6 +8,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.stability import Stability, stability
+from mjbiped.control.registry import make_controller
 from mjbiped.limit_cycles.basin import Basin, basin_of_attraction
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 
@@ -97,3 +98,11 @@ def evaluated(robot: mjbiped.Compass, gait: mjbiped.PassiveGait) -> dict[str, St
     exact = mjbiped.walk(AdaptiveController(robot, gait), mjbiped.Terrain.level(), engine="hybrid", steps=1)
     wrong = mjbiped.walk(blind, ground, engine="hybrid", steps=4, sample_period=0.01)
     return {"a walk": stability(wrong), "exact": stability(exact)}
+
+
+@pytest.fixture(scope="session")
+def walk_in_space() -> mjbiped.Walk:
+    """Two steps over ground that falls to the left."""
+    robot = mjbiped.Compass3D()
+    law, ground = make_controller("adaptive", robot, {}), mjbiped.Terrain.level(lateral_deg=1.0)
+    return mjbiped.walk(law, ground, robot=robot, engine="hybrid", steps=2, sample_period=0.02)

@@ -149,6 +149,22 @@ def test_a_walk_on_knees(kneed_walk: mjbiped.Walk) -> None:
     assert 3 in bends  # the knee stands out of the line from hip to foot
 
 
+def test_a_walk_in_space(walk_in_space: mjbiped.Walk) -> None:
+    figure, samples = plot_walk(walk_in_space), walk_in_space.samples
+    seen = lines(panel(figure, "from above"))
+    np.testing.assert_array_equal(points(seen["middle of the hip"]), samples["qpos"][:, [0, 4]])
+    stood = np.column_stack([np.append(0.0, walk_in_space.touchdowns[name]) for name in ("x", "y")])
+    stood[0, 1] = 0.05  # under the left leg
+    assert points(seen["stance foot"]) == pytest.approx(stood[: len(points(seen["stance foot"]))], abs=1e-3)
+    np.testing.assert_array_equal(
+        points(lines(panel(figure, "torque"))["roll of the ankle"])[:, 1], samples["torque"][:, 2]
+    )
+    across = lines(panel(figure, "across the heading"))
+    for name, column in (("estimate", "lateral_estimate"), ("true slope", "lateral_slope")):
+        assert points(across[name])[:, 1] == pytest.approx(np.degrees(samples[column]))
+    assert panel(figure, "Phase portrait, roll")
+
+
 def test_a_passive_gait(gait: mjbiped.PassiveGait) -> None:
     figure = plot_gait(gait)
     assert f"{gait.period:.4f} s" in words(figure)

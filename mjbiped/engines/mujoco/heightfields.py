@@ -1,6 +1,11 @@
 """Heightfields of a scene, and surfaces as heightfields.
 
 A surface is a heightfield of its own grid, with further ones around it, whose outer points have its edge's heights.
+
+A foot's contact with a heightfield has the normal of the triangle under it. Only within the foot's radius of a line of
+the grid, or of a diagonal, it touches the sides of MuJoCo's prisms as well: on bumps of 10 mm the normals of these
+further contacts lean by up to 12 degrees from the triangle's at a depth of 1 um, by 36 at 10 um, and by 98 at 100 um,
+where the foot's centre is under ground. Only MuJoCo's solver reads them, in some one of 150 steps on a grid of 5 cm.
 """
 
 from __future__ import annotations

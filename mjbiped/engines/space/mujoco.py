@@ -8,6 +8,7 @@ and works, loads and events are counted, at ticks.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import asdict
 from typing import Any
 
@@ -23,7 +24,7 @@ from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.robots.footing import robot_axes
 from mjbiped.robots.space import Array
 from mjbiped.rules.scuffing import swing_foot_collides
-from mjbiped.rules.termination import SLIPPED_FOOT, Outcome
+from mjbiped.rules.termination import AVERAGED, SLIPPED_FOOT, Outcome
 from mjbiped.utils.mujoco import mujoco
 
 PLAIN = 2e-4
@@ -68,6 +69,8 @@ class MujocoSpaceRun(SpaceRun):
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
+        # a contact can be lost for one step, so forces are means, as in the plane
+        self.recent: deque[Array] = deque(maxlen=max(1, round(AVERAGED * self.pendulum / self.period)))
         self._place()
         self.ended = self.dq
         callback.register(self.data._address, self, 0)
@@ -169,10 +172,11 @@ class MujocoSpaceRun(SpaceRun):
                 sign = 1.0 if contact.geom[1] == stance else -1.0
                 total += sign * (contact.frame.reshape(3, 3).T @ force[:3])
                 self.depth = max(self.depth, -float(contact.dist))
-        along = self.footing.turned(total)
+        self.recent.append(self.footing.turned(total))
+        along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
         self.bound_time += self.period * bool((self.torque != self.asked).any())
-        if self.time > self.began:  # not in the impact
+        if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
 
     def _look_at_knee(self) -> None:
@@ -212,6 +216,7 @@ class MujocoSpaceRun(SpaceRun):
             self.data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
         self.footing, self.ended, self.force = old, after[1], self.robot.weight
+        self.recent.clear()
         return self.touchdown(new, (posture_before, before[1]), after)
 
     def seen(self) -> tuple[Array, Array]:
