@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import click
@@ -41,7 +42,7 @@ class Place(NamedTuple):
     name: str
     phases: int = 1
     preset: str = "level"
-    given: dict[str, Any] = {}
+    given: Mapping[str, Any] = MappingProxyType({})
     moved: tuple[str, float, float] | None = None
     push: float = 0.0
 

@@ -231,7 +231,7 @@ class MujocoSpaceRun(SpaceRun):
 
     def posture(self, q: Array) -> Array:
         """MuJoCo's own."""
-        return self.data.qpos[self.order]
+        return np.array(self.data.qpos[self.order])
 
     def seen(self) -> tuple[Array, Array]:
         """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
