@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
@@ -198,6 +199,15 @@ class Run(ABC):
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
 
             yield show
+
+
+def step_under_way(**felt: float) -> dict[str, Any]:
+    """A record's setting of what the stance foot has felt since the last touchdown: columns of touchdowns by name.
+
+    Empty where that is not known yet, as just after a touchdown.
+    """
+    known = all(map(math.isfinite, felt.values()))
+    return {"unfinished_step": {name: float(value) for name, value in felt.items()}} if known else {}
 
 
 DEFAULT_ENGINE = "mujoco"

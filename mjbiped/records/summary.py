@@ -12,9 +12,9 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mjbiped.records import measures
+from mjbiped.records.ending import unfinished_step, why_it_failed
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.termination import Outcome
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -28,10 +28,6 @@ OF_STANCE_KNEE = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
 """Keys of the measures of the stance knee of a robot with knees. The torque of a lock is known from samples alone."""
 
 _WIDTH = 100  # characters of a table as text
-_FAILURES = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.DIVERGED)]
-_AT_ONCE = 2  # steps
-_ESTIMATE = "initial_slope_estimate"  # setting of the controllers that estimate the slope
-_FAR_OFF = math.radians(1.0)  # from the slope at the start
 
 
 class Measure(NamedTuple):
@@ -160,8 +156,8 @@ class WalkSummary(dict[str, Any]):
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
-        if cause := _cause(walk):
-            rows.append(("probable cause", cause, ""))
+        told = {"probable cause": why_it_failed(walk), "last step, unfinished": unfinished_step(walk)}
+        rows += [(label, text, "") for label, text in told.items() if text]
         if settings.get("disturbances"):
             rows.append(("disturbances", _disturbances_in_words(settings["disturbances"]), ""))
         if warnings:
@@ -190,21 +186,6 @@ class WalkSummary(dict[str, Any]):
     def _repr_html_(self) -> str:
         """Return the table for a notebook."""
         return html_table(self.rows)
-
-
-def _cause(walk: Walk) -> str:
-    """Say what was wrong at the start of a walk that fell at once: the slope estimate that its controller was given."""
-    estimate = walk.settings["controller"].get(_ESTIMATE)
-    if estimate is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
-        return ""
-    slope = walk.terrain.slope_at(0.0)
-    if abs(slope - estimate) < _FAR_OFF:
-        return ""
-    degrees = math.degrees(slope)
-    return (
-        f"it starts on {degrees:.1f}° with a slope estimate of {math.degrees(estimate):.1f}°; give "
-        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {_ESTIMATE}={slope:.4g}"
-    )
 
 
 def _disturbances_in_words(disturbances: Mapping[str, object]) -> str:
