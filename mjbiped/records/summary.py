@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mjbiped.records import measures
 from mjbiped.records.ending import unfinished_step, why_it_failed
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
+from mjbiped.utils.domains import annotated
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -156,6 +158,8 @@ class WalkSummary(dict[str, Any]):
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
+        if robot := _robot_in_words(walk.robot):
+            rows.append(("robot", robot, ""))
         told = {"probable cause": why_it_failed(walk), "last step, unfinished": unfinished_step(walk)}
         rows += [(label, text, "") for label, text in told.items() if text]
         if settings.get("disturbances"):
@@ -188,8 +192,25 @@ class WalkSummary(dict[str, Any]):
         return html_table(self.rows)
 
 
+def _in_short(value: float | Sequence[float]) -> str:
+    """Write a number, or several with commas between them."""
+    return ",".join(f"{each:g}" for each in (value if isinstance(value, Sequence) else [value]))
+
+
+def _robot_in_words(robot: Robot) -> str:
+    """Describe a robot by its numbers and their units; empty for one with the usual parameters of its kind."""
+    if robot.kind in KINDS and robot == KINDS[robot.kind]():
+        return ""
+    told = []
+    for name, (domain, _) in annotated(type(robot)).items():
+        if name in robot.parameters() and isinstance(value := getattr(robot, name), int | float | tuple):
+            unit = getattr(getattr(domain, "distance", domain), "unit", "")
+            told.append(f"{name.replace('_', ' ')} {_in_short(value)} {unit}".rstrip())
+    return f"{robot.kind}: {', '.join(told)}"
+
+
 def _disturbances_in_words(disturbances: Mapping[str, object]) -> str:
     """Describe the disturbances in one line."""
     forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
-    values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())
+    values = ((name, forms.get(name, _in_short)(value)) for name, value in disturbances.items())
     return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values)

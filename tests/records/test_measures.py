@@ -181,6 +181,14 @@ def test_where_no_motor_acts_the_lack_of_a_gait_is_told() -> None:
     assert "no passive gait is found on a slope of 0°" in told
 
 
+def test_a_robot_of_other_numbers_is_told() -> None:
+    ground, law = mjbiped.Terrain.incline(2.0), PassiveController()
+    heavy = mjbiped.walk(law, ground, engine="hybrid", steps=1, robot=mjbiped.Compass(leg_mass=6.0, sole=(0.05, 0.15)))
+    assert told_by(heavy)["robot"].startswith("compass: leg mass 6 kg, hip mass 0 kg, lower length 0.5 m, ")
+    assert "sole 0.05,0.15 m" in told_by(heavy)["robot"]
+    assert "robot" not in told_by(mjbiped.walk(law, ground, engine="hybrid", steps=1))
+
+
 def test_the_cause_of_a_fall_for_a_wrong_slope_estimate_is_told() -> None:
     law = make_controller("passivity", mjbiped.Compass(), {})
     walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=5)
