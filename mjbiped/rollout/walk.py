@@ -178,8 +178,8 @@ def precompile(
     for name in names:
         if is_reference(name) and controller_class(name).law is Controller.law:
             raise InputError(
-                f"{name} is plain Python, of which no machine code is made: it has no law() (docs/controller.md shows "
-                "one)"
+                f"{name} is plain Python, of which no machine code is made: it has no law(); the page "
+                '"controller" of the documentation shows one'
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     units = [
