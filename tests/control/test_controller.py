@@ -160,6 +160,12 @@ class Silent(PassiveController):
         return super().law()._replace(torque=lambda _parameters, _memory, _t, _q, _dq, out: out.__setitem__(0, 0.0))
 
 
+class Nested(PassiveController):
+    def law(self) -> Law:
+        table: Any = (1.0, 2.0)
+        return super().law()._replace(parameters=[1.0, table])
+
+
 class Answering(PassiveController):
     def law(self) -> Law:
         torque: Any = lambda *_: (0.0, 0.0)  # noqa: E731
@@ -195,6 +201,7 @@ REFUSED: list[tuple[Controller, str]] = [
     (made(torque=lambda *_: (0.0, float(next(CALLS)))), "for the same arguments"),
     (made(torque=forgetful), r"Law.torque does not take .*expected is def torque\(self, memory, t, q, dq\)"),
     (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
+    (Nested(), r"Nested.law has .* parameters\[1\] = \(1.0, 2.0\); expected floats in one flat list"),
     (Answering(), r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
     (Silent(), r"law\(\).torque leaves out\[1\], the hip torque, unwritten"),
 ]
@@ -288,6 +295,11 @@ def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: C
     said = [text for text in walk.warnings if "ankle" in text]
     assert len(said) == 1
     assert f"{type(controller).__name__}.torque gives inf for the ankle torque at t = 0.3" in said[0]
+
+
+def test_a_memory_that_is_too_short_in_a_walk_is_told() -> None:
+    with pytest.raises(mjbiped.WalkStopped, match=r"IndexError: .*memory_size says, 0: set that as you need"):
+        mjbiped.walk(made(memory_size=0, on_touchdown=written(0, 1.0)), GROUND, engine="hybrid", steps=2)
 
 
 def test_a_failure_names_the_line() -> None:
