@@ -16,6 +16,7 @@ _LOST = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SL
 _FAILURES = [*_LOST, Outcome.DIVERGED.words]
 _AT_ONCE = 2  # steps
 _ESTIMATE = "initial_slope_estimate"  # setting of the controllers that estimate the slope
+_DEEP = 0.01  # leg lengths; no contact lets a foot come deeper
 _FAR_OFF = math.radians(1.0)  # from the slope at the start
 
 
@@ -46,8 +47,11 @@ def _placed(walk: Walk) -> Iterator[str]:
     placed = f"{walk.outcome} in step {walk.steps + 1} with the hip {_apart(walk.end[1] - foot)} the stance foot"
     if len(walk.samples["time"]) and len(walk.robot.bodies.limbs) == 2:
         qpos, stance = walk.samples["qpos"][-1:], int(walk.samples["stance"][-1])
-        swing_foot = float(walk.robot.outline(qpos)[0, 1 - stance, -1, 0])
-        placed += f", and the swing foot {_apart(swing_foot - float(qpos[0, 0]))} the hip"
+        x, z = map(float, walk.robot.outline(qpos)[0, 1 - stance, -1])
+        placed += f", and the swing foot {_apart(x - float(qpos[0, 0]))} the hip"
+        depth = walk.terrain.height_at(x) - z
+        if depth > _DEEP * walk.robot.leg_length and not walk.robot.collides_from_lift_off:
+            placed += f" and {depth:.2f} m under the ground, through which the scuffing rule lets it swing"
     yield placed
 
 
