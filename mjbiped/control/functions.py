@@ -125,7 +125,6 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     _check_parameters(controller)
     try:
         law = law_of(controller)
-        _check_numbers(controller, law)
         if law is None:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
@@ -229,17 +228,6 @@ def _check_parameters(controller: Controller) -> None:
                 f"{type(controller).__name__}.{method} does not take what it is given: {error}; expected is "
                 f"def {method}({', '.join(parameters)})"
             ) from error
-
-
-def _check_numbers(controller: Controller, law: Law | None) -> None:
-    """Refuse parameters of a law that are no numbers, of which no machine code can be made."""
-    given = () if law is None or controller.inner is not None else law.parameters  # around another one: a block
-    for number, each in enumerate(given):
-        if type(each) is not float and not isinstance(each, Real):
-            raise InputError(
-                f"{type(controller).__name__}.law has parameters of which one is no number, parameters[{number}] = "
-                f"{shown(each)}; expected floats in one flat list, a table's numbers behind the others: *table"
-            )
 
 
 def _check_memory(controller: Controller, method: str, memory: list[Any]) -> None:

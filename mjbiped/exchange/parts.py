@@ -156,7 +156,7 @@ def limits_of(model: mujoco.MjModel) -> dict[str, float]:
     Of a motor the least bound counts: that of its force, and of its control where torque is proportional to control.
     """
     hinges = [each for each in np.flatnonzero(model.jnt_actfrclimited) if model.jnt_type[each] == _HINGE]
-    found = {f"hinge {_joint(model, each)}": _greatest(model.jnt_actfrcrange[each]) for each in hinges}
+    found = {f"hinge {_joint(model, int(each))}": _greatest(model.jnt_actfrcrange[each]) for each in hinges}
     for motor in range(model.nu):
         bounds, gear = [], model.actuator_gear[motor, 0]
         if model.actuator_forcelimited[motor]:

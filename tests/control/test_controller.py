@@ -160,12 +160,6 @@ class Silent(PassiveController):
         return super().law()._replace(torque=lambda _parameters, _memory, _t, _q, _dq, out: out.__setitem__(0, 0.0))
 
 
-class Nested(PassiveController):
-    def law(self) -> Law:
-        table: Any = (1.0, 2.0)
-        return super().law()._replace(parameters=[1.0, table])
-
-
 class Answering(PassiveController):
     def law(self) -> Law:
         torque: Any = lambda *_: (0.0, 0.0)  # noqa: E731
@@ -201,7 +195,6 @@ REFUSED: list[tuple[Controller, str]] = [
     (made(torque=lambda *_: (0.0, float(next(CALLS)))), "for the same arguments"),
     (made(torque=forgetful), r"Law.torque does not take .*expected is def torque\(self, memory, t, q, dq\)"),
     (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
-    (Nested(), r"Nested.law has .* parameters\[1\] = \(1.0, 2.0\); expected floats in one flat list"),
     (Answering(), r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
     (Silent(), r"law\(\).torque leaves out\[1\], the hip torque, unwritten"),
 ]
