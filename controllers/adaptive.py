@@ -1,9 +1,10 @@
 """The paper's adaptive controller: tracking, slope estimator and re-planning, for straight legs and knees.
 
-Law (14), adaptive law (17), update (27) and re-planning are those of every chain of segments. What knees add:
+Law (14), adaptive law (17), update (27) and re-planning are the same for every chain of segments. Knees add:
 
-- The reference has a branch for the bent and one for the straight knee, and the law follows the one of the actual knee,
-  not of the time (reference spreading). The bent branch goes on past the stop, so that a late knee still strikes.
+- The reference has a branch for the bent knee and a branch for the straight knee. The law follows the branch of the
+  actual knee, whatever the time (reference spreading). The bent branch goes on past the stop, so that a late knee still
+  strikes.
 - After a touchdown with a bent knee the stance leg stays bent. The law models the bent leg
   (`mjbiped.controllers.slope_estimator`), and (27) compares thighs, whose angle then differs from that of the leg.
 - A re-planned curve would keep a straight leg straight. So a bump is added to the shank's curve, a higher one after a

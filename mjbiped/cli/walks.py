@@ -56,7 +56,7 @@ def walk(
         video: Write a video, .mp4 or .gif, with the options under "Video".
 
     \b
-    Presets: level, incline, slopes, stairs, mixed, random, treads, waves, recorded; with parameters:
+    Presets: level, incline, slopes, stairs, mixed, random, treads, waves, bumps, recorded; with parameters:
       stairs:rise=-0.06,tread=1.8    slopes:change_deg=-1    random:slope_deg=-2..2
 
     \b

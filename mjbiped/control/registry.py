@@ -1,7 +1,7 @@
 """Controllers by their names on the command line and in study files: registered ones, and a user's own.
 
-Nothing here knows a control law. A package registers its controllers as entry points of the group `GROUP`, as this
-project does in its own pyproject.toml, and they are found when somebody asks for them:
+This module knows no control law. A package registers its controllers as entry points of the group `GROUP`, as this
+project does in its own pyproject.toml. A controller is imported when a caller asks for its name:
 
 ```toml
 [project.entry-points."mjbiped.controllers"]

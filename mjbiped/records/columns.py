@@ -91,7 +91,7 @@ def _samples_of(robot: type[Robot]) -> Columns:
         "time": Column("s", "time since the start of the walk"),
         "q": Column("rad", "angles from the ground's normal under the stance foot", robot.angles),
         "dq": Column("rad/s", "rates of the angles", robot.angles),
-        "torque": _free("N m", "joint torques from now on", robot.joints),
+        "torque": _free("N m", "joint torques just after this time", robot.joints),
         "ankle_asked": _free("N m", "ankle torque that the law asks for; a sole transmits less"),
         "slope": Column("rad", "slope of the ground under the stance foot"),
         "slope_estimate": _free("rad", "slope that the controller estimates; NaN if it makes no estimate"),

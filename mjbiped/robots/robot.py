@@ -101,7 +101,7 @@ class Robot(Shape):
 
     @property
     def model(self) -> Model:
-        """The constants of the robot's equations for people's own compiled laws; see `mjbiped.robots.model`.
+        """The constants of the robot's equations for compiled laws of users; see `mjbiped.robots.model`.
 
         Raises:
             InputError: The robot is on round feet.

@@ -19,8 +19,9 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.limit_cycles.basin import rates_around
 from mjbiped.robots.robot import Robot
 from mjbiped.studies.cell import LIMIT, Cell, Row
+from mjbiped.terrain.drawn import GROWN, START
 from mjbiped.terrain.files import FILE_KEY, parse_parameters
-from mjbiped.terrain.presets import GROWN, RANDOM, START
+from mjbiped.terrain.presets import RANDOM
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.domains import known_name
 from mjbiped.utils.draws import Scalar, read_choice

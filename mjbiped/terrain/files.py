@@ -12,8 +12,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
 from mjbiped.errors import InputError, shortened, shown
 from mjbiped.terrain.profile import check_slope
+from mjbiped.terrain.surface import MOST_HEIGHTS, Surface
 from mjbiped.utils import domains
 from mjbiped.utils.domains import known_name, parse_number
 from mjbiped.utils.files import read_text
@@ -21,8 +24,12 @@ from mjbiped.utils.files import read_text
 Floats: TypeAlias = tuple[float, ...]
 
 SEGMENT_KEYS = ("length", "slope_deg", "step", "lateral_deg")
-FILE_SUFFIXES = (".csv", ".toml", ".yaml", ".yml")
+FILE_SUFFIXES = (".csv", ".asc", ".toml", ".yaml", ".yml")
 FILE_KEY = "file"
+
+_GRID_KEYS = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "nodata_value")
+_NO_DATA = -9999.0  # of a grid that does not say
+_COUNT = domains.Count(2, MOST_HEIGHTS // 2)
 
 
 class Sample(NamedTuple):
@@ -77,6 +84,60 @@ def read_profile(path: Path) -> tuple[Floats, Floats, Floats, float]:
         segments.append((here.x, here.z, angle))
     starts, heights, angles = zip(*segments, strict=True)
     return starts, heights, angles, samples[-1].x
+
+
+def read_grid(path: Path) -> Surface:
+    """Read a surveyed grid, an ESRI ASCII grid: x to the east is forward, y to the north is to the left.
+
+    A header of `ncols`, `nrows`, `xllcorner` and `yllcorner` (or `xllcenter` and `yllcenter`), `cellsize` and
+    optionally `NODATA_value`, and a line for each row of heights in m, the northernmost first.
+
+    Raises:
+        InputError: The file cannot be read, has a hole, or holds anything else; the message names the line.
+    """
+    lines = [(number, line.split()) for number, line in enumerate(read_text(path).splitlines(), 1) if line.strip()]
+    header: dict[str, float] = {}
+    while lines and lines[0][1][0][0].isalpha() and parse_number(lines[0][1][0]) is None:
+        line, cells = lines.pop(0)
+        key, value = known_name(f"line {line}: header", cells[0].lower(), _GRID_KEYS), parse_number(cells[-1])
+        if len(cells) != 2 or value is None:
+            raise InputError(f"line {line}: {shown(' '.join(cells))}: expected {key} and a number")
+        header[key] = value
+    size = domains.STRETCH.check("cellsize", header.get("cellsize", "missing"))
+    rows, columns = (_COUNT.check(key, header.get(key, "missing")) for key in ("nrows", "ncols"))
+    corner = []
+    for axis in "xy":
+        if not {f"{axis}llcorner", f"{axis}llcenter"} & {*header}:
+            raise InputError(f"the header has neither {axis}llcorner nor {axis}llcenter; give one of them")
+        corner.append(header.get(f"{axis}llcenter", header.get(f"{axis}llcorner", 0.0) + size / 2.0))
+    if len(lines) != rows:
+        raise InputError(f"{len(lines)} rows of heights; the header says {rows}")
+    for axis, first, count in zip("xy", corner, (columns, rows), strict=True):
+        if not first <= 0.0 < first + (count - 1) * size:
+            raise InputError(
+                f"the ground reaches from {axis} = {first:.10g} to {first + (count - 1) * size:.10g} m, but the robot "
+                f"starts at x = 0, y = 0 and walks along x: subtract the start's {axis} from {axis}llcorner"
+            )
+    hole = header.get("nodata_value", _NO_DATA)
+    heights = [_row_of_grid(line, cells, columns, hole) for line, cells in reversed(lines)]
+    return Surface(corner[0], corner[1], size, np.array(heights))
+
+
+def _row_of_grid(line: int, cells: Sequence[str], columns: int, hole: float) -> list[float]:
+    """Heights of a line of a grid, m."""
+    if len(cells) != columns:
+        raise InputError(f"line {line}: {len(cells)} heights; the header says ncols {columns}")
+    heights = []
+    for number, cell in enumerate(cells, start=1):
+        height = parse_number(cell)
+        if height == hole:
+            raise InputError(
+                f"line {line}, height {number} of {columns}, is {cell}, which stands for no data (NODATA_value): the "
+                "ground has a hole; fill it (with gdal_fillnodata, for example), or cut out a part without holes"
+            )
+        where = f"line {line}, height {number} of {columns}"
+        heights.append(domains.PLACE.check(where, cell if height is None else height))
+    return heights
 
 
 def read_segments(path: Path) -> list[tuple[object, ...]]:

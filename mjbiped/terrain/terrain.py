@@ -1,51 +1,46 @@
-"""The ground: a piecewise-linear profile with vertical steps, x forward and z up, which may fall to one side.
+"""The ground: a piecewise-linear profile with vertical steps, x forward and z up.
 
 Slope > 0 goes down in the walking direction (dz/dx = -tan slope), step > 0 goes up: the signs of the paper's Fig. 4.
-Lateral slope > 0 goes down to the left, which is +y (dz/dy = -tan lateral). The profile is the ground at y = 0.
+For robots in space the ground may fall to one side as well, and a surface z(x, y) may lie on it. Lateral slope > 0 goes
+down to the left, which is +y (dz/dy = -tan lateral). The profile, without the surface, is the ground at y = 0.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, prefixed, shortened, shown
-from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_profile, read_segments
-from mjbiped.terrain.presets import PRESETS, Length, Presets, Seed, recorded_rows
+from mjbiped.terrain.drawn import recorded_rows
+from mjbiped.terrain.files import FILE_SUFFIXES, parse_parameters, read_grid, read_profile, read_segments
+from mjbiped.terrain.presets import PRESETS, Presets
 from mjbiped.terrain.profile import (
     HIGHEST_STEP,
     MOST_SEGMENTS,
-    Profile,
     check_slope,
     checked_segments,
-    height_of,
-    segment_under,
 )
+from mjbiped.terrain.shape import STEP_RESOLUTION, Shape
+from mjbiped.terrain.surface import Length, Seed, Surface
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain, checked, entries, known_name
-
-STEP_RESOLUTION = 1e-9
-"""Greatest height difference at a break that is rounding, not a step, m; `domains.PLACE` bounds the rounding."""
 
 SHORTEST_RECORD = 5.0
 """Shortest record from which random ground is made, m: some steps."""
 
 _FIELDS = {"x": domains.PLACE, "z": domains.PLACE, "angle": domains.ANGLE, "lateral": domains.ANGLE}
-_IN_SPACE = ("lateral",)  # fields that records of profiles do not have
+_IN_SPACE = ("lateral", "surface")  # fields that records of profiles do not have
 _RISE = Domain(-HIGHEST_STEP - STEP_RESOLUTION, HIGHEST_STEP + STEP_RESOLUTION, "m")  # a difference of rounded heights
 
 
 @dataclass(frozen=True)
-class Terrain(Presets):
+class Terrain(Presets, Shape):
     """A ground profile of straight segments, with vertical steps between them.
 
     Segment i covers x[i] <= x < x[i + 1]: at a break the segment that starts there counts (right-continuous). The first
@@ -82,6 +77,7 @@ class Terrain(Presets):
     name: str = "custom"
     parameters: tuple[tuple[str, Any], ...] = ()
     lateral: tuple[float, ...] = ()
+    surface: Surface | None = None
 
     def __post_init__(self) -> None:
         """Check the fields, and make plain tuples of them."""
@@ -117,6 +113,8 @@ class Terrain(Presets):
             check_slope(f"segment {i}", angle)
         for i, (gradient, aside) in enumerate(zip(self.gradients, self.lateral, strict=False), start=1):
             check_slope(f"segment {i}", math.atan(math.hypot(gradient, math.tan(aside))))
+        if self.surface is not None:
+            self._check_surface(self.surface)
         for i, rise in enumerate(self.rises, start=1):
             _RISE.check(f"segment {i}: its step", rise)
         domains.check_text("name", self.name)
@@ -127,11 +125,38 @@ class Terrain(Presets):
             raise InputError(f"parameters = {shown(pairs)}: expected pairs of a name and a value")
         object.__setattr__(self, "parameters", pairs)
 
+    def _check_surface(self, surface: object) -> None:
+        """Refuse a surface on more than a plane, beside the robot's start, or too steep to be stood on."""
+        if not isinstance(surface, Surface):
+            raise InputError(f"surface = {shown(surface)}: must be a Surface or None")
+        if len(self.x) > 1:
+            raise InputError(f"a surface lies on a single segment, and this ground has {len(self.x)}")
+        last_x, last_y = surface.ends
+        if not (surface.x0 <= 0.0 < last_x and surface.y0 <= 0.0 < last_y):
+            raise InputError(
+                f"the surface reaches from x = {surface.x0:g} to {last_x:g} m and from y = {surface.y0:g} to "
+                f"{last_y:g} m, but the robot starts at x = 0, y = 0"
+            )
+        fall = self.falls[0] if self.lateral else 0.0
+        angle, x, y = surface.steepest(self.gradients[0], -fall)
+        check_slope(f"at x = {x:g}, y = {y:g} m", angle)
+
     def __repr__(self) -> str:
         """One line without the profile, which can be long; `to_dict` contains it."""
         count = f"{len(self.x)} segment{'' if len(self.x) == 1 else 's'}"
         reach = f"up to x = {self.end:g} m" if math.isfinite(self.end) else "without end"
         return f"<Terrain {self.caption}: {count} {reach}>"
+
+    @property
+    def caption(self) -> str:
+        """Name and parameters in one line; of a list of segments only the number."""
+        shown = ", ".join(
+            f"{len(v)} segments"
+            if key == "segments" and isinstance(v, tuple)
+            else f"{key}={'..'.join(map(str, v)) if isinstance(v, tuple) else v}"
+            for key, v in self.parameters
+        )
+        return " ".join((f"{self.name} ({shown})" if shown else self.name).split())
 
     # ---- making one ----------------------------------------------------------------------------------------------
 
@@ -160,6 +185,8 @@ class Terrain(Presets):
         `.csv`: elevation samples, two columns x and z in m with x ascending; an x given twice is a vertical step; a
         header, blank lines and # comments are allowed. The profile is kept as sampled, heights included, and the ground
         ends at the last sample.
+        `.asc`: a surveyed grid, an ESRI ASCII grid; see `mjbiped.terrain.files.read_grid`. The ground ends at its last
+        column.
         `.toml`, `.yaml`, `.yml`: `segments`, a list of [length, slope_deg, step, lateral_deg] or of tables with these
         keys, as for `from_segments`.
 
@@ -176,6 +203,9 @@ class Terrain(Presets):
             if suffix == ".csv":
                 x, z, angles, end = read_profile(path)
                 return cls(x, z, angles, end=end, name=path.name)
+            if suffix == ".asc":
+                surface = read_grid(path)
+                return cls((surface.x0,), (0.0,), (0.0,), end=surface.ends[0], name=path.name, surface=surface)
             rows = checked_segments(read_segments(path))
             return cls._of_segments(rows, path.name, {"segments": rows})
 
@@ -203,6 +233,8 @@ class Terrain(Presets):
         record = file if isinstance(file, Terrain) else cls.from_file(file)
         if not math.isfinite(record.end):
             raise InputError(f"{shown(record.name)} goes on without end; expected an elevation file (.csv)")
+        if not record.is_profile:
+            raise InputError(f"{shown(record.name)} is ground in space; expected an elevation file (.csv)")
         reach = record.end - record.x[0]
         if reach < SHORTEST_RECORD:
             raise InputError(
@@ -217,130 +249,6 @@ class Terrain(Presets):
         x, z = record.samples
         rows = recorded_rows(seed, length, x, z)
         return cls._of_segments(rows, "recorded", {"file": record.name, "seed": seed, "length": length})
-
-    # ---- asking it -----------------------------------------------------------------------------------------------
-
-    @cached_property
-    def profile(self) -> Profile:
-        """Starts, heights and gradients of the segments, for code that runs at every physics step."""
-        return Profile(self.x, self.z, self.gradients, len(self.x))
-
-    @cached_property
-    def gradients(self) -> tuple[float, ...]:
-        """dz/dx of the segments, shape (n,)."""
-        return tuple(-math.tan(angle) for angle in self.angle)
-
-    @cached_property
-    def falls(self) -> tuple[float, ...]:
-        """-dz/dy of the segments, shape (n,); empty where all ground is level across."""
-        return tuple(map(math.tan, self.lateral))
-
-    @property
-    def is_profile(self) -> bool:
-        """Whether the ground is a profile, level across: planar robots walk on no other."""
-        return not self.lateral
-
-    @cached_property
-    def heights_before(self) -> tuple[float, ...]:
-        """Heights just before the segments' starts, before the steps, m, shape (n,); the first is z[0]."""
-        dx = (there - here for here, there in pairwise(self.x))
-        before = (z + g * length for z, g, length in zip(self.z, self.gradients, dx, strict=False))
-        return (self.z[0], *before)
-
-    @cached_property
-    def rises(self) -> tuple[float, ...]:
-        """Steps up at the segments' starts, m, shape (n,); exactly 0.0 where there is none, and for the first."""
-        jumps = (after - before for after, before in zip(self.z, self.heights_before, strict=True))
-        return tuple(jump if abs(jump) > STEP_RESOLUTION else 0.0 for jump in jumps)
-
-    @property
-    def caption(self) -> str:
-        """Name and parameters in one line; of a list of segments only the number."""
-        shown = ", ".join(
-            f"{len(v)} segments"
-            if key == "segments" and isinstance(v, tuple)
-            else f"{key}={'..'.join(map(str, v)) if isinstance(v, tuple) else v}"
-            for key, v in self.parameters
-        )
-        return " ".join((f"{self.name} ({shown})" if shown else self.name).split())
-
-    def segment_at(self, x: float) -> int:
-        """Return the index of the segment under x (m)."""
-        return segment_under(self.profile, x)
-
-    def height_at(self, x: float, y: float = 0.0) -> float:
-        """Return the height (m) at x, y (m): `height` for one plain float, without NumPy; NaN gives NaN."""
-        index = self.segment_at(x)
-        height = height_of(self.profile, index, x)
-        return height - self.falls[index] * y if self.lateral else height
-
-    def normal_at(self, x: float, y: float) -> NDArray[np.float64]:
-        """Return the ground's upward normal at x, y (m), a unit vector, shape (3,)."""
-        index = self.segment_at(x)
-        normal = np.array([-self.gradients[index], self.falls[index] if self.lateral else 0.0, 1.0])
-        return np.asarray(normal / np.linalg.norm(normal))
-
-    def slope_at(self, x: float) -> float:
-        """Return the slope (rad) at x (m): `slope` for one plain float, without NumPy; NaN gives NaN."""
-        return self.angle[self.segment_at(x)] if x == x else x
-
-    @overload
-    def height(self, x: float) -> float: ...
-    @overload
-    def height(self, x: NDArray[np.number] | Sequence[float]) -> NDArray[np.float64]: ...
-    def height(self, x: float | NDArray[np.number] | Sequence[float]) -> float | NDArray[np.float64]:
-        """Return the height of the ground.
-
-        Args:
-            x: Places, m, any shape; NaN gives NaN.
-
-        Returns:
-            Heights, m, in x's shape; a float for a scalar. On a step, the height after it.
-
-        Raises:
-            InputError: x is not numeric.
-        """
-        return _asked(self.height_at, x)
-
-    @overload
-    def slope(self, x: float) -> float: ...
-    @overload
-    def slope(self, x: NDArray[np.number] | Sequence[float]) -> NDArray[np.float64]: ...
-    def slope(self, x: float | NDArray[np.number] | Sequence[float]) -> float | NDArray[np.float64]:
-        """Return the slope of the ground.
-
-        Args:
-            x: Places, m, any shape; NaN gives NaN.
-
-        Returns:
-            Slopes, rad, positive downwards in the walking direction, in x's shape; a float for a scalar. At a break,
-            the slope after it.
-
-        Raises:
-            InputError: x is not numeric.
-        """
-        return _asked(self.slope_at, x)
-
-    @property
-    def samples(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Places and heights (m) that straight lines join, for a profile with an end; a step has two at one place."""
-        x, z = self.outline(self.x[0], self.end)
-        joined = np.append((np.diff(x) == 0.0) & (np.abs(np.diff(z)) <= STEP_RESOLUTION), False)  # no step
-        return x[~joined], z[~joined]
-
-    def outline(self, start: float, stop: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Profile between two places, with both ends of every segment and step: x and z in m."""
-        x, z = [start], [self.height_at(start)]
-        for place, before, after in zip(self.x[1:], self.heights_before[1:], self.z[1:], strict=True):
-            if start < place < stop:
-                x += [place, place]
-                z += [before, after]
-        return np.array([*x, stop]), np.array([*z, self.height_at(stop)])
-
-    def stretches(self) -> Iterator[range]:
-        """Iterate over runs of segments without a step in between, each as a range of indices."""
-        starts = [0, *(i for i, rise in enumerate(self.rises) if rise), len(self.x)]
-        return (range(first, stop) for first, stop in pairwise(starts))
 
     # ---- the record ----------------------------------------------------------------------------------------------
 
@@ -363,8 +271,10 @@ class Terrain(Presets):
         names = [field.name for field in fields(cls) if field.name not in _IN_SPACE]
         if not isinstance(written, Mapping) or {*written} - {*_IN_SPACE} != {*names}:
             raise InputError(f"a terrain's record must be a mapping with {', '.join(names)}, got {shown(written)}")
+        end, surface = written["end"], written.get("surface")
         with prefixed("not a terrain's record: "):
-            return cls(**{**written, "end": math.inf if written["end"] is None else written["end"]})
+            again = {"end": math.inf if end is None else end, "surface": surface and Surface.from_dict(surface)}
+            return cls(**{**written, **again})
 
 
 def parse_terrain(text: str) -> Terrain:
@@ -400,18 +310,6 @@ def _listed(name: str, values: object) -> tuple[Any, ...]:
     return listed
 
 
-def _asked(ask: Callable[[float], float], x: object) -> float | NDArray[np.float64]:
-    """Ask at one place or at each of an array."""
-    places: NDArray[Any] = np.array(None)
-    with suppress(ValueError, TypeError):  # rows of unequal length
-        places = np.asarray(x)
-    if places.dtype.kind not in "iuf":
-        raise InputError(f"x = {shown(x)}: must be numbers in m")
-    if not places.ndim:
-        return ask(float(places))
-    return np.array([ask(float(place)) for place in places.flat], dtype=np.float64).reshape(places.shape)
-
-
 def _frozen(value: object) -> Any:
     """Turn lists into tuples and NumPy scalars into plain ones, so that parameters can be compared and hashed."""
     if isinstance(value, list | tuple):
@@ -423,5 +321,7 @@ def _frozen(value: object) -> Any:
 
 
 def _thawed(value: object) -> object:
-    """Turn tuples into lists, as JSON has them."""
+    """Turn tuples into lists, as JSON has them, and a surface into what its record holds."""
+    if isinstance(value, Surface):
+        return value.to_dict()
     return [_thawed(v) for v in value] if isinstance(value, tuple) else value

@@ -101,7 +101,7 @@ class CycleStability:
 
     @property
     def multipliers_replanned(self) -> NDArray[np.complex128]:
-        """The same where each step is re-planned to begin without tracking error: of the estimates alone."""
+        """Multipliers of the estimates alone: with re-planning each step begins without tracking error."""
         return eigenvalues(self.evolution.transitions[-1][ESTIMATES, ESTIMATES])
 
 

@@ -20,7 +20,8 @@ from mjbiped.terrain.profile import (
     segment_near,
     segment_under,
 )
-from mjbiped.terrain.terrain import STEP_RESOLUTION, Terrain, parse_terrain
+from mjbiped.terrain.shape import STEP_RESOLUTION
+from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))
 SEGMENTS = st.lists(st.tuples(st.floats(0.01, 20.0), st.floats(-38.0, 38.0), STEPS), min_size=1, max_size=12)
@@ -224,7 +225,7 @@ def test_text_on_the_command_line(text: str, terrain: Terrain) -> None:
         ("stairs:tred=1", "unknown parameter of the terrain stairs 'tred'.*did you mean 'tread'"),
         ("missing.csv", "terrain file missing.csv: there is no such file"),
         ("folder/thing", "unknown suffix ''"),
-        ("ground.txt", r"unknown suffix '.txt': valid are .csv, .toml, .yaml, .yml"),
+        ("ground.txt", r"unknown suffix '.txt': valid are .csv, .asc, .toml, .yaml, .yml"),
     ],
 )
 def test_text_that_means_no_terrain_is_refused(text: str, message: str) -> None:

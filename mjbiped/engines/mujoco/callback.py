@@ -40,8 +40,8 @@ Native: TypeAlias = tuple[Callable[[int, int], object], int]
 FOREIGN, FARTHEST, PAIRS = range(3)
 PLACES = 1 << 14  # for walks in machine code
 table = np.zeros(PAIRS + 2 * PLACES, dtype=np.int64)
-"""For machine code: the address of somebody else's `mjcb_control`, how far behind its place a walk can be found, and
-pairs of addresses, of an mjData and of its walk's `Constants`."""
+"""For machine code: the address of another program's `mjcb_control`, the greatest distance of a walk from its place in
+the table, and pairs of addresses: an mjData, and the `Constants` of its walk."""
 
 _lock = threading.RLock()  # held while anything of the following changes; collected walks may take it again
 _interpreted: WeakValueDictionary[int, Interpreted] = WeakValueDictionary()  # by the addresses of their data
@@ -143,9 +143,9 @@ def walking() -> bool:
 
 @contextmanager
 def python_removed() -> Iterator[None]:
-    """Take somebody else's callbacks in Python away: MuJoCo's compiler steps models that Python cannot hold."""
+    """Remove Python callbacks of other programs: MuJoCo's compiler steps models that Python cannot hold."""
     with _lock:
-        # what MuJoCo's bindings tell of our places is what stood there before
+        # in the places of our callbacks MuJoCo's bindings still report the callbacks from before
         names = [name[4:] for name in dir(mujoco) if name.startswith("get_mjcb_")]
         free = {name: getattr(mujoco, f"get_{name}")() for name in names if _ours is None or name not in _PLACES}
         taken = {name: each for name, each in free.items() if each and not hasattr(each, "argtypes")}

@@ -17,7 +17,7 @@ All ground lies lower by `FOOT_RADIUS` along its normal, so that a leg's end tou
 contact's distance is zero.
 
 For robots in space the same pieces are wider, and tilted across where the ground is; their feet collide with all pieces
-at all times, so there are neither risers nor sills.
+at all times, so there are neither risers nor sills. A surface becomes `mjbiped.engines.mujoco.heightfields`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mjbiped.engines.mujoco.heightfields import add_geom, add_grid, add_surface
 from mjbiped.engines.mujoco.options import AUTO, BOXES, FIELD, GROUND_KINDS
 from mjbiped.terrain.profile import EDGE
 from mjbiped.terrain.terrain import Terrain
@@ -48,7 +48,7 @@ HALF_WIDTH = 0.6
 """Of the ground of planar robots across the walking direction, m."""
 
 _LONGEST_RUN = 16  # segments of one heightfield on a terrain of more than a few
-_THICKNESS = 0.12  # of boxes and heightfield bases, m; contacts are never deeper than some 0.1 mm
+_THICKNESS = 0.12  # of boxes, m; contacts are never deeper than some 0.1 mm
 _THICK = 1.0  # the same where ground of several lateral slopes stands apart, m
 _RISER_THICKNESS = 4e-3  # m; a foot gets no deeper into it than its displacement in a step
 SILL = 4e-3
@@ -59,9 +59,9 @@ _LEAST = 3.0  # ahead of the margin, in leg lengths, of however many segments
 _BACKWARD = 3.0  # ground behind the start, m: more than a fallen robot reaches
 
 PLANE = "plane"
+SURFACE = "surface"
 Point = tuple[float, float]
 """Place x and height z, m."""
-Heights: TypeAlias = NDArray[np.float64]
 
 
 class Piece(NamedTuple):
@@ -70,7 +70,7 @@ class Piece(NamedTuple):
     Attributes:
         name: Of the geom: the number of the stretch between two steps, and the piece's in there.
         segments: Indices in the terrain.
-        kind: What is built of them: a plane, a heightfield, or a box, of one segment.
+        kind: What is built of them: a plane, a heightfield, a box of one segment, or heightfields of a surface.
     """
 
     name: str
@@ -126,7 +126,9 @@ class Ground:
                     begins.append(index)
             for number, (first, stop) in enumerate(pairwise([*begins, segments.stop])):
                 self.pieces.append(Piece(f"ground_{stretch}_{number}", range(first, stop), made))
-        if len(terrain.x) == 1 and kind == AUTO and math.isinf(terrain.end):
+        if terrain.surface is not None:
+            self.pieces = [Piece("ground_0", range(1), SURFACE)]
+        elif len(terrain.x) == 1 and kind == AUTO and math.isinf(terrain.end):
             self.pieces = [Piece("ground_0", range(1), PLANE)]
 
     def between(self, start: float, stop: float) -> list[Piece]:
@@ -166,7 +168,9 @@ class Ground:
         """
         for name, segments, kind in pieces:
             corners = [self._corners(index) for index in segments]
-            if kind == PLANE:
+            if kind == SURFACE:
+                add_surface(spec, name, self.terrain, (self.starts[0], self.stops[0]), self.half_width, FOOT_RADIUS)
+            elif kind == PLANE:
                 self._add_plane(spec, name)
             elif kind == FIELD:
                 self._add_heightfield(spec, name, [corners[0][0], *(stop for _, stop in corners)], segments[0])
@@ -196,7 +200,7 @@ class Ground:
     def _add_plane(self, spec: mujoco.MjSpec, name: str) -> None:
         tilt, plane = self._tilt_of(0), mujoco.mjtGeom.mjGEOM_PLANE
         place = _under((self.terrain.x[0], self.terrain.z[0]), FOOT_RADIUS, *tilt)
-        _add(spec, "terrain", name, type=plane, size=[0.0, self.half_width, 0.05], pos=place, quat=_turned(*tilt))
+        add_geom(spec, "terrain", name, type=plane, size=[0.0, self.half_width, 0.05], pos=place, quat=_turned(*tilt))
 
     def _add_box(self, spec: mujoco.MjSpec, name: str, start: Point, stop: Point, segment: int) -> None:
         """A part of a segment as a box whose upper face, raised by the foot's radius, is the ground."""
@@ -204,7 +208,7 @@ class Ground:
         middle = (start[0] + stop[0]) / 2, (start[1] + stop[1]) / 2
         size = [math.dist(start, stop) / 2, self.half_width, thickness / 2]
         place = _under(middle, FOOT_RADIUS + thickness / 2, *tilt)
-        _add(spec, "terrain", name, size=size, pos=place, quat=_turned(*tilt))
+        add_geom(spec, "terrain", name, size=size, pos=place, quat=_turned(*tilt))
 
     def _add_heightfield(self, spec: mujoco.MjSpec, name: str, nodes: list[Point], segment: int) -> None:
         """A heightfield of two rows, with a column at each of these equidistant points of the profile.
@@ -223,18 +227,13 @@ class Ground:
         heights = np.array([z - (padded[k] + padded[k + 1]) / 2 for k, (_, z) in enumerate(nodes)])
         grid = heights + fall * self.half_width * np.array([[1.0], [-1.0]])
         middle, reach = (nodes[0][0] + nodes[-1][0]) / 2, (nodes[-1][0] - nodes[0][0]) / 2
-        _add_grid(spec, name, grid, (middle, 0.0), (reach, self.half_width))
+        add_grid(spec, name, grid, (middle, 0.0), (reach, self.half_width))
 
     def _corners(self, index: int) -> tuple[Point, Point]:
         """A segment's first and last point; the first segment reaches back, the last one to the end."""
         x, z, fall = self.terrain.x[index], self.terrain.z[index], math.tan(self.terrain.angle[index])
         start, stop = self.starts[index], self.stops[index]
         return (start, z - fall * (start - x)), (stop, z - fall * (stop - x))
-
-
-def _add(spec: mujoco.MjSpec, of: str, name: str, **given: object) -> None:
-    """Add a geom of a default class, a box unless told otherwise."""
-    spec.worldbody.add_geom(spec.find_default(of), name=name, **{"type": mujoco.mjtGeom.mjGEOM_BOX, **given})
 
 
 def _turned(slope: float, roll: float) -> list[float]:
@@ -254,31 +253,10 @@ def _under(point: Point, depth: float, slope: float, roll: float) -> list[float]
     return [x - lean * math.sin(slope), 0.0 - aside, z - lean * math.cos(slope)]  # no negative zero
 
 
-def _add_grid(
-    spec: mujoco.MjSpec, name: str, heights: Heights, middle: tuple[float, float], half: tuple[float, float]
-) -> None:
-    """Add a heightfield.
-
-    Args:
-        spec: The scene.
-        name: Of the geom.
-        heights: z at equidistant y (rows) and x (columns), m.
-        middle: x and y of the grid's middle, m.
-        half: Half its extent along x and y, m.
-    """
-    lowest = float(heights.min())
-    rise = float(heights.max()) - lowest
-    elevation = rise if rise > 0.0 else 1e-3  # MuJoCo stretches the data to 0..1, and refuses a zero scale
-    rows, columns = heights.shape
-    data = ((heights - lowest) / elevation).ravel()
-    spec.add_hfield(name=name, size=[*half, elevation, _THICKNESS], nrow=rows, ncol=columns, userdata=data)
-    _add(spec, "terrain", name, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=[*middle, lowest])
-
-
 def _add_riser(spec: mujoco.MjSpec, name: str, terrain: Terrain, index: int) -> None:
     """A frictionless plate behind the face of the step at a segment's start, up to the upper ground's height."""
     x, top, rise = terrain.x[index], terrain.z[index], terrain.rises[index]
     upper, lower = max(top, top - rise), min(top, top - rise) - _THICKNESS / 2
     inward = 1.0 if rise > 0.0 else -1.0
     place = [x + inward * (FOOT_RADIUS + _RISER_THICKNESS / 2), 0.0, (upper + lower) / 2]
-    _add(spec, "riser", name, size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2], pos=place)
+    add_geom(spec, "riser", name, size=[_RISER_THICKNESS / 2, HALF_WIDTH, (upper - lower) / 2], pos=place)

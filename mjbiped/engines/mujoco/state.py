@@ -23,7 +23,7 @@ ANGLES = 3
 X, Z = 0, 1
 
 MARK = 7.385102934e-305
-"""What tells the userdata of a walk from those of somebody else's model."""
+"""Mark in the userdata of a walk; the userdata of other models lack this mark."""
 
 
 class State(ctypes.Structure):

@@ -1,28 +1,32 @@
-r"""Landing on impacts: how long each physics step is, and how its contacts are damped.
+r"""Landing on impacts: the length of each physics step, and the damping of its contacts.
 
-A touchdown falls between two steps of a fixed length: the foot sinks in before its contact counts, and the rates after
-the impact are off by up to 11 %. Here a step ends where the foot meets the ground, and one short *contact step* makes
-the impact. MuJoCo's Euler step is known before it is made: with the accelerations a that the solver found, it leads to
+With steps of one length a touchdown falls between two steps. The foot then sinks into the ground before its contact
+counts, and the rates after the impact err by up to 11 %. So mjbiped ends a step where the foot meets the ground, and
+one short *contact step* makes the impact. The accelerations a, which the solver has found, lead in MuJoCo's Euler step
+to the rates and positions
 
 .. math:: v' = v + k \, a, \qquad x' = x + t \, v'
 
-so the length t that leads to the ground is found exactly, before the integrator reads `opt.timestep` and `qacc`.
+From this equation the length t that leads to the ground is computed exactly, before the integrator reads
+`opt.timestep` and `qacc`.
 
-**Effective step.** In MuJoCo k = t, as it must be as long as all steps are of one length. Where the length changes, k
-must be the mean of this step's length and of the one before, and half this step's after an impact, whose rates belong
-to its end. Otherwise each gait step begins and ends with rates that are off by t a / 2. So there, and nowhere else,
-`qacc` is scaled by k / t before the integrator takes it.
+**Effective step.** The length k is the time for which accelerations act. In steps of one length k = t, as in MuJoCo.
+Where the length changes, k is the mean of this step's length and the previous step's length. After an impact k is half
+of this step's length, because the rates after an impact belong to the impact's end. With k = t each gait step would
+begin and end with rates that err by t a / 2. So where k differs from t, `qacc` is scaled by k / t before the integrator
+uses `qacc`.
 
-**Approach.** Before the touchdown, steps become shorter by a factor of 4 each: the impact is made of rates half a
-step old, and a foot that happens to be out of contact falls meanwhile.
+**Approach.** Before the touchdown each step is a quarter as long as the previous step: the rates that enter the impact
+are half a step old, and a stance foot that has lost its contact falls during the step.
 
-**Damping.** A contact's damping is 1 / k: plastic within the step. So the length that a step's contacts are made for is
-*planned* one step ahead, in userdata. A step may become shorter than planned; the one that lands, half as long again.
+**Damping.** A contact has the damping 1 / k, so that the contact is plastic within the step. The solver needs this
+damping before the step's length is known. So the length is *planned* one step ahead and kept in userdata. A step may
+become shorter than planned, and the step that lands also half as long again.
 
-**Faces.** A step or two before the swing foot can meet a riser's face, contact steps begin; while it slides on the
-face, steps are as long as `Constants.sliding`. Where the foot is let collide only when it is there already, the long
-step under way is cut at once: in the first short step after a long one accelerations act for half the long one, and an
-impact in it, damped for a short one, would throw the foot back fifty times as fast as it came.
+**Faces.** Contact steps begin a step or two before the swing foot can meet a riser's face. While the foot slides on the
+face, steps last `Constants.sliding`. Where the scuffing rule lets the foot collide only once the foot is already at the
+face, the current long step is cut at once: in the first short step after a long step accelerations act for half of the
+long step, and the damping for a short step would throw the foot back fifty times as fast as the foot came.
 """
 
 from __future__ import annotations
