@@ -159,6 +159,19 @@ class InSpace(Robot):
         standing = standing if stance == 0 else replace(standing, stance=1, aside=-standing.aside)
         return tuple(standing.posture(self, np.asarray(angles, dtype=np.float64)).tolist())
 
+    def started(self, place: Array, normal: Array, q: Array, dq: Array) -> tuple[Array, Array]:
+        """Posture `qpos` and its rates on the left foot at rest, heading along x.
+
+        Args:
+            place: Of the foot, shape (3,), m.
+            normal: Of the ground there.
+            q: Angles, rad.
+            dq: Their rates, rad/s.
+        """
+        footing, step = first_footing(place, normal), 1e-6  # s: differences are exact to 1e-9
+        ahead, back = (footing.posture(self, q + sign * step * dq) for sign in (1.0, -1.0))
+        return footing.posture(self, q), (ahead - back) / (2.0 * step)
+
     def footing(self, qpos: ArrayLike, stance: int, normal: Array) -> Footing:
         """The footing of a stance leg in a posture `qpos` on ground with a normal, shape (3,)."""
         legs = self.points(qpos)
