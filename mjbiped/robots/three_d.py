@@ -6,6 +6,7 @@ the planar robot, and the roll behind them; `mjbiped.robots.space` has the equat
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.compass import Compass, StraightLegs
-from mjbiped.robots.footing import first_footing
+from mjbiped.robots.footing import Footing, first_footing
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array, SpatialLinkage
@@ -158,6 +159,59 @@ class InSpace(Robot):
         standing = first_footing(np.array([foot[0], across, foot[1]]), np.array([0.0, 0.0, 1.0]))
         standing = standing if stance == 0 else replace(standing, stance=1, aside=-standing.aside)
         return tuple(standing.posture(self, np.asarray(angles, dtype=np.float64)).tolist())
+
+    def started(self, place: Array, normal: Array, q: Array, dq: Array) -> tuple[Array, Array]:
+        """Posture `qpos` and its rates on the left foot at rest, heading along x.
+
+        Args:
+            place: Of the foot, shape (3,), m.
+            normal: Of the ground there.
+            q: Angles, rad.
+            dq: Their rates, rad/s.
+        """
+        footing, step = first_footing(place, normal), 1e-6  # s: differences are exact to 1e-9
+        ahead, back = (footing.posture(self, q + sign * step * dq) for sign in (1.0, -1.0))
+        return footing.posture(self, q), (ahead - back) / (2.0 * step)
+
+    def footing(self, qpos: ArrayLike, stance: int, normal: Array) -> Footing:
+        """The footing of a stance leg in a posture `qpos` on ground with a normal, shape (3,)."""
+        legs = self.points(qpos)
+        axle = legs[1 - stance, 0] - legs[stance, 0]
+        aside = axle - (axle @ normal) * normal
+        aside /= np.linalg.norm(aside)
+        return Footing(stance, legs[stance, -1], np.cross(aside, normal) * (1.0 if stance else -1.0), aside, normal)
+
+    def force_on_foot(self, q: Array, dq: Array, torque: Array, pull: Array, *, locked: bool = True) -> Array:
+        """Force of the ground on the stance foot, shape (3,), N: ahead, to the swing side, along the ground's normal.
+
+        Args:
+            q: Angles, rad.
+            dq: Their rates, rad/s.
+            torque: Of the joints, N m.
+            pull: Gravity's components; see `pull_of`.
+            locked: Whether the swing knee is locked, if there is one.
+        """
+        forces, linkage = self.input_matrix @ torque, self._linkage(q)
+        if locked:
+            parts = self.knee_lock.T @ forces, self.straightened(q), self.straightened(dq)
+            ddq = self.knee_lock @ self.in_space[2].accelerations(*parts, pull)
+        else:
+            ddq = linkage.accelerations(forces, q, dq, pull)
+        return linkage.ground_force(q, dq, ddq, pull)
+
+    def ground_force(
+        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of ground that is level across on the stance foot, forward and upward, N; see `Robot.ground_force`."""
+        state = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
+        ahead, _, normal = self.force_on_foot(*state, pull_of(slope), locked=locked)
+        sine, cosine = math.sin(slope), math.cos(slope)
+        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """Rates after a touchdown on the stance foot's plane; see `Robot.rates_after_touchdown`."""
+        straight = (self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq))
+        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(*straight)[1])
 
     def points(self, qpos: ArrayLike) -> Array:
         """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""
