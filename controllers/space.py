@@ -6,7 +6,8 @@ the Lyapunov function falls as before: dV_a/dt = -z_1' K_1 z_1 - z_2' K_2 z_2. T
 rotation between the attitudes that the leg which has not moved has in the old ground's frame and in the new one's.
 
 With knees the law follows the trajectory of the actual knee, bent or straight. A re-planned curve would keep a
-straight leg straight, so re-planning is additive then: the curve leads from the distance to the gait to zero, and is added to it.
+straight leg straight, so re-planning is additive then: the curve leads from the distance to the gait to zero, and is
+added to it.
 """
 
 from __future__ import annotations

@@ -55,8 +55,8 @@ class Disturbances:
             None: motors follow at once. The delayed torque is limited, then lagged.
         pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward
             positive), in order of time.
-        push_direction: Direction of all pushes, rad: 0 pushes forward, a right angle to the left. Robots of a plane take
-            no other than 0.
+        push_direction: Direction of all pushes, rad: 0 pushes forward, a right angle to the left. Planar robots take no
+            other than 0.
         push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.

@@ -134,7 +134,7 @@ class _Roll:
         return np.array([after[-1], rates[-1]]) - start
 
     def tables(self, start: Array) -> tuple[Table, ...]:
-        """The planar gait's tables with the roll beside; where a knee strikes late or early, the roll goes on evenly."""
+        """The planar gait's tables with the roll beside; before and after its own motion the roll goes on evenly."""
         before, last = self.parts(start)
         of_straight = self.legs.tables[-1]
         straight = self._pieces(of_straight, last, self.strike, self.period, bent=False)

@@ -123,10 +123,10 @@ def row_of(walker: str, place: Place, phase: int, walk: mjbiped.Walk) -> dict[st
 
 def todo(known: set[tuple[str, str, str]]) -> Iterator[tuple[str, Place, int]]:
     """Walks that are not in the table yet."""
-    for walker, (*_, places) in WALKERS.items():
-        for place in places:
-            for phase in range(place.phases):
-                if (walker, place.name, str(phase)) not in known:
+    for phase in range(PHASES):
+        for walker, (*_, places) in WALKERS.items():
+            for place in places:
+                if phase < place.phases and (walker, place.name, str(phase)) not in known:
                     yield walker, place, phase
 
 

@@ -43,7 +43,9 @@ def bodies_of(robot: InSpace) -> list[tuple[float, list[tuple[int, float]], floa
     return made
 
 
-@pytest.mark.parametrize("robot", [ROBOTS[0], pytest.param(ROBOTS[1], marks=pytest.mark.slow)], ids=["straight", "knees"])
+@pytest.mark.parametrize(
+    "robot", [ROBOTS[0], pytest.param(ROBOTS[1], marks=pytest.mark.slow)], ids=["straight", "knees"]
+)
 def test_equations_are_lagrange_s(robot: InSpace) -> None:
     """SymPy derives them from the places of the bodies and their angular velocities, by rotation matrices."""
     q, dq = drawn(robot, 1)

@@ -190,7 +190,7 @@ class MujocoSpaceRun(SpaceRun):
     def _look_at_knee(self) -> None:
         """Lock the swing knee where it has struck its stop."""
         data, swing = self.data, 1 - self.footing.stance
-        thigh, knee = self.legs[swing]
+        _, knee = self.legs[swing]
         if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
             q, before = self.seen()
             before = before.copy()
