@@ -140,7 +140,7 @@ def _told_shortly() -> Iterator[None]:
 )
 @click.version_option(__version__, prog_name="mjbiped")
 def main() -> None:
-    """A laboratory for a planar compass biped that walks on unknown ground, in MuJoCo.
+    """A laboratory for bipeds, planar and in space, that walk on unknown ground, in MuJoCo.
 
     \b
     Examples:

@@ -17,7 +17,7 @@ from mjbiped.utils.mujoco import mujoco as mujoco  # isort: split
 
 from mjbiped.envs.policy import PolicyController, export_policy
 from mjbiped.envs.recipes import TASKS, Curriculum
-from mjbiped.envs.tasks import IDS, WalkTask, task_of
+from mjbiped.envs.tasks import IDS, IN_SPACE, WalkTask, task_of
 from mjbiped.envs.walkers import Walkers
 from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SEED, known_name
@@ -25,7 +25,7 @@ from mjbiped.utils.domains import SEED, known_name
 if TYPE_CHECKING:
     import dm_env
 
-__all__ = ["IDS", "TASKS", "Curriculum", "PolicyController", "WalkTask", "export_policy", "load"]
+__all__ = ["IDS", "IN_SPACE", "TASKS", "Curriculum", "PolicyController", "WalkTask", "export_policy", "load"]
 
 if importlib.util.find_spec("gymnasium") is not None:
     import gymnasium
@@ -38,6 +38,9 @@ if importlib.util.find_spec("gymnasium") is not None:
                 vector_entry_point="mjbiped.envs.vector:WalkVectorEnv",
                 kwargs={"task": task, "kind": kind},
             )
+    for name, kind in IN_SPACE.items():
+        if name not in gymnasium.registry:
+            gymnasium.register(id=name, entry_point="mjbiped.envs.space:SpaceEnv", kwargs={"kind": kind})
 
 
 def load(

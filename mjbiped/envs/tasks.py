@@ -17,6 +17,7 @@ from mjbiped.engines.checks import check_controller
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.options import LONGEST_TIMESTEP
 from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD, Plan, Terms, make_plan
+from mjbiped.engines.space.mujoco import PLAIN
 from mjbiped.envs.driven import DrivenController
 from mjbiped.envs.recipes import TASKS, Curriculum, Recipe, disturbances_recipe, robot_recipe, terrain_recipe
 from mjbiped.errors import InputError, shown
@@ -38,7 +39,10 @@ IDS: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """Tasks and robots by their names in Gymnasium."""
 
-PEAK: Mapping[str, float] = MappingProxyType({"ankle": 35.55, "hip": 23.7, "knee": 35.55})
+IN_SPACE: Mapping[str, str] = MappingProxyType({"mjbiped/Compass3D-v0": "compass3d", "mjbiped/Kneed3D-v0": "kneed3d"})
+"""Robots in space by the names of their environments in Gymnasium."""
+
+PEAK: Mapping[str, float] = MappingProxyType({"ankle": 35.55, "hip": 23.7, "knee": 35.55, "ankle_roll": 35.55})
 """Greatest torques of the motors, N m: those of the knees (35.55) and hips of Unitree's Go1, a walking robot of 12 kg
 (`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie). They are for the robot of Table I, and are in proportion to
 weight and leg length for others."""
@@ -57,6 +61,8 @@ TIMESTEP = LONGEST_TIMESTEP
 KNEES_TIMESTEP, KNEES_TICK = 2e-3, 4e-3
 """Longest physics step, and time between two ticks of the controller, of robots with knees, s: their shanks are light,
 and with torques held for 20 ms the adaptive controller falls on the first steps."""
+SPACE_TICK = 2e-3
+"""Time between two ticks of the controller of robots in space, s, whose roll is unstable."""
 DISTURBANCE = 0.05  # of the rates at an episode's start, as a part of them
 IMITATED_DEG = 2.0  # slope of the passive gait on which episodes begin, degrees
 _CONTROL_PERIOD = domains.Domain(TIMESTEP, 1.0, "s")  # what is recorded in a longer one would find no room
@@ -143,6 +149,8 @@ class WalkTask:
         usual, timestep = self.control_period, TIMESTEP
         if "knee" in self.model.joints:
             usual, timestep = KNEES_TICK, KNEES_TIMESTEP
+        if "ankle_roll" in self.model.joints:
+            usual, timestep = SPACE_TICK, PLAIN
         return Mujoco(timestep=timestep, control_period=self._recipes[2].middle.control_period or usual)
 
     @cached_property

@@ -62,8 +62,8 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
             slope under x = 0, or, if there is no such gait, of the gait that controllers imitate.
 
     Raises:
-        InputError: The ground has more than `MOST_BUILT` segments or is a surface, the first state is refused as `mjbiped.walk` refuses
-            it, or legs are too short or too long for MuJoCo.
+        InputError: The ground has more than `MOST_BUILT` segments or is a surface, the first state is refused as
+            `mjbiped.walk` refuses it, or legs are too short or too long for MuJoCo.
         GaitError: The robot has no gait: give another first state.
         RecordError: The file cannot be written.
     """
@@ -74,8 +74,8 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
         )
     if terrain.surface is not None:
         raise InputError(
-            f"a scene holds profiles, and the ground {terrain.caption} is a surface; give ground of segments, or render "
-            "a walk on it"
+            f"a scene holds profiles, and the ground {terrain.caption} is a surface; give ground of segments, or "
+            "render a walk on it"
         )
     if initial == "gait":
         initial = _gait_of(robot, terrain.slope_at(0.0)).start.tolist()

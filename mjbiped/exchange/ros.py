@@ -160,8 +160,8 @@ def urdf_of(robot: Robot) -> str:
     """
     if "hip_y" in robot.places:
         raise InputError(
-            f"URDF and MCAP are of planar robots, and a {type(robot).__name__} moves in space; export its scene (.xml), "
-            "or its record as tables (.csv, .parquet)"
+            f"URDF and MCAP are of planar robots, and a {type(robot).__name__} moves in space; export its scene "
+            "(.xml), or its record as tables (.csv, .parquet)"
         )
     root = Element("robot", name=f"mjbiped_{robot.kind}")
     root.append(ElementTree.Comment(f" Written by mjbiped {__version__}: kg, m, rad, x forward, z up. "))

@@ -19,6 +19,7 @@ from mjbiped.plotting import width
 from mjbiped.plotting.style import C_MT, GUIDE, look, told_apart, widen, zero_line
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import Lines, Signal, Values, signals_of
+from mjbiped.robots.three_d import InSpace
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
 _MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place
@@ -157,6 +158,17 @@ def draw_over_time(axes: Axes, walk: Walk, letter: str, lines: Lines, title: str
     titled(axes, letter, title or usual)
     if len(axes.get_legend_handles_labels()[0]) > 1:
         legend_above(axes)
+
+
+def paths_from_above(walk: Walk, keep: Kept = slice(None)) -> tuple[Values, Values, Values]:
+    """Paths x, y of a robot in space: of its swing foot, with gaps between steps, of its hip, and its stance feet."""
+    robot, qpos, stance = walk.robot, walk.samples["qpos"][keep], walk.samples["stance"][keep]
+    assert isinstance(robot, InSpace)
+    feet, steps = robot.points(qpos)[:, :, -1, :2], np.flatnonzero(np.diff(stance)) + 1
+    swing = np.insert(feet[np.arange(len(stance)), 1 - stance], steps, np.nan, axis=0)
+    begun = np.append(0, steps)
+    hip = qpos[:, [robot.places.index(name) for name in ("hip_x", "hip_y")]]
+    return swing, hip, feet[begun, stance[begun]]
 
 
 class Portrait(NamedTuple):

@@ -24,6 +24,7 @@ from mjbiped.plotting.panels import (
     labelled,
     legend_above,
     legend_below,
+    paths_from_above,
     plain,
     portraits,
     titled,
@@ -174,18 +175,11 @@ def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across:
 
 def draw_paths(axes: Axes, walk: Walk) -> None:
     """Draw the paths of the hip and of the swing foot of a robot in space over the ground, and where it stood."""
-    robot, samples = walk.robot, walk.samples
-    assert isinstance(robot, InSpace)
-    stance, every = samples["stance"], np.arange(len(samples["stance"]))
-    feet = robot.points(samples["qpos"])[:, :, -1, :2]
-    steps = np.flatnonzero(np.diff(stance)) + 1
-    swing = np.insert(feet[every, 1 - stance], steps, np.nan, axis=0)
-    stood = feet[np.append(0, steps), stance[np.append(0, steps)]]
-    hip = samples["qpos"][:, [robot.places.index(name) for name in ("hip_x", "hip_y")]]
+    swing, hip, stood = paths_from_above(walk)
     axes.plot(*swing.T, color=style.ORANGE, linewidth=1.0, label="swing foot")
     axes.plot(*hip.T, color=SHADE, linewidth=1.2, label="middle of the hip")
     axes.plot(*stood.T, "o", color=style.BLUE, markersize=4, markeredgewidth=0, label="stance foot", zorder=4)
-    axes.set(xlim=_ends(feet[..., 0]), ylabel="y (m)")
+    axes.set(xlim=_ends(np.append(swing[np.isfinite(swing[:, 0]), 0], stood[:, 0])), ylabel="y (m)")
     axes.margins(y=0.12)
 
 

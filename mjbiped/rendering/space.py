@@ -25,6 +25,7 @@ from mjbiped.utils import palette
 from mjbiped.utils.mujoco import mujoco
 
 _CLEAR, _FADED = 7.0, 18.0  # distances from the camera between which the ground fades, in leg lengths
+_AMBIENT, _FROM_CAMERA = 0.36, 0.12  # light that has no direction, and light from the camera: the sun shows bumps
 _BESIDE = 0.07  # distance of a torque's plane from its joint, in leg lengths
 _ACROSS = 0.45  # length of the estimate's line across, over that along
 _LIFT = 0.006  # height of the estimate's lines over the plane, in leg lengths: as half their width
@@ -103,6 +104,7 @@ class SpaceScene(PosedScene):
         made = super().go_to(x)
         if made:
             vis, unit = self.model.vis, self._length / self.model.stat.extent
+            vis.headlight.ambient[:], vis.headlight.diffuse[:] = _AMBIENT, _FROM_CAMERA
             vis.map.shadowclip, vis.quality.shadowsize = 8.0, 4096
             vis.map.fogstart, vis.map.fogend, vis.rgba.fog[:] = _CLEAR * unit, _FADED * unit, (*HORIZON, 1.0)
         return made

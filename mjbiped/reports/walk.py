@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.errors import RenderError
-from mjbiped.plotting.panels import curves_over_time, portraits
+from mjbiped.plotting.panels import curves_over_time, paths_from_above, portraits
 from mjbiped.plotting.style import BLACK, GROUND, PLANNED, SHADE
 from mjbiped.records import measures
 from mjbiped.records.columns import flat_samples
@@ -21,6 +21,7 @@ from mjbiped.records.signals import PANELS, SIGNALS, lines_of, signals_of, value
 from mjbiped.reports import page
 from mjbiped.reports.page import Panel, Shown, curve, include, line, plotted, small
 from mjbiped.robots.robot import Array, Robot
+from mjbiped.robots.three_d import InSpace
 
 MOST_SAMPLES = 6000
 """Greatest number of drawn samples; of a longer walk every second, third ... sample and the ends of steps are drawn."""
@@ -98,6 +99,12 @@ def _touchdowns(walk: Walk) -> dict[str, list[str]]:
         "friction used": measures.friction_asked(rows),
         "least force (N)": rows["normal_force"],
     }
+    if "y" in rows:
+        columns |= {
+            "y (m)": rows["y"],
+            "slope to the left (°)": np.degrees(rows["lateral_slope"]),
+            "its estimate after (°)": np.degrees(rows["lateral_estimate"]),
+        }
     if "knee_strike" in rows:
         columns |= {"knee strike (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
     texts = {name: [_number(value) for value in column.tolist()] for name, column in columns.items()}
@@ -156,7 +163,8 @@ def walk_figures(walk: Walk, *, video: bool = False) -> list[Shown]:
         InputError: Plotly is not installed.
     """
     keep = shown_samples(walk)
-    return [_over_ground(walk), _over_time(walk, keep, video), _phases(walk, keep)]
+    above = [_from_above(walk, keep)] if isinstance(walk.robot, InSpace) else []
+    return [_over_ground(walk), *above, _over_time(walk, keep, video), _phases(walk, keep)]
 
 
 def _over_time(walk: Walk, keep: NDArray[np.int64], video: bool) -> Shown:
@@ -218,6 +226,23 @@ def _over_ground(walk: Walk) -> Shown:
         "follows them. Drag to move along, scroll to zoom, double-click to see all."
     )
     return Shown("ground", "Over the ground", note, plotted([Panel(traces, x_axis, y_axis)], dragmode="pan"), 420)
+
+
+def _from_above(walk: Walk, keep: NDArray[np.int64]) -> Shown:
+    """Draw the paths of hip and swing foot of a robot in space, and the places of its stance feet, seen from above."""
+    swing, hip, stood = paths_from_above(walk, keep)
+    place = "x %{x:.3f} m, y %{y:.4f} m<extra></extra>"
+    mark = {"mode": "markers", "marker": {"size": 8, "color": SIGNALS["q_stance"].colour}}
+    traces = [
+        curve("swing foot", *small(swing.T), place, line={"color": SIGNALS["q_swing"].colour, "width": 1.5}),
+        curve("middle of the hip", *small(hip.T), place, line={"color": SHADE, "width": 2}),
+        curve("stance foot", *small(stood.T), place, **mark),
+    ]
+    start = float(walk.samples["qpos"][0, 0]) - 0.8
+    x = {"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]}
+    note = "The left side is up, and y is drawn larger than x. Drag to move along, scroll to zoom."
+    plot = plotted([Panel(traces, x, {"title": {"text": "y (m)"}})], dragmode="pan")
+    return Shown("above", "From above", note, plot, 320)
 
 
 def _sticks(robot: Robot, qpos: Array, side: NDArray[np.int64]) -> tuple[Array, Array]:

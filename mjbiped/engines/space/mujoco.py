@@ -116,6 +116,18 @@ class MujocoSpaceRun(SpaceRun):
         finally:
             callback.leave(None)
 
+    def advance(self, until: float) -> Outcome:
+        """Walk on until a time, s, or to the end of the walk; see `SpaceRun.step`."""
+        callback.enter(None)
+        try:
+            while self.data.time < until - 1e-9:
+                outcome = self._physics_step()
+                if outcome not in (None, Outcome.WALKING):
+                    return outcome
+        finally:
+            callback.leave(None)
+        return Outcome.WALKING
+
     def _physics_step(self) -> Outcome | None:
         """Make one step; an outcome where a touchdown or the walk's end came in it."""
         model, data, outcome = self.model, self.data, None

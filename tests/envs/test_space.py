@@ -1,0 +1,68 @@
+"""Environments of robots in space: Gymnasium's checker, the walk of the adaptive controller, pictures, refusals."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import mjbiped
+from mjbiped.envs import IN_SPACE
+from mjbiped.envs.space import SpaceEnv
+from mjbiped.errors import InputError, MjbipedError
+from mjbiped.rendering.gl import gl_available
+
+GROUND = {"name": "level", "lateral_deg": 1.0}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "name", [name if "Compass" in name else pytest.param(name, marks=pytest.mark.slow) for name in IN_SPACE]
+)
+def test_gymnasiums_checker_has_nothing_to_say(name: str) -> None:
+    env = gymnasium.make(name, time_limit=0.1)
+    check_env(env.unwrapped, skip_render_check=True)
+    env.close()
+
+
+def test_without_actions_an_episode_is_the_adaptive_controllers_walk() -> None:
+    env = SpaceEnv(residual=True, terrain=GROUND, time_limit=1.2)
+    env.reset(seed=3)
+    shown, over = [], False
+    while not over:
+        seen, reward, fell, late, info = env.step(np.zeros(3, dtype=np.float32))
+        shown.append((seen[6], reward))
+        over = fell or late
+    episode, task = env.walk(), env.task
+    walk = mjbiped.walk(
+        task.controller.inner, episode.terrain, engine=task.engine, initial=episode.settings["initial"], steps=2
+    )
+    rows = len(episode.touchdowns["time"])
+    assert (info["outcome"], rows) == ("time limit", 1)
+    for name, column in episode.touchdowns.items():
+        if "lateral_estimate" not in name:
+            np.testing.assert_array_equal(column, walk.touchdowns[name][:rows], err_msg=name)
+    touched, rewards = np.array(shown).T
+    assert np.flatnonzero(touched).tolist() == [int(episode.touchdowns["time"][0] / task.control_period)]
+    assert ((rewards > 0.5) & (rewards <= 1.0)).all()
+
+
+@pytest.mark.skipif(gl_available() is None, reason="no OpenGL here")
+def test_pictures_show_the_robot() -> None:
+    env = SpaceEnv(render_mode="rgb_array", width=96, height=72)
+    env.reset(seed=0)
+    first: Any = env.render()
+    env.step(np.ones(3, dtype=np.float32))
+    assert (first != env.render()).any()
+    orange = (first[..., 0] > 120) & (first[..., 2] < 80)
+    assert 10 < orange.sum() < 1000
+    env.close()
+
+
+def test_refused() -> None:
+    for given in ({"kind": "compass"}, {"privileged": True}):
+        with pytest.raises(InputError, match="robots in space"):
+            SpaceEnv(**given)
+    with pytest.raises(MjbipedError, match="reset"):
+        SpaceEnv().step(np.zeros(3, dtype=np.float32))
