@@ -133,7 +133,8 @@ class BoundedAnkleController(OnSole):
     robot: Compass
 
     for_joints: ClassVar[Mapping[str, str]] = {
-        "knee": "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController"
+        "ankle_roll": "mjbiped.controllers.bounded.sideways:SidewaysController",
+        "knee": "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController",
     }
     support: ClassVar[int] = SUPPORT
 

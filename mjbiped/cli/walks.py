@@ -67,6 +67,7 @@ def walk(
       mjbiped walk slopes --controller energy-constraint --gain ratio=-2 --gain gain=20
       mjbiped walk trail.csv --steps 200 --plot trail.pdf
       mjbiped walk stairs:rise=0.04 --robot kneed --engine hybrid --plot knees.png
+      mjbiped walk bumps:seed=3 --robot compass3d --steps 20 --video space.mp4
       mjbiped walk trail.csv --controller spread.py:HipSpread --gain stiffness=25 --initial rest
     """  # noqa: D301 (click reads the backspace)
     law, ground = walker(terrain, walker_options)

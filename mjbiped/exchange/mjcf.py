@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -18,15 +18,17 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.control.registry import SHARED
 from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import first_state, scene_spec
+from mjbiped.engines.mujoco.scene import START_DEPTH, first_state, scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.setup import ground_needed
+from mjbiped.engines.mujoco.surface import add_surface
 from mjbiped.engines.plan import DEFAULT_STEPS, Plan, Terms, make_plan
 from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.ros import joined
 from mjbiped.gaits.described import passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.three_d import InSpace
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved
@@ -43,6 +45,7 @@ MOST_BUILT = 10_000
 """Greatest number of segments in a scene. A scene of this size is written in 7 s and opened by MuJoCo in 2 s; one of
 twice the size takes 27 s and 7 s, for MuJoCo makes its lists of geoms anew for each added geom."""
 
+_BROAD = 4.0  # half width of ground that falls to one side, leg lengths
 _STANCE, _OTHERS = 1, 2  # bits of contype and conaffinity: of the first stance foot, and of the other feet
 
 
@@ -59,7 +62,7 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
             slope under x = 0, or, if there is no such gait, of the gait that controllers imitate.
 
     Raises:
-        InputError: The ground has more than `MOST_BUILT` segments, the first state is refused as `mjbiped.walk` refuses
+        InputError: The ground has more than `MOST_BUILT` segments or is a surface, the first state is refused as `mjbiped.walk` refuses
             it, or legs are too short or too long for MuJoCo.
         GaitError: The robot has no gait: give another first state.
         RecordError: The file cannot be written.
@@ -68,6 +71,11 @@ def export_scene(robot: Robot, terrain: Terrain, path: str | Path, *, initial: s
         raise InputError(
             f"the ground has {len(terrain.x)} segments; expected at most {MOST_BUILT}, as MuJoCo takes very long to "
             "open a scene of more: give a shorter ground"
+        )
+    if terrain.surface is not None:
+        raise InputError(
+            f"a scene holds profiles, and the ground {terrain.caption} is a surface; give ground of segments, or render "
+            "a walk on it"
         )
     if initial == "gait":
         initial = _gait_of(robot, terrain.slope_at(0.0)).start.tolist()
@@ -93,9 +101,13 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     robot = plan.robot
     reach = plan.terms.scuffing.reach * robot.leg_length
     terrain, cut = _parted(plan.terrain, -reach if robot.collides_from_lift_off else reach)
-    ground = Ground(terrain, reach=ground_needed(robot, DEFAULT_STEPS, None), cut=cut)
+    reach, broad = ground_needed(robot, DEFAULT_STEPS, None), None if terrain.is_profile else _BROAD * robot.leg_length
+    ground = Ground(terrain, reach=reach, cut=cut, half_width=broad)
     spec = scene_spec(robot, ground, ground.pieces, timestep=TIMESTEP)
-    add_section(spec, ground, ground.pieces, robot.leg_length)
+    if isinstance(robot, InSpace):
+        add_surface(spec, ground, ground.pieces, robot.leg_length, 0.0)
+    else:
+        add_section(spec, ground, ground.pieces, robot.leg_length)
     spec.modelname = f"mjbiped {robot.kind}"
     for sensor in [each for each in spec.sensors if each.type == mujoco.mjtSensor.mjSENS_USER]:
         spec.delete(sensor)  # MuJoCo would call callbacks for them, which only mjbiped installs
@@ -107,10 +119,20 @@ def _scene_of(plan: Plan) -> ElementTree.Element:
     model = spec.compile()
     key = spec.add_key(name=START)
     key.qpos, key.qvel = [0.0] * model.nq, [0.0] * model.nv
-    for name, place, rate in zip(robot.places, *first_state(robot, terrain, plan.q, plan.dq), strict=True):
+    for name, place, rate in zip(robot.places, *_start_of(robot, terrain, plan), strict=True):
         address = int(model.joint(name).qposadr[0])
         key.qpos[address], key.qvel[address] = place, rate
     return exact_xml(spec, spec.compile())
+
+
+def _start_of(robot: Robot, terrain: Terrain, plan: Plan) -> tuple[Iterable[float], Iterable[float]]:
+    """Posture and rates at the start of a walk, in the order of `robot.places`."""
+    if not isinstance(robot, InSpace):
+        return first_state(robot, terrain, plan.q, plan.dq)
+    y = 0.5 * robot.hip_width
+    place = np.array([0.0, y, terrain.height_at(0.0, y) - START_DEPTH])
+    posture, rates = robot.started(place, terrain.normal_at(0.0, y), np.array(plan.q), np.array(plan.dq))
+    return posture.tolist(), rates.tolist()
 
 
 def _parted(terrain: Terrain, x: float) -> tuple[Terrain, int]:
@@ -123,16 +145,17 @@ def _parted(terrain: Terrain, x: float) -> tuple[Terrain, int]:
         raise InputError(
             f"the ground ends at x = {terrain.end:g} m; expected more than {x:g} m, a place for a first step"
         )
-    rows, index = list(zip(terrain.x, terrain.z, terrain.angle, strict=True)), terrain.segment_at(x)
-    begun = x, terrain.height_at(x), terrain.slope_at(x)
+    aside = terrain.lateral or (0.0,) * len(terrain.x)
+    rows, index = list(zip(terrain.x, terrain.z, terrain.angle, aside, strict=True)), terrain.segment_at(x)
+    begun = x, terrain.height_at(x), terrain.slope_at(x), aside[index]
     if x <= terrain.x[0]:  # the first segment extends backwards
-        rows[:1] = [(x - 1.0, terrain.height_at(x - 1.0), begun[2]), begun]
+        rows[:1] = [(x - 1.0, terrain.height_at(x - 1.0), *begun[2:]), begun]
         index = 1
     elif terrain.x[index] != x:
         index += 1
         rows.insert(index, begun)
-    starts, heights, angles = zip(*rows, strict=True)
-    return replace(terrain, x=starts, z=heights, angle=angles), index
+    starts, heights, angles, aside = zip(*rows, strict=True)
+    return replace(terrain, x=starts, z=heights, angle=angles, lateral=aside), index
 
 
 def _let_others_pass(spec: mujoco.MjSpec, robot: Robot, ground: Ground, cut: int) -> None:

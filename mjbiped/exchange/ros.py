@@ -153,7 +153,16 @@ def export_urdf(robot: Robot, path: str | Path) -> None:
 
 
 def urdf_of(robot: Robot) -> str:
-    """Return the URDF of a robot as text."""
+    """Return the URDF of a robot as text.
+
+    Raises:
+        InputError: The robot moves in space.
+    """
+    if "hip_y" in robot.places:
+        raise InputError(
+            f"URDF and MCAP are of planar robots, and a {type(robot).__name__} moves in space; export its scene (.xml), "
+            "or its record as tables (.csv, .parquet)"
+        )
     root = Element("robot", name=f"mjbiped_{robot.kind}")
     root.append(ElementTree.Comment(f" Written by mjbiped {__version__}: kg, m, rad, x forward, z up. "))
     SubElement(root, "link", name=WORLD)

@@ -213,6 +213,11 @@ def find_reference(
         GaitError: There is no such gait, or none was found; the message says what stands in the way.
     """
     if not isinstance(robot, Robot) or robot.flat.kind not in _KINDS:
+        if isinstance(robot, Robot) and "hip_y" in robot.places:
+            raise InputError(
+                f"references are searched for planar robots: search one for the legs of a {type(robot).__name__}, "
+                "mjbiped.find_reference(robot.planar); a walk's --reference lets a robot in space track it, with a roll"
+            )
         domains.check_kind("robot", robot, Compass)
     if domains.CLEARANCE.check("clearance", clearance) >= robot.leg_length:
         raise InputError(

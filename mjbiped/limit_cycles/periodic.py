@@ -24,7 +24,7 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits.cycle import eigenvalues
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.gaits.gait import Gait
-from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, plane_of, walk_all
+from mjbiped.limit_cycles.return_map import TOUCHDOWN, Plane, check_planar, plane_of, walk_all
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.rules.scuffing import ScuffingRule, check_landing
 from mjbiped.utils import domains
@@ -47,11 +47,13 @@ def check_biped(robot: object) -> None:
     """Refuse what is no robot with two legs.
 
     Raises:
-        InputError: It is no robot, or it has no swing leg.
+        InputError: It is no robot, it has no swing leg, or it moves in space.
     """
     check_robot("robot", robot)
     if isinstance(robot, Robot) and "swing" not in robot.angles:
         raise InputError(f"a {type(robot).__name__} has no swing leg; give a robot with two legs")
+    if isinstance(robot, Robot):
+        check_planar(robot)
 
 
 def check_scuffing(gait: Gait, slope: float, rule: ScuffingRule) -> None:

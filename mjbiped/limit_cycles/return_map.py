@@ -212,6 +212,19 @@ def walk_all(
 
 
 @lru_cache(maxsize=4096)
+def check_planar(robot: Robot) -> None:
+    """Refuse a robot in space, whose steps are not mapped.
+
+    Raises:
+        InputError: It is one.
+    """
+    if "hip_y" in robot.places:
+        raise InputError(
+            f"return maps, bifurcations and basins are of planar robots, and a {type(robot).__name__} moves in space: "
+            f"its passive gait and multipliers are told by `mjbiped gait --robot {robot.kind}`"
+        )
+
+
 def plane_of(robot: Robot, slope: float, scuffing: ScuffingRule) -> Plane:
     """A robot on a plane under a scuffing rule, in the form that compiled functions take."""
     angles = len(robot.angles)
@@ -266,7 +279,7 @@ class ReturnMap:
         scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
     Raises:
-        InputError: The slope is no finite number within 90 degrees, or a scuffing rule is given for a robot with knees.
+        InputError: The robot moves in space, the slope is no finite number within 90 degrees, or a scuffing rule is given for a robot with knees.
     """
 
     robot: Robot
@@ -276,6 +289,7 @@ class ReturnMap:
     def __post_init__(self) -> None:
         """Refuse a slope on which nothing stands."""
         check_robot("robot", self.robot)
+        check_planar(self.robot)
         object.__setattr__(self, "slope", domains.SLOPE.check("slope", self.slope))
         domains.check_kind("scuffing", self.scuffing, ScuffingRule)
         check_rule(self.robot, self.scuffing)

@@ -157,7 +157,7 @@ def knee_torque(walk: Walk) -> Array:
     The torque of a motor is the recorded one. For a locked knee it is the torque that a motor in place of the lock
     would have to give, by the equations of motion; see `mjbiped.robots.kneed`. It is positive where the motor
     must keep the knee from bending, and negative where the load straightens the knee, which the stop of a straight knee
-    bears without a motor. It is NaN where the walk has diverged.
+    bears without a motor. It is NaN where the walk has diverged, and of robots in space.
 
     Raises:
         InputError: The robot has no knees.
@@ -169,6 +169,8 @@ def knee_torque(walk: Walk) -> Array:
     recorded = samples["stance_knee_torque"]
     if np.isfinite(recorded).any():
         return np.asarray(recorded, dtype=np.float64)
+    if "roll" in robot.angles:
+        return np.full(len(recorded), math.nan)
     sound = is_sound(walk)
     state = (samples[name][sound] for name in ("q", "dq", "torque", "slope"))
     found = np.full(len(sound), np.nan)

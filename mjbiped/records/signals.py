@@ -170,7 +170,7 @@ SIGNALS: Mapping[str, Signal] = {
     "torque_ankle": Signal("torque", "ankle", "τ₁", PURPLE, SOLID),
     "torque_asked": Signal("torque", "ankle, asked for", "", BLACK, DOTTED, _asked, "torque_ankle", optional=True),
     "torque_hip": Signal("torque", "hip", "τ₂", VERMILLION, DASHED),
-    "torque_ankle_roll": Signal("torque", "roll of the ankle", "", ORANGE, DASH_DOTTED),
+    "torque_ankle_roll": Signal("torque", "ankle roll", "", ORANGE, DASH_DOTTED),
     "torque_stance_knee": Signal("torque", "stance knee", "", BLUE, DOTTED, loads.knee_torque, "stance_knee_torque"),
     "torque_knee": Signal("knee_torque", "swing knee", "τ₃", SKY, SOLID),
     "lateral_estimate": Signal("lateral", "estimate", "", GREEN, SOLID),
@@ -191,7 +191,7 @@ SIGNALS: Mapping[str, Signal] = {
     "power_hip": Signal("power", "hip", "", VERMILLION, DASHED, _power("hip"), "torque_hip"),
     "power_knee": Signal("power", "swing knee", "", SKY, SOLID, _power("knee"), "torque_knee"),
     "power_ankle_roll": Signal(
-        "power", "roll of the ankle", "", ORANGE, DASH_DOTTED, _power("ankle_roll"), "torque_ankle_roll"
+        "power", "ankle roll", "", ORANGE, DASH_DOTTED, _power("ankle_roll"), "torque_ankle_roll"
     ),
 }
 """All signals by name, those of a panel in the order in which they are drawn."""

@@ -29,33 +29,33 @@ FORCE_COLOUR, GHOST_COLOUR = palette.BLACK, "#595966"
 MOST_GEOMS = 600
 """Greatest number of geoms that `draw_marks` adds."""
 
-_LEGS = (palette.BLUE, palette.ORANGE)  # as in models/compass.xml
-_FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
+LEGS = (palette.BLUE, palette.ORANGE)  # as in models/compass.xml
+FRONT = -CUT - 0.03  # where torques and forces are drawn, y in leg lengths
 _BEHIND = 0.12  # where the reference stands, y in leg lengths
 _HALO = 0.005  # width of a torque's white edge on either side, in leg lengths
 _WHITE = "#FFFFFF"
 
 # in leg lengths, where they are lengths
-_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11}
+_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11, "ankle_roll": 0.19}
 _ARC_WIDTH = 0.012  # of the greatest torque
 _THINNEST = 0.6  # arc, over that of the greatest torque
 _ARC_SWEEP = math.radians(300.0)  # of the greatest torque
 _ARC_PIECES = 24  # of the greatest torque's
 _LEAST_SHARE = 4e-4  # of the greatest torque; less is not drawn
 _HEAD = 0.05  # of an arc's arrow, at the greatest torque
-_FORCE_LENGTH = 0.27  # of one weight
-_MOST_WEIGHTS = 2.5
-_FORCE_WIDTH = 0.009
-_FORCE_HEAD = 0.05
-_ESTIMATE_REACH = 0.6
-_ESTIMATE_WIDTH = 0.0055
-_GHOST_WIDTH = 0.026
-_GHOST_OPACITY = 0.33
-_SPOT = (0.085, 0.05, 0.001)  # a shadow's half length, half width and half height
-_SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
-_SPOT_OPACITY = 0.45
-_TRACE_PIXELS = 2.5
-_BAR, _CAPSULE, _LINE = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_LINE
+FORCE_LENGTH = 0.27  # of one weight
+MOST_WEIGHTS = 2.5
+FORCE_WIDTH = 0.009
+FORCE_HEAD = 0.05
+ESTIMATE_REACH = 0.6
+ESTIMATE_WIDTH = 0.0055
+GHOST_WIDTH = 0.026
+GHOST_OPACITY = 0.33
+SPOT = (0.085, 0.05, 0.001)  # a shadow's half length, half width and half height
+SPOT_FADES = 0.12  # height of a foot at which its shadow is gone
+SPOT_OPACITY = 0.45
+TRACE_PIXELS = 2.5
+BAR, CAPSULE, LINE = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_LINE
 _NOWHERE, _UPRIGHT = np.zeros(3), np.eye(3).ravel()  # of a geom that is put in its place later
 _DECOR, _UNKNOWN = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtObj.mjOBJ_UNKNOWN)
 _rgb = lru_cache(palette.rgb)  # a frame has a hundred bars in a few colours
@@ -125,23 +125,23 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
     foot, sole = legs[moment.stance][-1], None if robot.bodies.foot is not None else robot.sole
     for side, (_, limb, (height, slope), way) in enumerate(zip(legs, limbs, moment.ground, moment.traces, strict=True)):
         end, y = legs[side][-1], limb.across
-        colour = _LEGS[side if len(limbs) == len(_LEGS) else 0]  # spokes of a wheel are of one colour
-        clear = 1.0 - abs(end.imag - height) / (_SPOT_FADES * length)
+        colour = LEGS[side if len(limbs) == len(LEGS) else 0]  # spokes of a wheel are of one colour
+        clear = 1.0 - abs(end.imag - height) / (SPOT_FADES * length)
         if "shadows" in elements and clear > 0.0:
-            spot, size = complex(end.real, height), np.multiply(_SPOT, length)
-            pen.blob(spot, y, size, slope, palette.BLACK, _SPOT_OPACITY * clear)
+            spot, size = complex(end.real, height), np.multiply(SPOT, length)
+            pen.blob(spot, y, size, slope, palette.BLACK, SPOT_OPACITY * clear)
         if sole is not None:  # parallel to the ground; being massless, it may be held so
             heel, toe = (end + cmath.rect(ahead, -slope) for ahead in (-sole[0], sole[1]))
-            pen.connect(_CAPSULE, heel, toe, y, _SOLE_WIDTH * length, colour)
+            pen.connect(CAPSULE, heel, toe, y, _SOLE_WIDTH * length, colour)
         if "traces" in elements:  # fainter where they are older
             for number, (start, stop) in enumerate(pairwise(_in_plane(way)), start=1):
-                pen.connect(_LINE, start, stop, y, _TRACE_PIXELS, colour, 0.15 + 0.75 * number / len(way))
+                pen.connect(LINE, start, stop, y, TRACE_PIXELS, colour, 0.15 + 0.75 * number / len(way))
     if "ghost" in elements and moment.reference is not None:
         for upper, lower in (pair for leg in _in_plane(robot.limbs(moment.reference)) for pair in pairwise(leg)):
-            pen.connect(_CAPSULE, upper, lower, _BEHIND, _GHOST_WIDTH * length, GHOST_COLOUR, _GHOST_OPACITY)
+            pen.connect(CAPSULE, upper, lower, _BEHIND, GHOST_WIDTH * length, GHOST_COLOUR, GHOST_OPACITY)
     if "estimate" in elements and math.isfinite(moment.slope_estimate):
-        reach, colour = cmath.rect(_ESTIMATE_REACH * length, -moment.slope_estimate), SIGNALS["slope_estimate"].colour
-        pen.connect(_BAR, foot - reach, foot + reach, -CUT - 0.01, _ESTIMATE_WIDTH * length, colour)
+        reach, colour = cmath.rect(ESTIMATE_REACH * length, -moment.slope_estimate), SIGNALS["slope_estimate"].colour
+        pen.connect(BAR, foot - reach, foot + reach, -CUT - 0.01, ESTIMATE_WIDTH * length, colour)
     if "force" in elements:
         at = foot
         if robot.sole is not None:  # the centre of pressure, which stays within the sole
@@ -150,13 +150,13 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
             at += cmath.rect(place, -moment.slope)
         _draw_force(pen, at, complex(*moment.force), scales.force)
         if robot.sole is not None:
-            pen.blob(at, _FRONT, [_PRESSED * length] * 3, 0.0, _WHITE)  # it moves on dark soles
+            pen.blob(at, FRONT, [_PRESSED * length] * 3, 0.0, _WHITE)  # it moves on dark soles
     if "torque" in elements:
         lean, knee = robot.lean(moment.qpos, moment.stance), legs[(moment.stance + 1) % len(legs)][1]
         places, signals = ((foot, lean), (legs[0][0], 0.0), (knee, 0.0)), torques_of(type(robot))
         for joint, signal, torque, about in zip(robot.joints, signals, moment.torque, places, strict=False):
             share = torque / scales.torque if scales.torque else 0.0
-            _draw_torque(pen, about, share, joint, signal.colour)
+            draw_torque(pen, about, share, joint, signal.colour)
 
 
 def _in_plane(points: Points) -> Any:
@@ -172,7 +172,7 @@ def arc_sweep(share: float) -> float:
     return math.copysign(_ARC_SWEEP * math.sqrt(min(1.0, abs(share))), share)
 
 
-def _draw_torque(pen: Pen, place: tuple[complex, float], share: float, joint: str, colour: str) -> None:
+def draw_torque(pen: Pen, place: tuple[complex, float], share: float, joint: str, colour: str) -> None:
     """Draw an arc with an arrowhead about a joint, its middle at an angle from the vertical (rad)."""
     if not abs(share) >= _LEAST_SHARE:  # NaN is not
         return
@@ -190,9 +190,9 @@ def _draw_torque(pen: Pen, place: tuple[complex, float], share: float, joint: st
     # two barbs, a little bent inward as the arc is
     back = angles[-1] - math.copysign(head / radius, sweep)
     bars += [(at(angles[-1]), at(back, out)) for out in (radius + 0.6 * head, radius - 0.6 * head)]
-    for y, wide, shade in ((_FRONT + _HALO, width + _HALO * length, _WHITE), (_FRONT - width, width, colour)):
+    for y, wide, shade in ((FRONT + _HALO, width + _HALO * length, _WHITE), (FRONT - width, width, colour)):
         for start, stop in bars:
-            pen.connect(_BAR, start, stop, y, wide, shade)
+            pen.connect(BAR, start, stop, y, wide, shade)
 
 
 def _draw_force(pen: Pen, foot: complex, force: complex, scale: float) -> None:
@@ -200,9 +200,9 @@ def _draw_force(pen: Pen, foot: complex, force: complex, scale: float) -> None:
     weights = abs(force) / scale
     if 0.0 < weights < math.inf:
         along = force / abs(force) * pen.length
-        tail = foot - min(weights, _MOST_WEIGHTS) * _FORCE_LENGTH * along
-        for end in (tail, foot - _FORCE_HEAD * along * (1.0 - 0.55j), foot - _FORCE_HEAD * along * (1.0 + 0.55j)):
-            pen.connect(_BAR, end, foot, _FRONT, _FORCE_WIDTH * pen.length, FORCE_COLOUR)
+        tail = foot - min(weights, MOST_WEIGHTS) * FORCE_LENGTH * along
+        for end in (tail, foot - FORCE_HEAD * along * (1.0 - 0.55j), foot - FORCE_HEAD * along * (1.0 + 0.55j)):
+            pen.connect(BAR, end, foot, FRONT, FORCE_WIDTH * pen.length, FORCE_COLOUR)
 
 
 class Pen:
@@ -224,11 +224,18 @@ class Pen:
         A line is `width` pixels wide. Nothing connects a point with itself, or with none.
         """
         if 0.0 < abs(stop - start) < math.inf:
-            geom = self.add(kind, _NOWHERE, _NOWHERE, _UPRIGHT, (*_rgb(colour), opacity))
-            if geom is not None:
-                ends = (np.array((end.real, y * self.length, end.imag)) for end in (start, stop))
-                mujoco.mjv_connector(geom, _CAPSULE if kind == _BAR else kind, width, *ends)
-                geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
+            self.join(kind, self.at(start, y), self.at(stop, y), width, colour, opacity)
+
+    def at(self, place: complex, y: float) -> Points:
+        """The place of a point x + iz, m, in a plane of y, in leg lengths."""
+        return np.array((place.real, y * self.length, place.imag))
+
+    def join(self, kind: int, start: Points, stop: Points, width: float, colour: str, opacity: float = 1.0) -> None:
+        """Connect two places as `connect` does."""
+        geom = self.add(kind, _NOWHERE, _NOWHERE, _UPRIGHT, (*_rgb(colour), opacity))
+        if geom is not None:
+            mujoco.mjv_connector(geom, CAPSULE if kind == BAR else kind, width, start, stop)
+            geom.type = kind  # MuJoCo's connectors are round: a bar has the place and size of a capsule
 
     def blob(self, place: complex, y: float, size: object, slope: float, colour: str, opacity: float = 1.0) -> None:
         """Add an ellipsoid of three half axes (m) at a point x + iz (m), tilted by a slope (rad)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -19,7 +19,9 @@ from mjbiped.engines.mujoco.scene import MARGIN, GroundWindows
 from mjbiped.errors import MjbipedError
 from mjbiped.records.loads import is_sound
 from mjbiped.records.record import Walk
+from mjbiped.robots.footing import Footing
 from mjbiped.robots.robot import Robot
+from mjbiped.robots.three_d import InSpace
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 
@@ -50,10 +52,13 @@ class Moment(NamedTuple):
         slope: Slope of the ground under the stance foot, rad.
         slope_estimate: Slope that the controller estimates, rad; NaN if it makes no estimate.
         torque: Torques of the robot's joints, N m.
-        force: Force of the ground on the stance foot, forward and upward, N; NaN where the walk has diverged.
+        force: Force of the ground on the stance foot, forward and upward, N; in space along x, y and z. NaN where the
+            walk has diverged.
         reference: Posture that the controller tracks on the stance foot, as `qpos`; None without a reference.
         ground: Height (m) and slope (rad) of the ground under left and right foot.
-        traces: Paths of left and right foot until now, points x, z in m, each of shape (n, 2).
+        traces: Paths of left and right foot until now, points x, z in m, each of shape (n, 2); in space x, y, z.
+        footing: Of a robot in space; None in the plane.
+        lateral_estimate: Slope to the left that the controller estimates, rad; NaN if it makes no estimate.
     """
 
     time: float
@@ -63,10 +68,12 @@ class Moment(NamedTuple):
     slope: float
     slope_estimate: float
     torque: tuple[float, ...]
-    force: Pair
+    force: tuple[float, ...]
     reference: tuple[float, ...] | None
     ground: tuple[Pair, ...]
     traces: tuple[Points, ...]
+    footing: Footing | None = None
+    lateral_estimate: float = math.nan
 
 
 def latest_sample(times: Points, time: float) -> int:
@@ -90,10 +97,14 @@ class Moments:
             with suppress(MjbipedError, ArithmeticError, ValueError):  # it tracks none, or cannot be rebuilt
                 self._reference = TrackedReference(walk, recorded_controller(walk, kind=Tracking))
         self._ways, length = list[tuple[NDArray[np.int64], Points]](), self._robot.leg_length
-        for feet in np.moveaxis(self._robot.limbs(walk.samples["qpos"])[:, :, -1], 1, 0):
-            way = np.append(0.0, np.cumsum(np.hypot(*np.diff(feet, axis=0).T)))
+        for feet in np.moveaxis(self._points(walk.samples["qpos"])[:, :, -1], 1, 0):
+            way = np.append(0.0, np.cumsum(np.hypot.reduce(np.diff(feet, axis=0), axis=1)))
             marks = np.flatnonzero(np.diff(np.floor(way / (APART * length)), prepend=-1.0))
             self._ways.append((marks, feet[marks]))
+
+    def _points(self, qpos: Points) -> Points:
+        """Places that are drawn of each leg in postures, shape (..., legs, points, 2), m."""
+        return self._robot.limbs(qpos)
 
     def greatest_torque(self, start: float, stop: float) -> float:
         """Greatest finite torque of all joints between two times (s), N m; 0 without one."""
@@ -115,13 +126,8 @@ class Moments:
         qpos = before + share * (samples["qpos"][following] - before)
         slope, stance = float(samples["slope"][latest]), int(samples["stance"][latest])
         locked = bool(samples["locked"][latest]) if "locked" in samples else False
-        q, dq, torque = (samples[name][latest] for name in ("q", "dq", "torque"))
-        force = (math.nan, math.nan)
-        if self._sound[latest]:
-            bent = float(self._robot.flexion(before, stance))
-            force = self._robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=bent)
         tracked = None if self._reference is None else self._reference.at(time, locked=locked)
-        feet, ground, reference = beside_posture(self._robot, self._walk.terrain, qpos, stance, slope, tracked)
+        feet, ground, reference = self._beside(qpos, stance, slope, tracked)
         return Moment(
             time=time,
             step=1 + int(np.searchsorted(touchdowns, time - _SAME)),
@@ -129,14 +135,25 @@ class Moments:
             stance=stance,
             slope=slope,
             slope_estimate=float(samples["slope_estimate"][latest]),
-            torque=tuple(torque.tolist()),
-            force=force,
+            torque=tuple(samples["torque"][latest].tolist()),
+            force=self._force(latest, stance, slope, locked=locked) if self._sound[latest] else (math.nan, math.nan),
             reference=reference,
             ground=ground,
             traces=tuple(self._trace(leg, time, foot) for leg, foot in enumerate(feet)),
         )
 
-    def _trace(self, leg: int, time: float, foot: Pair) -> Points:
+    def _force(self, latest: int, stance: int, slope: float, *, locked: bool) -> tuple[float, ...]:
+        """Force of the ground on the stance foot at a sample, N."""
+        samples = self._walk.samples
+        q, dq, torque = (samples[name][latest] for name in ("q", "dq", "torque"))
+        bent = float(self._robot.flexion(samples["qpos"][latest], stance))
+        return self._robot.ground_force(q, dq, torque, slope, locked=locked, stance_flexion=bent)
+
+    def _beside(self, qpos: Points, stance: int, slope: float, tracked: Sequence[float] | None) -> Any:
+        """See `beside_posture`."""
+        return beside_posture(self._robot, self._walk.terrain, qpos, stance, slope, tracked)
+
+    def _trace(self, leg: int, time: float, foot: Sequence[float]) -> Points:
         """Path of a foot until a time (s), at which it is at a place (m)."""
         marks, points = self._ways[leg]
         low, high = np.searchsorted(marks, np.searchsorted(self._times, (time - TRACE, time + _SAME), side="right"))
@@ -216,16 +233,14 @@ class PosedScene:
             place(model, data)
             return
         latest = latest_sample(samples["time"], moment.time)
-        robot, dq, lean = self._robot, samples["dq"][latest], self._robot.lean(moment.qpos, moment.stance)
+        robot, rates = self._robot, self._rates(moment, samples["dq"][latest])
         limbs = robot.bodies.limbs
         stance, swing = limbs[moment.stance], limbs[(moment.stance + 1) % len(limbs)]
-        speed = self._length * dq[0]
-        # postures depend linearly on the angles
-        moved, still = (robot.posture((0.0, 0.0), moment.stance, angles) for angles in (dq, np.zeros_like(dq)))
-        rates = speed * math.cos(lean), -speed * math.sin(lean), *np.subtract(moved, still)[2:]
         torques = {stance.ankle: torque[0]}
         if "hip" in robot.joints:
             torques["hip"] = -torque[1] if moment.stance else torque[1]
+        if "ankle_roll" in robot.joints:
+            torques["ankle_roll"] = torque[-1] if moment.stance else -torque[-1]
         if "knee" in robot.joints:
             torques[f"{swing.name}_knee"] = torque[2]
             data.eq_active[model.equality(f"{stance.name}_lock").id] = 1
@@ -237,6 +252,13 @@ class PosedScene:
             data.actuator(name).ctrl[:] = value
         with python_removed():
             mujoco.mj_forward(model, data)
+
+    def _rates(self, moment: Moment, dq: Points) -> Sequence[float]:
+        """Rates of a posture, in the order of the robot's places."""
+        robot, lean, speed = self._robot, self._robot.lean(moment.qpos, moment.stance), self._length * float(dq[0])
+        # postures depend linearly on the angles
+        moved, still = (robot.posture((0.0, 0.0), moment.stance, angles) for angles in (dq, np.zeros_like(dq)))
+        return speed * math.cos(lean), -speed * math.sin(lean), *np.subtract(moved, still)[2:]
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -253,9 +275,10 @@ def smooth_offsets(walk: Walk) -> NDArray[np.float64]:
         walk: The record.
 
     Returns:
-        Offsets in x and z at each sample, m, shape (samples, 2).
+        Offsets in x and z at each sample, m, shape (samples, 2); in space in x, y and z.
     """
-    time, centre = walk.samples["time"], walk.robot.centre_of_mass(walk.samples["qpos"])
+    time, robot, qpos = walk.samples["time"], walk.robot, walk.samples["qpos"]
+    centre = robot.centre_in_space(qpos) if isinstance(robot, InSpace) else robot.centre_of_mass(qpos)
     if len(time) < 2 or time[-1] == time[0]:
         return np.zeros_like(centre)
     pitch = max(_CALM / 10.0, (time[-1] - time[0]) / _MOST_PLACES)

@@ -23,7 +23,7 @@ from mjbiped.utils.mujoco import environment, mujoco
 
 _CHART_SHARE = 0.27  # of a frame's height
 _LOWEST_WITH_CHART = 240  # pixels; a lower frame has no room for it
-_HORIZON, _ZENITH = (0.90, 0.93, 0.955), (0.74, 0.83, 0.915)  # colours of the sky
+HORIZON, ZENITH = (0.90, 0.93, 0.955), (0.74, 0.83, 0.915)  # colours of the sky
 _FAR, _BANDS = 40.0, 12  # distance of the sky from the camera, in leg lengths, and bands above the picture's middle
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -76,11 +76,14 @@ class Stage:
         self._frame = np.empty((film.height, film.width, 3), dtype=np.uint8)
         self._picture = self._frame[: film.height - chart_height]
         self._upside_down = np.empty_like(self._picture)
-        self._moments = Moments(walk, ghost="ghost" in film.look.elements)
+        self._prepare(walk, film)
         self._scales = Scales(self._moments.greatest_torque(film.start, film.stop), self._robot.weight)
         self._smooth = smooth_offsets(walk)
-        self._posed = PosedScene(walk)
         self._go_to(self._moments.at(film.start).qpos[0])
+
+    def _prepare(self, walk: Walk, film: Film) -> None:
+        """Make the moments and the scene."""
+        self._moments, self._posed = Moments(walk, ghost="ghost" in film.look.elements), PosedScene(walk)
 
     @classmethod
     @contextmanager
@@ -145,33 +148,42 @@ class Stage:
         self._go_to(moment.qpos[0])
         model, data = self._posed.model, self._posed.data
         self._posed.pose(moment, forces=bool(self._look.visual))
-        for axis, offsets in zip((0, 2), self._smooth.T, strict=True):  # the camera's smooth path
+        axes = (0, 2) if self._smooth.shape[1] == 2 else (0, 1, 2)
+        for axis, offsets in zip(axes, self._smooth.T, strict=True):  # the camera's smooth path
             data.cam_xpos[self._eye.fixedcamid, axis] += np.interp(time, self._walk.samples["time"], offsets)
         every, (height, width, _) = mujoco.mjtCatBit.mjCAT_ALL, picture.shape
         mujoco.mjv_updateScene(model, data, self._option, None, self._eye, every, self._scene)
         view = View.of(model, data, self._eye.fixedcamid, (width, height))
         if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX]:
             self._add_background(view)
-        draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
+        self._draw_marks(moment)
         self._canvas.make_current()
         place = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(place, self._scene, self._drawing)
         mujoco.mjr_readPixels(self._upside_down, None, place, self._drawing)
         picture[...] = self._upside_down[::-1]
+        self._paint_sky(picture, view)
         self._write(Overlay(picture, self._film.height), moment, view, self._walk.outcome if with_outcome else "")
         if self._chart is not None:
             self._chart.draw(self._frame[height:], time)
         return self._frame
 
+    def _draw_marks(self, moment: Moment) -> None:
+        """Add the elements of an instant."""
+        draw_marks(self._scene, moment, self._robot, self._scales, self._look.elements)
+
+    def _paint_sky(self, picture: Pixels, view: View) -> None:
+        """Paint what the scene does not hold: nothing, as the background is in it."""
+
     def _add_background(self, view: View) -> None:
         """Add a plain sky far behind, in bands: MuJoCo's takes a software renderer as long as all the rest."""
         far, pen = _FAR * self._robot.leg_length, Pen(self._scene, self._robot.leg_length)
         high = view.half * (1.0 if view.orthographic else far)
-        wide, change = high * view.size[0] / view.size[1], np.subtract(_ZENITH, _HORIZON)
+        wide, change = high * view.size[0] / view.size[1], np.subtract(ZENITH, HORIZON)
         edges = np.linspace(0.0, high, _BANDS + 1)[1:].tolist()
         for band, (low, top) in enumerate(pairwise((-high, *edges))):
             place = view.place - far * view.axes[2] + 0.5 * (low + top) * view.axes[1]
-            size, colour = np.array([wide, 0.5 * (top - low), 1e-3]), _HORIZON + band / _BANDS * change
+            size, colour = np.array([wide, 0.5 * (top - low), 1e-3]), HORIZON + band / _BANDS * change
             pen.add(mujoco.mjtGeom.mjGEOM_BOX, size, place, view.axes.T.ravel(), (*colour, 1.0))
 
     def _write(self, over: Overlay, moment: Moment, view: View, outcome: str) -> None:

@@ -20,7 +20,8 @@ from mjbiped.errors import InputError, RenderError, shown
 from mjbiped.records.record import Walk
 from mjbiped.rendering import SUFFIXES, look
 from mjbiped.rendering.overlay import Pixels
-from mjbiped.rendering.stage import Film, Stage
+from mjbiped.rendering.space import open_stage
+from mjbiped.rendering.stage import Film
 from mjbiped.utils import domains
 from mjbiped.utils.files import saved
 from mjbiped.utils.parallel import progress_bar
@@ -104,7 +105,7 @@ def render_video(
         raise InputError(f"start = {begin:g} s comes after stop = {end:g} s: swap them")
     frames = math.floor((end - begin) * slow_motion * fps + 1e-9) + 1
     film = Film(width, height, camera, look(hide, flags), begin, end, slow_motion, frames)
-    with Stage.open(walk, film) as stage:
+    with open_stage(walk, film) as stage:
 
         def write(file: Path) -> None:
             typical = [stage.frame(time).copy() for time in np.linspace(begin, end, _TYPICAL)] if gif else []
@@ -158,7 +159,7 @@ def render_frame(
     """
     begin, end = _checked(walk, width, height)
     times = domains.Domain(begin, end, "s of the record").array("time", time, None)
-    with Stage.open(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
+    with open_stage(walk, Film(width, height, camera, look(hide, flags), begin, end)) as stage:
         frames = np.empty((times.size, height, width, 3), dtype=np.uint8)
         for place, each in zip(frames, times.ravel().tolist(), strict=True):
             place[...] = stage.frame(each)

@@ -82,7 +82,7 @@ class Footing:
         flexions = bent[::-1] if self.stance else bent
         return np.array([hip[0], hip[2], *legs, *flexions, hip[1], roll, yaw])
 
-    def next(self, place: Array, normal: Array, roll: float) -> tuple[Footing, float]:
+    def next(self, place: Array, normal: Array, axle: Array, upright: Array) -> tuple[Footing, float]:
         """The footing on the swing foot, and the angle by which upright turns forward in the robot, rad.
 
         The robot's attitude stays; the heading is now square to its axle in the plane of the new ground.
@@ -90,9 +90,9 @@ class Footing:
         Args:
             place: Of the swing foot, m.
             normal: Of the ground there.
-            roll: Before the touchdown, rad.
+            axle: The hip's axle before the touchdown, towards the swing side until then.
+            upright: The direction that is upright in the robot.
         """
-        axle, upright = self.axes(roll)
         aside = (axle @ normal) * normal - axle  # towards the new swing side
         aside /= np.linalg.norm(aside)
         forward = np.cross(aside, normal)
@@ -102,7 +102,7 @@ class Footing:
 
     def roll_of(self, axle: Array) -> float:
         """The roll of a robot whose axle points along a unit vector towards the swing side, rad."""
-        return math.asin(min(1.0, max(-1.0, axle @ self.normal)))
+        return math.asin(min(1.0, max(-1.0, float(axle @ self.normal))))
 
 
 def robot_axes(yaw: float, roll: float) -> tuple[Array, Array]:

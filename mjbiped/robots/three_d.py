@@ -6,6 +6,7 @@ the planar robot, and the roll behind them; `mjbiped.robots.space` has the equat
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies
 from mjbiped.robots.compass import Compass, StraightLegs
-from mjbiped.robots.footing import first_footing
+from mjbiped.robots.footing import Footing, first_footing
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array, SpatialLinkage
@@ -61,7 +62,7 @@ class InSpace(Robot):
 
     @property
     def bodies(self) -> Bodies:
-        """The legs on either side of a hip that is a rod across; the parts of a leg share its inertia by their masses."""
+        """The legs on either side of a hip, a rod; the parts of a leg share its axial inertia by their masses."""
         flat = self.planar.bodies
         mass = sum(segment.mass for segment in flat.leg)
         leg = (segment._replace(axial=self.axial_inertia * segment.mass / mass) for segment in flat.leg)
@@ -92,7 +93,8 @@ class InSpace(Robot):
     def motors(self) -> Mapping[int, Array]:
         """Joint torques of generalised forces, by the number of angles that move: a locked knee's motor rests."""
         whole = self.input_matrix
-        return {3: np.linalg.pinv(self.knee_lock.T @ whole), len(self.angles): np.linalg.inv(whole)}
+        locked, free = np.linalg.pinv(self.knee_lock.T @ whole), np.linalg.inv(whole)
+        return {3: np.asarray(locked), len(self.angles): np.asarray(free)}
 
     def _linkage(self, q: Array) -> SpatialLinkage:
         return self.in_space[len(q) - 1]
@@ -117,6 +119,30 @@ class InSpace(Robot):
         angles = np.asarray(q, dtype=np.float64)
         return self._linkage(angles).touchdown(angles, np.asarray(dq, dtype=np.float64))
 
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """Rates after the plastic impact of a touchdown on the same plane, in the legs' new roles, rad/s."""
+        angles, rates = (self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq))
+        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(angles, rates)[1])
+
+    def ground_force(
+        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N, on ground that is level across the heading.
+
+        See `Robot.ground_force`.
+        """
+        angles, rates, motors = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
+        whole, lock, pull = self._linkage(angles), self.knee_lock, pull_of(slope)
+        forces = self.input_matrix @ motors
+        if locked:
+            straight = self.straightened(angles), self.straightened(rates)
+            ddq = lock @ self.in_space[2].accelerations(lock.T @ forces, *straight, pull)
+        else:
+            ddq = whole.accelerations(forces, angles, rates, pull)
+        ahead, _, normal = whole.ground_force(angles, rates, ddq, pull).tolist()
+        cosine, sine = np.cos(slope), np.sin(slope)
+        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
+
     def swing_foot(self, q: ArrayLike) -> Array:
         """The swing foot from the stance foot, shape (3,), m: forward, to the swing side, along the ground's normal."""
         angles = np.asarray(q, dtype=np.float64)
@@ -125,7 +151,7 @@ class InSpace(Robot):
     def posture(
         self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
-        """Posture `qpos` on a foot at x, z that heads along x, of angles and roll from the vertical; see `Robot.posture`.
+        """Posture `qpos` on a foot that heads along x, of angles and roll from the vertical; see `Robot.posture`.
 
         The middle of the hip is over y = 0 where the robot does not roll.
         """
@@ -133,6 +159,59 @@ class InSpace(Robot):
         standing = first_footing(np.array([foot[0], across, foot[1]]), np.array([0.0, 0.0, 1.0]))
         standing = standing if stance == 0 else replace(standing, stance=1, aside=-standing.aside)
         return tuple(standing.posture(self, np.asarray(angles, dtype=np.float64)).tolist())
+
+    def started(self, place: Array, normal: Array, q: Array, dq: Array) -> tuple[Array, Array]:
+        """Posture `qpos` and its rates on the left foot at rest, heading along x.
+
+        Args:
+            place: Of the foot, shape (3,), m.
+            normal: Of the ground there.
+            q: Angles, rad.
+            dq: Their rates, rad/s.
+        """
+        footing, step = first_footing(place, normal), 1e-6  # s: differences are exact to 1e-9
+        ahead, back = (footing.posture(self, q + sign * step * dq) for sign in (1.0, -1.0))
+        return footing.posture(self, q), (ahead - back) / (2.0 * step)
+
+    def footing(self, qpos: ArrayLike, stance: int, normal: Array) -> Footing:
+        """The footing of a stance leg in a posture `qpos` on ground with a normal, shape (3,)."""
+        legs = self.points(qpos)
+        axle = legs[1 - stance, 0] - legs[stance, 0]
+        aside = axle - (axle @ normal) * normal
+        aside /= np.linalg.norm(aside)
+        return Footing(stance, legs[stance, -1], np.cross(aside, normal) * (1.0 if stance else -1.0), aside, normal)
+
+    def force_on_foot(self, q: Array, dq: Array, torque: Array, pull: Array, *, locked: bool = True) -> Array:
+        """Force of the ground on the stance foot, shape (3,), N: ahead, to the swing side, along the ground's normal.
+
+        Args:
+            q: Angles, rad.
+            dq: Their rates, rad/s.
+            torque: Of the joints, N m.
+            pull: Gravity's components; see `pull_of`.
+            locked: Whether the swing knee is locked, if there is one.
+        """
+        forces, linkage = self.input_matrix @ torque, self._linkage(q)
+        if locked:
+            parts = self.knee_lock.T @ forces, self.straightened(q), self.straightened(dq)
+            ddq = self.knee_lock @ self.in_space[2].accelerations(*parts, pull)
+        else:
+            ddq = linkage.accelerations(forces, q, dq, pull)
+        return linkage.ground_force(q, dq, ddq, pull)
+
+    def ground_force(
+        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of ground that is level across on the stance foot, forward and upward, N; see `Robot.ground_force`."""
+        state = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
+        ahead, _, normal = self.force_on_foot(*state, pull_of(slope), locked=locked)
+        sine, cosine = math.sin(slope), math.cos(slope)
+        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
+
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """Rates after a touchdown on the stance foot's plane; see `Robot.rates_after_touchdown`."""
+        straight = (self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq))
+        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(*straight)[1])
 
     def points(self, qpos: ArrayLike) -> Array:
         """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""

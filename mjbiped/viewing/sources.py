@@ -17,7 +17,8 @@ from mjbiped.errors import MjbipedError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering import scene
 from mjbiped.rendering.marks import Scales
-from mjbiped.rendering.scene import Moment, Moments, Pair, PosedScene, beside_posture
+from mjbiped.rendering.scene import Moment, Pair, beside_posture
+from mjbiped.rendering.space import moments_of, scene_of
 from mjbiped.rollout.walk import WalkStopped, is_interrupt
 from mjbiped.utils.mujoco import mujoco
 
@@ -242,9 +243,9 @@ class Replay:
             raise RenderError("the record holds no samples: there is nothing to show")
         self.robot, self.terrain, self._walk = walk.robot, walk.terrain, walk
         self._begin, self._end = float(times[0]), float(times[-1])
-        self._moments = Moments(walk)
+        self._moments = moments_of(walk)
         self.scales = Scales(self._moments.greatest_torque(self._begin, self._end), walk.robot.weight)
-        self._scene = PosedScene(walk)
+        self._scene = scene_of(walk)
         self.restart()
         self.show()
 

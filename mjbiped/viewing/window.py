@@ -14,8 +14,9 @@ from typing import Any
 
 from mjbiped.errors import RenderError, shortened
 from mjbiped.rendering import Look
-from mjbiped.rendering.marks import draw_marks, signs
+from mjbiped.rendering.marks import signs
 from mjbiped.rendering.scene import Moment
+from mjbiped.rendering.space import draw_marks
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 from mjbiped.utils.palette import IN_WORDS

@@ -42,7 +42,7 @@ REFUSED = {
     "walk marsh": "unknown terrain 'marsh'",
     "walk none.csv": "there is no such file",
     "walk incline:slope_deg=50": "steeper than the robot can stand on",
-    "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, recorded",
+    "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, bumps, recorded",
     "walk stairs:rise": "expected key=value",
     "walk random:seed=1 --seed 2": "contradicts",
     # controllers and their settings
@@ -57,6 +57,13 @@ REFUSED = {
     "walk --reference clearance=0.1 --imitate-slope-deg 3": "give one of them",
     "walk --reference clearance=0.1 --controller kinetic-energy": "needs a passive gait",
     # robots
+    "return-map --robot compass3d": "`mjbiped gait --robot compass3d`",
+    "basin --robot kneed3d": "`mjbiped gait --robot kneed3d`",
+    "bifurcation --robot compass3d": "`mjbiped gait --robot compass3d`",
+    "reference --robot kneed3d": "find_reference(robot.planar)",
+    "export robot.urdf --robot compass3d": "export its scene (.xml)",
+    "export bumps scene.xml --robot compass3d": "a surface",
+    "walk bumps": "--robot compass3d, kneed3d",
     "walk --robot knee": "unknown robot 'knee'",
     "walk --robot none.xml": "--robot 'none.xml': there is no such file",
     "walk --robot odd.toml": "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'",
@@ -111,7 +118,7 @@ REFUSED = {
     "reproduce --workers 0": "workers",
     "reproduce --out bare.toml": "is a file",
     "figures bare.toml/folder": "cannot be made: Not a directory; give another folder",
-    "compile spread.py:HipSpread": "is plain Python, of which no machine code is made",
+    "compile spread.py:HipSpread": 'has no law(); the page "controller" of the documentation shows one',
     "compile adaptive --clear": "--clear deletes all machine code; give it alone",
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,13 @@ from numpy.typing import NDArray
 from simulations import build_scene
 
 import mjbiped
+from controllers import PassiveController
 from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
+from mjbiped.gaits.described import passive_gait_of
 from mjbiped.robots.robot import Robot
 
 WALKS = {
@@ -136,3 +139,14 @@ def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Pat
     assert min(geom.pos[0] - geom.size[0] for geom in ahead) > 0.2 - 1e-9
     assert model.geom("left_foot").contype[0] == 1
     assert model.geom("right_foot").contype[0] == 2
+
+
+@pytest.mark.parametrize("robot", [mjbiped.Compass3D(), mjbiped.Kneed3D()], ids=lambda robot: robot.kind)
+def test_a_scene_in_space_moves_as_the_equations_do(robot: Robot, tmp_path: Path) -> None:
+    start = passive_gait_of(robot, math.radians(2.0)).start.tolist()
+    model, data = exported(tmp_path, robot, LEVEL, initial=start)
+    given: Any = {"robot": robot, "engine": "hybrid", "initial": start, "steps": 1, "sample_period": 0.1}
+    walked = mjbiped.walk(PassiveController(), LEVEL, **given)
+    mujoco.mj_step(model, data, 2000)
+    qpos = [float(data.joint(name).qpos[0]) for name in robot.places]
+    assert qpos == pytest.approx(walked.samples["qpos"][2].tolist(), abs=2e-4)

@@ -156,9 +156,7 @@ def test_a_walk_in_space(walk_in_space: mjbiped.Walk) -> None:
     stood = np.column_stack([np.append(0.0, walk_in_space.touchdowns[name]) for name in ("x", "y")])
     stood[0, 1] = 0.05  # under the left leg
     assert points(seen["stance foot"]) == pytest.approx(stood[: len(points(seen["stance foot"]))], abs=1e-3)
-    np.testing.assert_array_equal(
-        points(lines(panel(figure, "torque"))["roll of the ankle"])[:, 1], samples["torque"][:, 2]
-    )
+    np.testing.assert_array_equal(points(lines(panel(figure, "torque"))["ankle roll"])[:, 1], samples["torque"][:, 2])
     across = lines(panel(figure, "across the heading"))
     for name, column in (("estimate", "lateral_estimate"), ("true slope", "lateral_slope")):
         assert points(across[name])[:, 1] == pytest.approx(np.degrees(samples[column]))

@@ -24,6 +24,7 @@ from mjbiped.engines.mujoco.callback import python_removed
 from mjbiped.engines.mujoco.collisions import LOCK_STIFFNESS, PUSHED_OUT, STIFFNESS
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS, Ground, Piece
 from mjbiped.engines.mujoco.scenery import add_arc, add_section
+from mjbiped.engines.mujoco.surface import add_surface
 from mjbiped.errors import InputError
 from mjbiped.robots.bodies import Foot, Limb, Segment
 from mjbiped.robots.robot import Robot
@@ -275,7 +276,7 @@ class GroundWindows:
             plastic within one step.
         margin: Ground about the hip that is never missing, m; `MARGIN` leg lengths or more.
         userdata: Number of floats in `mjData.userdata`.
-        scenery: For pictures: the ground cut open, and fine textures, which take 5 MB and 12 ms.
+        scenery: For pictures: the ground cut open, or as a surface, and fine textures, which take 5 MB and 12 ms.
     """
 
     robot: Robot
@@ -293,7 +294,10 @@ class GroundWindows:
             spec.nuserdata = self.userdata
             first, last = pieces[0].segments[0], pieces[-1].segments[-1]
             begins, ends = first == 0, last == len(ground.stops) - 1
-            if self.scenery:
+            sight = -math.inf, math.inf
+            if self.scenery and "hip_y" in self.robot.places:
+                sight = add_surface(spec, ground, pieces, self.robot.leg_length, x)
+            elif self.scenery:
                 add_section(spec, ground, pieces, self.robot.leg_length)
             else:
                 for texture in spec.textures:
@@ -301,4 +305,5 @@ class GroundWindows:
             model = spec.compile()
         start, end = ground.starts[first], ground.stops[last]
         inside = -math.inf if begins else start + self.margin, math.inf if ends else end - self.margin
+        inside = max(inside[0], sight[0]), min(inside[1], sight[1])
         return Scene(model, pieces, start, end, inside)

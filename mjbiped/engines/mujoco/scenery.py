@@ -68,7 +68,7 @@ def _add_cut(
     spec: mujoco.MjSpec, name: str, y: float, left: Points, right: Points, low_left: Points, low_right: Points
 ) -> None:
     """Add faces in the plane at y by their corners (x, z)."""
-    _add_mesh(spec, name, *(_at(y, each) for each in (right, left, low_left, low_right)))
+    add_mesh(spec, name, *(_at(y, each) for each in (right, left, low_left, low_right)))
 
 
 def _add_floor(
@@ -76,7 +76,7 @@ def _add_floor(
 ) -> None:
     """Add faces from the cut backwards, or a part of them between two shares of the way."""
     near, far = (leg_length * (share * (_BACK + CUT) - CUT) for share in part)
-    _add_mesh(spec, name, _at(near, from_), _at(near, to), _at(far, to), _at(far, from_))
+    add_mesh(spec, name, _at(near, from_), _at(near, to), _at(far, to), _at(far, from_))
 
 
 def _shades(spec: mujoco.MjSpec, first: str, last: str, count: int) -> Iterator[tuple[str, float, float]]:
@@ -100,7 +100,7 @@ def _at(y: float, points: Points) -> Points:
     return np.insert(points, 1, y, axis=1)
 
 
-def _add_mesh(spec: mujoco.MjSpec, name: str, *corners: Points) -> None:
+def add_mesh(spec: mujoco.MjSpec, name: str, *corners: Points) -> None:
     """Add four-cornered faces: the first corners of all, their second ones, and so on, counterclockwise.
 
     The mesh has the material of its name; a texture runs from its middle at the first two corners to its end.

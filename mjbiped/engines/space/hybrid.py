@@ -182,8 +182,8 @@ class HybridSpaceRun(SpaceRun):
         robot, terrain = self.robot, self.plan.terrain
         place = self.footing.swing_foot(robot, q)
         place[2] = terrain.height_at(place[0], place[1])
-        new, turn = self.footing.next(place, terrain.normal_at(place[0], place[1]), q[-1])
-        axle, _ = self.footing.axes(q[-1])
+        axle, upright = self.footing.axes(q[-1])
+        new, turn = self.footing.next(place, terrain.normal_at(place[0], place[1]), axle, upright)
         after, rates = robot.in_space[2].touchdown(robot.straightened(q), robot.straightened(dq), turn)
         after[-1] = new.roll_of(-axle)
         return self.touchdown(new, (q, dq), (robot.knee_lock @ after, robot.knee_lock @ rates))

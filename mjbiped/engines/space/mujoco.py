@@ -31,6 +31,10 @@ PLAIN = 2e-4
 """Longest physics step, s."""
 TICK = 1e-3
 """Time between two ticks of the controller, s, unless the engine is given another."""
+TORSION = 0.05
+"""Torsional friction of a foot: its greatest torque about the ground's normal over the normal force, m."""
+HELD = 1e6
+"""Torque about the normal by which the yaw is held in the step of an impact, N m; docs/three_dimensions.md says why."""
 LIFTED = 1e-3
 """Height over the ground from which on the foot of a leg with a knee can touch the ground again, leg lengths."""
 
@@ -64,7 +68,9 @@ class MujocoSpaceRun(SpaceRun):
         self.motors = self._motors()
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
-        self.turns = at["yaw"], at["roll"]
+        self.yaw = self.model.joint("yaw").dofadr[0]
+        self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
+        self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
@@ -119,6 +125,7 @@ class MujocoSpaceRun(SpaceRun):
         if landed:  # the departing foot leaves the ground freely
             before = self.seen()
             model.geom_contype[stance] = 0
+            model.dof_frictionloss[self.yaw] = HELD  # as the force of the impact is not known yet
             mujoco.mj_step1(model, data)
         ticks = data.time >= self.next_tick - 1e-9
         if ticks:
@@ -175,6 +182,7 @@ class MujocoSpaceRun(SpaceRun):
         self.recent.append(self.footing.turned(total))
         along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
+        self.model.dof_frictionloss[self.yaw] = TORSION * max(self.force, 0.0)
         self.bound_time += self.period * bool((self.torque != self.asked).any())
         if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
@@ -182,7 +190,7 @@ class MujocoSpaceRun(SpaceRun):
     def _look_at_knee(self) -> None:
         """Lock the swing knee where it has struck its stop."""
         data, swing = self.data, 1 - self.footing.stance
-        thigh, knee = self.legs[swing]
+        _, knee = self.legs[swing]
         if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
             q, before = self.seen()
             before = before.copy()
@@ -205,27 +213,33 @@ class MujocoSpaceRun(SpaceRun):
             self.model.geom_contype[self.feet[1 - self.footing.stance]] = 1
 
     def _transfer(self, before: tuple[Array, Array]) -> Outcome:
-        """Exchange the legs."""
-        mujoco.mj_kinematics(self.model, self.data)
-        self.time = self.began = self.next_tick = float(self.data.time)
-        old, standing = self.footing, self.data.geom_xpos[self.feet[1 - self.footing.stance]].copy()
-        new, _ = old.next(standing, self.plan.terrain.normal_at(standing[0], standing[1]), self.seen()[0][-1])
-        posture_before = self.seen()[0]
-        self.footing, self.enabled = new, False
+        """Exchange the legs, from angles and rates just before the impact."""
+        model, data, old = self.model, self.data, self.footing
+        mujoco.mj_kinematics(model, data)
+        self.time = self.began = self.next_tick = float(data.time)
+        angles, place = self.seen()[0], data.geom_xpos[self.feet[1 - old.stance]].copy()
+        ahead, over = robot_axes(*data.qpos[self.turns])
+        axle = old.to_left * np.cross(over, ahead)
+        new, _ = old.next(place, self.plan.terrain.normal_at(place[0], place[1]), axle, over)
+        self.footing = new
         if self.knees:
-            self.data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
+            data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
-        self.footing, self.ended, self.force = old, after[1], self.robot.weight
+        self.footing, self.enabled, self.ended, self.force = old, False, after[1], self.robot.weight
         self.recent.clear()
-        return self.touchdown(new, (posture_before, before[1]), after)
+        return self.touchdown(new, (angles, before[1]), after)
+
+    def posture(self, q: Array) -> Array:
+        """MuJoCo's own."""
+        return np.array(self.data.qpos[self.order])
 
     def seen(self) -> tuple[Array, Array]:
         """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
         qpos, qvel, footing = self.data.qpos, self.data.qvel, self.footing
-        yaw, roll_at = self.turns
-        ahead, over = robot_axes(float(qpos[yaw]), float(qpos[roll_at]))
+        ahead, over = robot_axes(*qpos[self.turns].tolist())
         left = np.cross(over, ahead)
-        turning = np.array([0.0, 0.0, qvel[yaw]]) + qvel[roll_at] * ahead
+        yawing, turn = qvel[self.turns].tolist()
+        turning = np.array([0.0, 0.0, yawing]) + turn * ahead
         axle = footing.to_left * left
         roll = footing.roll_of(axle)
         rolling = float(np.cross(turning, axle) @ footing.normal) / math.cos(roll)

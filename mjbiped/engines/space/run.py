@@ -114,6 +114,10 @@ class SpaceRun(Run):
         """The engine's settings."""
         return {"warnings": {}}
 
+    def posture(self, q: Array) -> Array:
+        """The posture `qpos` now, in the order of the robot's `places`, of angles from the ground's normal."""
+        return self.footing.posture(self.robot, q)
+
     def judged(self, hip: Array, since: float) -> Outcome:
         """Whether the walk ends at a place of the hip, m, at a time since the touchdown, s."""
         height = hip[2] - self.plan.terrain.height_at(hip[0], hip[1])
@@ -148,7 +152,7 @@ class SpaceRun(Run):
         return np.array([np.abs(power).sum(), power.sum(), np.maximum(power, 0.0).sum(), abs(power[-1])])
 
     def note_load(self, torque: Array, along: Array, time: float) -> None:
-        """Add a stretch of time to the record of the ground's force: torques, N m, and force in the ground's frame, N."""
+        """Add a stretch of time (s) to the record of the ground's force, in its own frame (N), under torques (N m)."""
         forward, aside, normal = along.tolist()
         np.maximum(self.peak, np.abs(torque), out=self.peak)
         self.least_force = min(self.least_force, normal)
@@ -185,7 +189,7 @@ class SpaceRun(Run):
         values = {
             "time": self.next_sample, "q": q, "dq": dq, "torque": torque, "ankle_asked": asked[0],
             "slope": footing.slope, "slope_estimate": self.law.slope_estimate(self.memory), "stance": footing.stance,
-            "qpos": footing.posture(self.robot, q), "lateral_slope": footing.lateral,
+            "qpos": self.posture(q), "lateral_slope": footing.lateral,
             "lateral_estimate": footing.to_left * lateral_estimate(self.law, self.memory),
             "locked": float(not self.free),
         }  # fmt: skip
@@ -201,7 +205,7 @@ class SpaceRun(Run):
         self.count += 1
         self.law.on_touchdown(self.memory, tuple(before[0]), tuple(self.q), tuple(self.dq))
         values = {
-            "time": self.time, "qpos": new.posture(self.robot, self.q), "x": new.place[0], "y": new.place[1],
+            "time": self.time, "qpos": self.posture(self.q), "x": new.place[0], "y": new.place[1],
             "z": new.place[2], "stance": new.stance, "slope": new.slope, "lateral_slope": new.lateral,
             "q_before": before[0], "dq_before": before[1], "q": self.q, "dq": self.dq, "work_absolute": self.work[0],
             "work_net": self.work[1], "work_positive": self.work[2], "roll_work": self.work[3], "slip": self.slip,

@@ -1,0 +1,88 @@
+"""The law in space for a sole: its width bounds the torque about the heading, so that the roll cannot be tracked.
+
+The legs are led as by `mjbiped.controllers.space`, by the same equations, into which the roll's acceleration enters as
+it will be. The roll is led by the divergent component of motion (Takenaka 2009, Englsberger 2015) of the centre of mass
+across the heading, xi = y + dy / omega: the centre of pressure p = (1 + k) (xi - xi_r) leads it back to the gait's xi_r
+at the rate k omega, as far as the sole is wide. How the ground falls to the side is not felt in the legs; the estimate
+of it grows with xi's deviation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from mjbiped.control.controller import Memory
+from mjbiped.controllers.space import SpatialController
+from mjbiped.gaits.reference import motion_at
+from mjbiped.robots.space import Array, SpatialLinkage
+from mjbiped.utils.domains import Domain
+
+
+@dataclass(frozen=True)
+class SidewaysController(SpatialController):
+    """Imitates a gait in space on a sole whose width bounds the torque about the heading.
+
+    Attributes:
+        robot: Robot model of the law; it may differ from the robot that walks.
+        gait: Gait that is imitated.
+        capture_gain: k, by which the centre of pressure leads the divergent component back.
+        lateral_gain: Rate of the estimate of the ground's fall to the side, by deviation of the divergent component,
+            1/(m s).
+    """
+
+    capture_gain: Annotated[float, Domain(0.0, 1e3)] = 1.5
+    lateral_gain: Annotated[float, Domain(0.0, 1e3, "1/(m s)")] = 1.0
+
+    @cached_property
+    def frequency(self) -> float:
+        """Omega, at which an upright robot falls to the side, 1/s."""
+        upright = self.robot.in_space[2]
+        inertia = upright.mass_matrix(np.zeros(3))[-1, -1]
+        return math.sqrt(upright.gravity * upright.moments.sum() / inertia)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, ...]:
+        """Torques, and rates of the estimates."""
+        angles, rates = np.array(q), np.array(dq)
+        if self._straight(memory):
+            angles, rates = self.robot.straightened(angles), self.robot.straightened(rates)
+        linkage, pull = self.robot.in_space[len(angles) - 1], np.array(memory[:3])
+        target, speed, acceleration = self.reference(memory, t)
+        table = self.gait.tables[1 if self._straight(memory) and self.gait.knee_strike is not None else 0]
+        wanted, wanted_rates, _ = np.reshape(motion_at(table, t), (3, -1))
+        away = self._component(linkage, angles, rates, math.atan2(pull[2], pull[1]))
+        away -= self._component(linkage, wanted, wanted_rates, 0.0)
+        weight = linkage.gravity * linkage.masses.sum()
+        half = math.inf if self.robot.sole_width is None else 0.5 * self.robot.sole_width
+        roll = weight * min(max((1.0 + self.capture_gain) * away, -half), half)
+        z1, dz1 = target - angles, speed - rates
+        z1[-1] = dz1[-1] = 0.0
+        k1, k2 = self.position_gain, self.velocity_gain
+        M, G = linkage.mass_matrix(angles), linkage.gravity_forces(angles)
+        needed = acceleration + (k1 * k2 + 1.0) * z1 + (k1 + k2) * dz1
+        forces = linkage.coriolis_forces(angles, rates) + G @ pull
+        needed[-1] = (roll - forces[-1] - M[-1, :-1] @ needed[:-1]) / M[-1, -1]
+        forces = M @ needed + forces
+        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ (dz1 + k1 * z1)
+        adapted[2] = self.lateral_gain * away
+        return (*(self.robot.motors[len(angles)] @ forces).tolist(), *adapted.tolist())
+
+    def _component(self, linkage: SpatialLinkage, q: Array, dq: Array, fall: float) -> float:
+        """Divergent component of the centre of mass across the heading, m towards the swing side from the stance foot.
+
+        Args:
+            linkage: The robot's.
+            q: Angles, rad.
+            dq: Rates, rad/s.
+            fall: By how much the ground falls to the swing side, rad.
+        """
+        z, dz = linkage.moments @ np.cos(q[:-1]), -(linkage.moments * np.sin(q[:-1])) @ dq[:-1]
+        down, aside = math.cos(q[-1] - fall), math.sin(q[-1] - fall)
+        y = linkage.out * down - z * aside
+        rate = -(linkage.out * aside + z * down) * dq[-1] - dz * aside
+        return float((y + rate / self.frequency) / linkage.masses.sum())

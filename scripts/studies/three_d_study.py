@@ -1,0 +1,155 @@
+"""Walks in space: three robots, grounds and pushes, eight phases each, as a table.
+
+A phase of steps and of pushes is where, or when, the first one comes, in eighths; a phase of bumps is a seed, from 1000
+on; these numbers tuned nothing. Walks that are finished only with a pull of the ground or with friction over 0.8 are
+counted apart. The table grows row by row, and rows that it has are not walked again.
+
+    python -m scripts.studies.three_d_study --engine mujoco --table docs/tables/three_dimensions/mujoco.csv
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import click
+import numpy as np
+
+import mjbiped
+from mjbiped.control.registry import make_controller
+
+STEPS, PHASES, FIRST_SEED = 30, 8, 1000
+SOLE = {"sole": (0.12, 0.12), "sole_width": 0.08}
+FRICTION = 0.8
+
+
+class Place(NamedTuple):
+    """A ground, or a push on level ground.
+
+    Attributes:
+        name: In the table.
+        phases: Number of phases.
+        preset: Name of the terrain's preset.
+        given: Its parameters.
+        moved: Name of the parameter that a phase moves, its first value, and how far all phases reach.
+        push: Lateral impulse, N s.
+    """
+
+    name: str
+    phases: int = 1
+    preset: str = "level"
+    given: Mapping[str, Any] = MappingProxyType({})
+    moved: tuple[str, float, float] | None = None
+    push: float = 0.0
+
+
+def steps_of(rise: float) -> Place:
+    """Stairs of a rise, m."""
+    name = f"steps of {100 * rise:+.0f} cm"
+    return Place(name, PHASES, "stairs", {"tread": 0.8, "rise": rise}, ("first", 0.6, 0.8))
+
+
+def bumps_of(rms: float) -> Place:
+    """Bumps of a height, m."""
+    return Place(f"bumps of {1000 * rms:.0f} mm rms", PHASES, "bumps", {"rms": rms}, ("seed", FIRST_SEED, PHASES))
+
+
+def incline_of(slope: float, lateral: float = 0.0) -> Place:
+    """A plane, degrees."""
+    name = f"lateral {lateral:g} deg" if lateral else f"slope {slope:+g} deg"
+    return Place(name, 1, "incline", {"slope_deg": slope, "lateral_deg": lateral})
+
+
+def push_of(impulse: float) -> Place:
+    """A lateral push on level ground, N s."""
+    return Place(f"push {impulse:g} N s", PHASES, push=impulse)
+
+
+WALKERS: dict[str, tuple[Any, dict[str, Any], str, list[Place]]] = {
+    "compass, roll not bounded": (
+        mjbiped.Compass3D, {}, "adaptive",
+        [Place("level"), incline_of(3), incline_of(-3), steps_of(0.02), steps_of(-0.02), incline_of(0, 3),
+         bumps_of(0.01), push_of(3.0)],
+    ),
+    "compass, sole of 24 by 8 cm": (
+        mjbiped.Compass3D, SOLE, "bounded-ankle",
+        [Place("level"), incline_of(3), incline_of(-3), steps_of(0.02), steps_of(-0.02), incline_of(0, 2),
+         bumps_of(0.005), bumps_of(0.01), push_of(1.0)],
+    ),
+    "knees, roll not bounded": (
+        mjbiped.Kneed3D, {}, "adaptive",
+        [Place("level"), incline_of(2), incline_of(-2), incline_of(0, 1), bumps_of(0.005)],
+    ),
+}  # fmt: skip
+
+
+def walked(walker: str, place: Place, phase: int, engine: str) -> mjbiped.Walk:
+    """Make a walk."""
+    kind, feet, law, _ = WALKERS[walker]
+    robot = kind(**feet)
+    given, pushes = dict(place.given), None
+    if place.moved:
+        name, first, reach = place.moved
+        given[name] = type(first)(first + phase * reach / place.phases)
+    if place.push:
+        time = 5.0 + 0.8 * phase / place.phases
+        pushes = mjbiped.Disturbances(pushes=[(time, place.push)], push_direction=math.pi / 2)
+    terrain = mjbiped.Terrain.preset(place.preset, **given)
+    return mjbiped.walk(
+        make_controller(law, robot, {}), terrain, engine=engine, steps=STEPS, sample_period=0.02, disturbances=pushes
+    )
+
+
+def row_of(walker: str, place: Place, phase: int, walk: mjbiped.Walk) -> dict[str, str]:
+    """Cells of a walk."""
+    told, steps = walk.summary(), walk.touchdowns
+    roll = np.degrees(walk.samples["q"][:, -1])
+    pull, friction = float(np.min(steps["normal_force"], initial=0.0 if not walk.steps else math.inf)), 0.0
+    friction = float(np.max(steps["friction"], initial=0.0))
+    cost = told["cost_of_transport_roll"] or math.nan
+    return {
+        "walker": walker, "ground": place.name, "phase": str(phase), "outcome": walk.outcome, "steps": str(walk.steps),
+        "c_mt": f"{(told['cost_of_transport'] or math.nan) - cost:.4f}", "c_mt of the roll": f"{cost:.4f}",
+        "roll from deg": f"{roll.min():.1f}", "roll to deg": f"{roll.max():.1f}",
+        "yaw deg": f"{np.degrees(np.abs(walk.samples['qpos'][:, -1]).max()):.2f}",
+        "peak roll torque N m": f"{walk.peak_torque[-1]:.2f}", "least force N": f"{pull:.1f}",
+        "friction": f"{friction:.2f}",
+    }  # fmt: skip
+
+
+def todo(known: set[tuple[str, str, str]]) -> Iterator[tuple[str, Place, int]]:
+    """Walks that are not in the table yet."""
+    for phase in range(PHASES):
+        for walker, (*_, places) in WALKERS.items():
+            for place in places:
+                if phase < place.phases and (walker, place.name, str(phase)) not in known:
+                    yield walker, place, phase
+
+
+@click.command(help=__doc__)
+@click.option("--engine", type=click.Choice(["mujoco", "hybrid"]), default="mujoco", help="Physics.")
+@click.option("--table", type=click.Path(path_type=Path), required=True, help="CSV file that grows.")
+def main(engine: str, table: Path) -> None:
+    """Walk what the table lacks."""
+    known = set()
+    if table.exists():
+        with table.open() as file:
+            known = {(row["walker"], row["ground"], row["phase"]) for row in csv.DictReader(file)}
+    left = list(todo(known))
+    for number, (walker, place, phase) in enumerate(left):
+        row = row_of(walker, place, phase, walked(walker, place, phase, engine))
+        table.parent.mkdir(parents=True, exist_ok=True)
+        with table.open("a", newline="") as file:
+            writer = csv.DictWriter(file, row)
+            if not file.tell():
+                writer.writeheader()
+            writer.writerow(row)
+        click.echo(f"{number + 1} of {len(left)}: {', '.join(row.values())}")
+
+
+if __name__ == "__main__":
+    main()
