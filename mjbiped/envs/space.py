@@ -175,7 +175,8 @@ class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
             length = run.robot.leg_length
             ground = Ground(run.plan.terrain, reach=x + 20.0 * length, half_width=length)
             self._seen = GroundWindows(run.robot, ground, run.timestep, 6.0 * length, scenery=True).about(x)
-        return self._camera.picture(SimpleNamespace(model=self._seen.model, data=run.data))
+        shown: Any = SimpleNamespace(model=self._seen.model, data=run.data)
+        return self._camera.picture(shown)
 
     def walk(self) -> Walk:
         """Return the record of the episode so far; see `mjbiped.envs.single.WalkEnv.walk`."""

@@ -279,8 +279,8 @@ class ReturnMap:
         scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
     Raises:
-        InputError: The robot moves in space, the slope is no finite number within 90 degrees, or a scuffing rule is given
-            for a robot with knees.
+        InputError: The robot moves in space, the slope is no finite number within 90 degrees, or a scuffing rule is
+            given for a robot with knees.
     """
 
     robot: Robot

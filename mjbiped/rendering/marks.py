@@ -145,7 +145,8 @@ def draw_marks(scene: object, moment: Moment, robot: Robot, scales: Scales, elem
     if "force" in elements:
         at = foot
         if robot.sole is not None:  # the centre of pressure, which stays within the sole
-            place = pressure_place(robot, moment.torque[0], moment.force, moment.slope)
+            forward, upward = moment.force
+            place = pressure_place(robot, moment.torque[0], (forward, upward), moment.slope)
             place = min(max(place, -robot.sole[0]), robot.sole[1]) if math.isfinite(place) else 0.0
             at += cmath.rect(place, -moment.slope)
         _draw_force(pen, at, complex(*moment.force), scales.force)

@@ -189,9 +189,9 @@ def _draw_in_space(pen: _Pen, moment: Moment, robot: Robot, scales: Scales, elem
     assert isinstance(robot, InSpace)
     assert footing is not None
     legs = robot.points(moment.qpos)
-    for side, ((height, normal), way) in enumerate(zip(moment.ground, moment.traces, strict=True)):
+    for side, ((height, upright), way) in enumerate(zip(moment.ground, moment.traces, strict=True)):
         foot: Points = legs[side, -1]
-        normal = np.asarray(normal)
+        normal = np.asarray(upright)
         clear = 1.0 - abs(foot[2] - height) / (marks.SPOT_FADES * length)
         ahead = np.cross(footing.aside * -footing.to_left, normal) * -1.0
         ahead /= np.linalg.norm(ahead)

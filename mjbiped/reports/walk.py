@@ -230,13 +230,13 @@ def _over_ground(walk: Walk) -> Shown:
 
 def _from_above(walk: Walk, keep: NDArray[np.int64]) -> Shown:
     """Draw the paths of hip and swing foot of a robot in space, and the places of its stance feet, seen from above."""
-    swing, hip, stood = paths_from_above(walk, keep)
+    swing, hip, stood = (small(path.T) for path in paths_from_above(walk, keep))
     place = "x %{x:.3f} m, y %{y:.4f} m<extra></extra>"
     mark = {"mode": "markers", "marker": {"size": 8, "color": SIGNALS["q_stance"].colour}}
     traces = [
-        curve("swing foot", *small(swing.T), place, line={"color": SIGNALS["q_swing"].colour, "width": 1.5}),
-        curve("middle of the hip", *small(hip.T), place, line={"color": SHADE, "width": 2}),
-        curve("stance foot", *small(stood.T), place, **mark),
+        curve("swing foot", swing[0], swing[1], place, line={"color": SIGNALS["q_swing"].colour, "width": 1.5}),
+        curve("middle of the hip", hip[0], hip[1], place, line={"color": SHADE, "width": 2}),
+        curve("stance foot", stood[0], stood[1], place, **mark),
     ]
     start = float(walk.samples["qpos"][0, 0]) - 0.8
     x = {"title": {"text": "x (m)"}, "range": [start, start + _FIRST_VIEW]}

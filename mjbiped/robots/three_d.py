@@ -167,27 +167,13 @@ class InSpace(Robot):
             pull: Gravity's components; see `pull_of`.
             locked: Whether the swing knee is locked, if there is one.
         """
-        forces, linkage = self.input_matrix @ torque, self._linkage(q)
+        forces, linkage, lock = self.input_matrix @ torque, self._linkage(q), self.knee_lock
         if locked:
-            parts = self.knee_lock.T @ forces, self.straightened(q), self.straightened(dq)
-            ddq = self.knee_lock @ self.in_space[2].accelerations(*parts, pull)
+            straight = self.straightened(q), self.straightened(dq)
+            ddq = lock @ self.in_space[2].accelerations(lock.T @ forces, *straight, pull)
         else:
             ddq = linkage.accelerations(forces, q, dq, pull)
         return linkage.ground_force(q, dq, ddq, pull)
-
-    def ground_force(
-        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
-    ) -> tuple[float, float]:
-        """Force of ground that is level across on the stance foot, forward and upward, N; see `Robot.ground_force`."""
-        state = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
-        ahead, _, normal = self.force_on_foot(*state, pull_of(slope), locked=locked)
-        sine, cosine = math.sin(slope), math.cos(slope)
-        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
-
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """Rates after a touchdown on the stance foot's plane; see `Robot.rates_after_touchdown`."""
-        straight = (self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq))
-        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(*straight)[1])
 
     def points(self, qpos: ArrayLike) -> Array:
         """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""

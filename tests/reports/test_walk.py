@@ -15,6 +15,7 @@ from walk_cases import Rude
 
 import mjbiped
 from controllers import AdaptiveController, KneedController, PassiveController
+from mjbiped.control.registry import make_controller
 from mjbiped.records.signals import PANELS
 from mjbiped.rendering.gl import gl_available
 from mjbiped.reports import walk as figures
@@ -120,7 +121,7 @@ def test_knees_are_shown(tmp_path: Path) -> None:
     content = packed(page)
     over_time = content["plots"]["time"]
     titles = [note["text"].removeprefix("<b>").removesuffix("</b>") for note in over_time["layout"]["annotations"]]
-    assert titles == [panel.title for panel in PANELS.values()]
+    assert titles == [panel.title for name, panel in PANELS.items() if name != "lateral"]
     names = {(line["name"], [*PANELS][int(line["yaxis"].removeprefix("y") or 1) - 1]) for line in over_time["data"]}
     assert names >= {
         ("stance knee", "torque"),
@@ -137,3 +138,13 @@ def test_knees_are_shown(tmp_path: Path) -> None:
         shown = np.array(content["data"]["legs"][f"{leg} leg now"])[:, :, half]
         assert shown == pytest.approx(limbs[side], abs=1e-4)
     assert "greatest flexion (°)" in page
+
+
+def test_a_walk_in_space(tmp_path: Path) -> None:
+    robot, ground = mjbiped.Compass3D(), mjbiped.Terrain.level(lateral_deg=1.0)
+    walk = mjbiped.walk(make_controller("adaptive", robot, {}), ground, robot=robot, engine="hybrid", steps=2)
+    page = report(walk, tmp_path / "walk.html")
+    above = packed(page)["plots"]["above"]
+    assert [trace["name"] for trace in above["data"]] == ["swing foot", "middle of the hip", "stance foot"]
+    for told in ("slope to the left", "peak torque, ankle roll", "ankle roll's part"):
+        assert told in page.replace("&#39;", "'"), told
