@@ -6,7 +6,6 @@ the planar robot, and the roll behind them; `mjbiped.robots.space` has the equat
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property

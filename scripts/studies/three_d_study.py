@@ -50,7 +50,7 @@ class PlanarLaw(Controller):
     @cached_property
     def planar(self) -> AdaptiveController:
         """The planar law."""
-        flat = self.robot.planar
+        flat: Any = self.robot.planar
         return AdaptiveController(flat, mjbiped.find_passive_gait(flat, self.gait.slope))
 
     @cached_property

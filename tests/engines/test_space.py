@@ -13,7 +13,7 @@ import mjbiped
 from mjbiped.control.registry import make_controller
 from mjbiped.robots.three_d import InSpace
 
-SOLE = {"sole": (0.12, 0.12), "sole_width": 0.08}
+SOLE: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
 LEVEL, SIDE = mjbiped.Terrain.level(), math.pi / 2
 each_engine = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 
