@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import own_controllers
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import mjbiped
 from controllers import AdaptiveController, PassivityController
 from mjbiped.control import registry
-from mjbiped.control.loading import REQUIRED, checked, fields_of, shown_defaults, value_of
+from mjbiped.control.loading import REQUIRED, checked, fields_of, value_of
 from mjbiped.control.registry import (
     controller_from,
     controller_names,
@@ -63,8 +62,6 @@ def test_settings_arrive(robot: mjbiped.Compass) -> None:
         ("adaptive", {"reference": "clearance"}, "clearance = '': must be a finite number"),
         ("adaptive", {"reference": "clearence=1"}, "reference 'clearence=1': .*did you mean 'clearance'"),
         ("adaptive", {"reference": "speed=1,speed=2"}, "stands twice"),
-        ("adaptive", {"reference": "speed=nan"}, "must be a finite number"),
-        ("adaptive", {"reference": "retraction=0"}, "must be true or false"),
         ("adaptive", {"reference": 3}, "reference = 3"),
         ("adaptive", {"reference": "speed=1", "imitate_slope_deg": 1.0}, "give one of them"),
         ("kinetic-energy", {"reference": "clearance=0.1"}, "needs a passive gait"),
@@ -83,13 +80,11 @@ def test_references_in_words() -> None:
     assert parse_reference("retraction=no") == {"retraction": False}
 
 
-def test_laws_and_robots_that_do_not_fit_are_told_with_those_that_do(gait: mjbiped.Gait) -> None:
-    kneed, compass = mjbiped.KneedBiped(), mjbiped.Compass()
-    law = AdaptiveController(compass, gait)
+def test_a_law_for_another_robot_is_told_with_those_that_fit(controller: AdaptiveController) -> None:
     with pytest.raises(InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
-        mjbiped.walk(law, mjbiped.Terrain.level(), robot=kneed, engine="hybrid")
+        mjbiped.walk(controller, mjbiped.Terrain.level(), robot=mjbiped.KneedBiped(), engine="hybrid")
     with pytest.raises(InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
-        make_controller("library", kneed, {})
+        make_controller("library", mjbiped.KneedBiped(), {})
 
 
 def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
@@ -124,27 +119,15 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     registered.cache_clear()
 
 
-OWN = """\
-from dataclasses import dataclass
-from controllers import Controller
-@dataclass(frozen=True)
-class HipSpread(Controller):
-    stiffness: float = 20.0
-    def torque(self, memory, t, q, dq):
-        return 0.0, -self.stiffness * (q[1] - q[0] - 0.4)
-"""
-
-
 def test_another_package_registers_its_own(robot: mjbiped.Compass, installed: Path) -> None:
     installed.write_text("[mjbiped.controllers]\nspread = own_laws:HipSpread\nlost = own_laws:Lost\n")
-    source = installed.parents[1] / "own_laws.py"
-    source.write_text(OWN)
+    source = own_controllers.write(installed.parents[1], "own_laws.py", own_controllers.SPREAD)
     assert controller_names()[0] == "adaptive"
     assert {"spread", "lost"} < {*controller_names()}
-    assert settings_of("spread") == {"stiffness": 20.0}
     assert source in law_folders()  # a study's results depend on it
+    assert settings_of("spread") == {"stiffness": 0.5, "spread": 0.4}
     law = make_controller("spread", robot, {"stiffness": 5.0})
-    assert law.describe() == {"name": "HipSpread", "stiffness": 5.0}
+    assert law.describe() == {"name": "HipSpread", "stiffness": 5.0, "spread": 0.4}
     with pytest.raises(InputError, match="lost, registered as own_laws:Lost, fails"):
         make_controller("lost", robot, {})
 
@@ -174,7 +157,6 @@ def test_fields_and_their_defaults() -> None:
     fields = fields_of(Made)
     assert "inner" not in fields
     assert (fields["needed"], fields["gain"], fields["made"]) == (REQUIRED, 1.0, [])
-    assert shown_defaults({"needed": REQUIRED, "gain": 1.0}) == "needed (needed), gain=1.0"
 
 
 @pytest.mark.parametrize(
@@ -184,12 +166,10 @@ def test_fields_and_their_defaults() -> None:
         ("count", "3", 3),
         ("on", "True", True),
         ("mode", "5", "5"),
-        ("mode", "none", "none"),
         ("delay", "none", None),
         ("delay", "0.5", 0.5),
         ("kind", "b", "b"),
         ("anything", "7", 7),
-        ("anything", "word", "word"),
         ("gain", "much", "gain = 'much': must be a finite number, as declared in Made"),
         *(("gain", text, "a finite number") for text in ("nan", "true", "none")),
         ("count", "2.5", "a whole number"),
@@ -208,9 +188,7 @@ def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, val
         assert (type(found), found) == (type(value), value)
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_numbers_come_through_their_texts_and_those_of_numpy_are_numbers(number: float) -> None:
-    assert value_of(Made, "gain", repr(number)) == number
+def test_numbers_of_numpy_are_numbers_and_truth_is_none() -> None:
     assert checked(Made, "gain", np.float32(0.5)) == 0.5
     assert checked(Made, "count", np.int64(3)) == 3
     with pytest.raises(InputError, match="a whole number"):
