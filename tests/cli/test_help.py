@@ -16,9 +16,6 @@ import mjbiped
 from mjbiped.cli.main import main
 from mjbiped.control.registry import controller_names, settings_of
 from mjbiped.robots.kinds import KINDS
-from mjbiped.studies import plan as sweeps
-from mjbiped.studies import robustness
-from mjbiped.studies.plan import SCUFFING
 from mjbiped.terrain.presets import PRESETS
 from mjbiped.viewing import KEYS
 
@@ -52,10 +49,6 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 
 def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
     text = run("walk", "--help").stdout
-    sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)[-17:]
-    shared = [section for section in sections if not section.startswith("Robot ")]
-    assert shared == ["Walk", "Adaptive controller", "Comparison controllers", "Robot", "Disturbances", "MuJoCo",
-                      "Results", "Video", "Options"]  # fmt: skip
     assert "[default: 0.8]" in text
     words = " ".join(text.split()).replace("- ", "-")  # names are split at their hyphens
     assert all(f"{name}: " in words for name in controller_names() if name != "passive")
@@ -80,9 +73,6 @@ OF_COMMANDS = (
 OF_OBJECTS = "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
 OTHERS = {*" ".join((*OF_COMMANDS, OF_OBJECTS)).split()}
 """Options that have no name of Python's: of commands alone, and what is an object, an array or a field there."""
-
-OF_STUDIES = {*["samples", "plot", "model", "grounds", "seeds", "limits", "margins"]}
-"""Keys at the top of study files that neither `walk` nor its engine takes."""
 
 
 def taken(public: Callable[..., Any]) -> Iterator[str]:
@@ -111,7 +101,4 @@ def test_settings_have_the_names_of_python() -> None:
     assert not {name.removesuffix("_deg") for name in OTHERS} & NAMES
     for name in controller_names():
         assert {key.removesuffix("_deg") for key in settings_of(name) if key not in OTHERS} <= NAMES
-    arguments = {name for public in (mjbiped.walk, mjbiped.Mujoco, mjbiped.Terrain.random) for name in taken(public)}
-    assert {*sweeps.KEYS, *robustness.KEYS} - arguments == OF_STUDIES
-    assert {*SCUFFING} <= {*taken(mjbiped.ScuffingRule)}
     assert {name for kind in KINDS.values() for name in kind.parameters()} <= NAMES

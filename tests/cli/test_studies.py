@@ -37,9 +37,7 @@ def study(tmp_path: Path, studies_in_threads: None) -> Path:
     return path
 
 
-def test_a_sweep_leaves_table_figures_summary_and_report(
-    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sweep_leaves_its_files(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
     result = run("sweep", study)
     assert result.exit_code == 0, result.stderr
@@ -48,13 +46,9 @@ def test_a_sweep_leaves_table_figures_summary_and_report(
     assert list(folder.glob("*.png"))
     for shown in (
         r"finished +5 +83\.3\s",
-        r"of the finished walks +\d+ % ",
-        r"cost of transport, absolute ",
-        r"controller position gain \(1/s\) +walks ",
         r"\n 3 +2 +0\.03697 +100% ",
         r"no passive gait on ",
         r"best: passive, slope deg 2 \(100 % of 1 finished, median cost of transport 0\.0000, first cell 0\)\n",
-        r"6 walks in \d+\.\d s, \S+ walks/s\n",
     ):
         assert re.search(shown, result.stdout), shown
     printed = json.loads(run("sweep", study, "--json").stdout)
@@ -113,14 +107,8 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
 def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
     assert result.exit_code == 0
-    for name in (
-        "reproduction.md",
-        "tables/reproduction.md",
-        "reproduction.csv",
-        "reproduction_gains.csv",
-        "reproduction_grounds.csv",
-        "images/reproduction_fig_4_mixed_hybrid.png",
-    ):
+    tables = [f"reproduction{part}.csv" for part in ("", "_gains", "_grounds")]
+    for name in ("reproduction.md", "tables/reproduction.md", *tables, "images/reproduction_fig_4_mixed_hybrid.png"):
         assert (tmp_path / "page" / name).is_file()
         assert name in result.stdout.replace("\n", "")
     assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
@@ -130,7 +118,6 @@ def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch:
     printed = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
     assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
     assert printed["failed"] == []
-    assert printed["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
     assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(printed["checks"][0])
 
 
