@@ -11,14 +11,12 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, PassiveController
+from mjbiped import Terrain, Walk, plot_comparison
 from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.divergence import COLUMNS
 from mjbiped.cli.results import as_json
-from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.records import measures
-from mjbiped.records.record import Walk
-from mjbiped.terrain.terrain import Terrain
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """Replays of records: the references made again are those that the controller tracked while it walked."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

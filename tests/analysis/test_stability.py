@@ -11,7 +11,6 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.error_dynamics import impact_gain, impact_matrix
 from mjbiped.analysis.stability import Stability, recorded_controller, stability
-from mjbiped.errors import InputError
 
 # error of a step's end in the hybrid engine: some 20 integration steps of tolerance 1e-10 (1 + |y|), and the dense
 # output between them
@@ -152,5 +151,5 @@ def test_refusals(controller: AdaptiveController, walk: mjbiped.Walk) -> None:
         ([short], r"step 1 of 0\.764 s has only 3 samples"),
         ([none], "no touchdown"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(mjbiped.InputError, match=words):
             stability(*wrong)  # type: ignore[arg-type]

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import PassiveController
 from mjbiped.analysis.survival import Survival, ratio
-from mjbiped.errors import InputError
 
 
 def drawn(mean: float, walks: int, most: int, seed: int) -> Survival:
@@ -98,11 +97,11 @@ def test_walks_that_did_not_fall_are_censored() -> None:
 
 
 def test_what_is_no_set_of_walks_is_refused() -> None:
-    with pytest.raises(InputError, match="at least one walk"):
+    with pytest.raises(mjbiped.InputError, match="at least one walk"):
         Survival((), ())
-    with pytest.raises(InputError, match="got 2 walks and 1 ends"):
+    with pytest.raises(mjbiped.InputError, match="got 2 walks and 1 ends"):
         Survival((1, 2), (True,))
-    with pytest.raises(InputError, match="same grounds"):
+    with pytest.raises(mjbiped.InputError, match="same grounds"):
         ratio(Survival((1,), (True,)), Survival((1, 2), (True, False)))
 
 

@@ -1,7 +1,5 @@
 """`mjbiped gait`, `reference`, `stability`, `return-map`, `bifurcation`, `basin`: what they print and write."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The whole command line: its commands, what their help says, and options with the names that Python has for them."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping

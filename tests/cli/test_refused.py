@@ -1,7 +1,5 @@
 """What no command takes is refused before anything is computed: status 2, one line that names it, and no file."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys

@@ -1,7 +1,5 @@
 """`mjbiped sweep`, `reproduce`, `figures`, `report` and `export`: what they write and print, and how they end."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """`mjbiped walk`, `compare`, `render` and `view`: what reaches a walk, what is printed and written, and how it ends."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -17,15 +15,13 @@ from command_line import Drawings, complaints, python, run, run_process
 from PIL import Image
 
 import mjbiped
-from mjbiped import plotting
+from mjbiped import RenderError, Walk, plotting
 from mjbiped.cli.walkers import next_ground
 from mjbiped.control.controller import Controller
-from mjbiped.errors import RenderError
 from mjbiped.exchange.mjcf import export_scene
 from mjbiped.plotting import walk as plots
 from mjbiped.records import measures
 from mjbiped.records.columns import Recorder
-from mjbiped.records.record import Walk
 from mjbiped.records.summary import MEASURES
 from mjbiped.robots.robot import Robot
 from mjbiped.terrain.presets import PRESETS

@@ -1,7 +1,5 @@
 """Laws as machine code: bitwise the law, one engine for all of them, failures that are noticed or named."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """What every controller offers, one that a user writes, and what breaks the contract: told before the walk."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import json
@@ -19,7 +17,6 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.control.functions import try_out
 from mjbiped.control.registry import controller_names, make_controller
 from mjbiped.engines.base import Run
-from mjbiped.errors import InputError
 from mjbiped.robots.robot import Robot
 
 Q, DQ = (-0.19, 0.19), (1.1, 0.8)
@@ -171,7 +168,7 @@ REFUSED: list[tuple[Controller, str]] = [
 @pytest.mark.parametrize(("controller", "words"), REFUSED, ids=[words for _, words in REFUSED])
 def test_refused_before_the_walk(controller: Controller, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Run, "go", lambda *_, **__: pytest.fail("it walked"))
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         mjbiped.walk(controller, GROUND, engine="hybrid")
 
 

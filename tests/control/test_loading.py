@@ -1,7 +1,5 @@
 """Controllers of a user's own by the names of their classes: loaded in words or refused in words, and told of."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +10,6 @@ import pytest
 import mjbiped
 from mjbiped.control.loading import digest_of, located, own_class, source_of
 from mjbiped.control.registry import make_controller, settings_of
-from mjbiped.errors import InputError
 
 
 @pytest.fixture
@@ -120,7 +117,7 @@ REFERENCES = {
 def test_refused_in_words(text: str, reference: str, words: str, folder: Path, robot: mjbiped.Compass) -> None:
     own_controllers.write(folder, "law.py", text)
     (folder / "folder.py").mkdir()
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         make_controller(reference, robot, {})
 
 

@@ -1,7 +1,5 @@
 """Controllers by name: their settings with defaults and types, built anew from records, other packages' own."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -24,7 +22,6 @@ from mjbiped.control.registry import (
     registered,
     settings_of,
 )
-from mjbiped.errors import InputError
 from mjbiped.studies.run import law_folders
 
 
@@ -71,7 +68,7 @@ def test_refused_in_words(
     name: str, settings: dict[str, object], words: str, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         make_controller(name, robot, settings)
 
 
@@ -81,9 +78,9 @@ def test_references_in_words() -> None:
 
 
 def test_a_law_for_another_robot_is_told_with_those_that_fit(controller: AdaptiveController) -> None:
-    with pytest.raises(InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
+    with pytest.raises(mjbiped.InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
         mjbiped.walk(controller, mjbiped.Terrain.level(), robot=mjbiped.KneedBiped(), engine="hybrid")
-    with pytest.raises(InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
+    with pytest.raises(mjbiped.InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
         make_controller("library", mjbiped.KneedBiped(), {})
 
 
@@ -101,9 +98,9 @@ def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
         ({**described, "robot": {"mass": 5.0}}, r"cannot be built anew: .*mass"),
         (without_gait, r"needs a mjbiped\.Compass and a mjbiped\.Gait"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(mjbiped.InputError, match=words):
             controller_from(wrong)
-    with pytest.raises(InputError, match="no class of yours is needed"):
+    with pytest.raises(mjbiped.InputError, match="no class of yours is needed"):
         controller_from(described, named="mine.py:Mine")
 
 
@@ -128,13 +125,13 @@ def test_another_package_registers_its_own(robot: mjbiped.Compass, installed: Pa
     assert settings_of("spread") == {"stiffness": 0.5, "spread": 0.4}
     law = make_controller("spread", robot, {"stiffness": 5.0})
     assert law.describe() == {"name": "HipSpread", "stiffness": 5.0, "spread": 0.4}
-    with pytest.raises(InputError, match="lost, registered as own_laws:Lost, fails"):
+    with pytest.raises(mjbiped.InputError, match="lost, registered as own_laws:Lost, fails"):
         make_controller("lost", robot, {})
 
 
 def test_two_controllers_of_one_name_are_refused(installed: Path) -> None:
     installed.write_text("[mjbiped.controllers]\nadaptive = rival:Adaptive\n")
-    with pytest.raises(InputError, match=r"two installed packages register the controller adaptive: .*rival:Ad"):
+    with pytest.raises(mjbiped.InputError, match=r"two installed packages register .* adaptive: .*rival"):
         controller_names()
 
 
@@ -181,7 +178,7 @@ def test_fields_and_their_defaults() -> None:
 )
 def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, value: object) -> None:
     if isinstance(value, str) and value != text.strip():
-        with pytest.raises(InputError, match=value):
+        with pytest.raises(mjbiped.InputError, match=value):
             value_of(Made, name, text)
     else:
         found = value_of(Made, name, text)
@@ -191,12 +188,12 @@ def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, val
 def test_numbers_of_numpy_are_numbers_and_truth_is_none() -> None:
     assert checked(Made, "gain", np.float32(0.5)) == 0.5
     assert checked(Made, "count", np.int64(3)) == 3
-    with pytest.raises(InputError, match="a whole number"):
+    with pytest.raises(mjbiped.InputError, match="a whole number"):
         checked(Made, "count", True)
 
 
 def test_types_that_only_a_type_checker_knows_are_not_checked() -> None:
     class Odd:
-        gain: "Unknown"  # type: ignore[name-defined]  # noqa: F821, UP037
+        gain: "Unknown"  # type: ignore[name-defined]  # noqa: F821
 
     assert checked(Odd, "gain", "anything") == "anything"

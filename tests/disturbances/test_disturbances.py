@@ -1,7 +1,5 @@
 """What can be asked of `Disturbances`, what is refused, random numbers by their places, friction, the command line."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,6 @@ from controllers import PassiveController
 from mjbiped.cli.walkers import disturbances_of, model_of
 from mjbiped.disturbances import chance
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
-from mjbiped.errors import InputError
 from mjbiped.studies.plan import plan
 
 GROUND = mjbiped.Terrain.incline(2.0)
@@ -63,7 +60,7 @@ REFUSED: list[tuple[Any, str]] = [
 
 @pytest.mark.parametrize(("asked", "said"), REFUSED, ids=[said for _, said in REFUSED])
 def test_what_makes_no_sense_is_refused(asked: Any, said: str) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(mjbiped.InputError, match=said):
         asked()
 
 

@@ -1,7 +1,5 @@
 """A disturbed control loop of robots with straight legs in both engines, and mostly in the hybrid one with knees."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pushes at the hip, in both engines."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any

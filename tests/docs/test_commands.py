@@ -1,7 +1,5 @@
 """Every command on the pages exists, with its options, and takes the values that stand there."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Every program on the pages runs as it stands there, one block after the other, and is well typed."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

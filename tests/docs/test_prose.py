@@ -1,7 +1,5 @@
 """Numbers in the prose of comparison.md, feet.md and stability.md are those of the tables, which studies write."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -1,7 +1,5 @@
 """What the site makes of the code: tables of columns and ranges, and docstrings in its own markup."""
 
-from __future__ import annotations
-
 import importlib
 from types import ModuleType
 

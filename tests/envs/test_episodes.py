@@ -16,7 +16,6 @@ from mjbiped.engines.plan import DEFAULT_SAMPLE_PERIOD
 from mjbiped.envs import TASKS, observation
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.walkers import Walkers
-from mjbiped.errors import InputError
 from mjbiped.rules.termination import Outcome
 
 NOISE = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.001, "angle_resolution": 1e-4}
@@ -152,7 +151,7 @@ def test_a_copy_goes_on_by_itself_and_a_state_can_be_set_back(copied: Callable[[
     assert walked(walkers, actions[70:]).tobytes() == after
     draw = np.random.default_rng(1)
     for odd in (state[:-1], state * np.nan, draw.normal(size=state.shape)):
-        with pytest.raises(InputError, match="state: "):
+        with pytest.raises(mjbiped.InputError, match="state: "):
             walkers.set_state(odd)
 
 

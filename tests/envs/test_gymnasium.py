@@ -17,7 +17,6 @@ from mjbiped.envs import IDS, TASKS, observation
 from mjbiped.envs.single import WalkEnv
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
-from mjbiped.errors import InputError, MjbipedError
 from mjbiped.rendering.gl import gl_available
 from mjbiped.utils.files import markdown_table
 
@@ -230,7 +229,7 @@ REFUSED: dict[str, Any] = {
 
 @pytest.mark.parametrize("words", REFUSED)
 def test_mistakes_are_named(words: str) -> None:
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         REFUSED[words]()
 
 
@@ -260,11 +259,11 @@ def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -
         np.testing.assert_array_equal(observed, expected)
     assert ends >= 6
     assert [isinstance(walk, mjbiped.Walk) for walk in env.env_method("walk")] == [True] * 3
-    with pytest.raises(InputError, match="give settings when"):
+    with pytest.raises(mjbiped.InputError, match="give settings when"):
         env.set_attr("task", 1)
     env.close()
 
 
 def test_a_step_before_an_episode_is_refused() -> None:
-    with pytest.raises(MjbipedError, match=r"call reset\(\) first"):
+    with pytest.raises(mjbiped.MjbipedError, match=r"call reset\(\) first"):
         WalkVectorEnv(2).step(np.zeros((2, 2), dtype=np.float32))

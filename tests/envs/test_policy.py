@@ -20,7 +20,6 @@ from mjbiped.envs import PolicyController, export_policy
 from mjbiped.envs.observation import bounds
 from mjbiped.envs.policy import OnnxController
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.errors import InputError
 
 GROUND = mjbiped.Terrain.level()
 
@@ -96,7 +95,7 @@ def test_mistakes_are_named(action: Any, settings: dict[str, Any], words: str) -
         controller = PolicyController(lambda _: action, WalkTask("walk_level", **settings))
         mjbiped.walk(controller, GROUND, engine=mjbiped.Mujoco(control_period=0.02), steps=1)
 
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         walk()
 
 
@@ -157,10 +156,10 @@ def test_a_file_walks_as_its_policy_does(engine: str, tmp_path: Path) -> None:
 def test_files_that_are_no_policies_are_named(described: dict[str, Any], words: str, tmp_path: Path) -> None:
     file = tmp_path / "policy.onnx"
     written(file, WalkTask("walk_level"), described)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         OnnxController(str(file), sha256="0" if described is RESIDUAL else "")
     file.write_bytes(b"nothing")
-    with pytest.raises(InputError, match="is no ONNX file"):
+    with pytest.raises(mjbiped.InputError, match="is no ONNX file"):
         OnnxController(str(file))
 
 
@@ -209,7 +208,7 @@ def test_an_exported_policy_acts_as_the_model(algorithm: str, tmp_path: Path) ->
     actions = np.array([controller.predict(each) for each in env.get_original_obs()])
     np.testing.assert_allclose(actions, model.predict(seen, deterministic=True)[0], rtol=0, atol=1e-6)  # 32 bits
     assert mjbiped.walk(controller, GROUND, engine=robots.task.engine, steps=2).steps == 2
-    with pytest.raises(InputError, match="the policy observes 12 numbers, and in the task"):
+    with pytest.raises(mjbiped.InputError, match="the policy observes 12 numbers, and in the task"):
         export_policy(model, tmp_path / "other.onnx", WalkTask("walk_level", robot="kneed"))
     env.close()
 
@@ -221,7 +220,7 @@ def test_names_are_known_without_the_extra_and_files_are_found_beside_a_study(tm
     reference = located("policy:walk.onnx", tmp_path)
     assert reference == f"policy:{tmp_path / 'walk.onnx'}"
     assert digest_of(reference) == hashlib.sha256(b"a policy").hexdigest()
-    with pytest.raises(InputError, match="there is no such file"):
+    with pytest.raises(mjbiped.InputError, match="there is no such file"):
         digest_of("policy:nowhere.onnx")
-    with pytest.raises(InputError, match="no file describes the controller adaptive"):
+    with pytest.raises(mjbiped.InputError, match="no file describes the controller adaptive"):
         controller_class("adaptive:walk.onnx")

@@ -11,7 +11,6 @@ from mjbiped.envs import Curriculum
 from mjbiped.envs.single import WalkEnv
 from mjbiped.envs.tasks import Episode, WalkTask
 from mjbiped.envs.vector import WalkVectorEnv
-from mjbiped.errors import InputError
 from mjbiped.rules.termination import Outcome
 
 DRAWN: dict[str, Any] = {
@@ -158,5 +157,5 @@ def curriculum(**changed: Any) -> dict[str, Any]:
     ],
 )
 def test_mistakes_are_named(settings: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError, match=field):
+    with pytest.raises(mjbiped.InputError, match=field):
         WalkTask("walk_level", **{name: value() if callable(value) else value for name, value in settings.items()})

@@ -1,7 +1,5 @@
 """Robots from MJCF: our own exports read again, models of other hands, and what is refused: crashes and costs too."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco
@@ -9,7 +7,6 @@ import numpy as np
 import pytest
 
 import mjbiped
-from mjbiped.errors import InputError
 from mjbiped.exchange import parts
 from mjbiped.exchange.foreign import read_robot
 from mjbiped.exchange.mjcf import export_scene
@@ -186,7 +183,7 @@ FIRST = [*REFUSED][:4]  # each compiles in a process of its own: the others are 
 def test_says_what_is_missing(name: str, tmp_path: Path) -> None:
     text, message = REFUSED[name]
     assert text not in (KNEED, PINNED)
-    with pytest.raises(InputError, match=message) as raised:
+    with pytest.raises(mjbiped.InputError, match=message) as raised:
         read(text, tmp_path)
     assert "model.xml': " in str(raised.value)
     assert len(str(raised.value).splitlines()) == 1
@@ -220,7 +217,7 @@ GREAT = {
 def refused(folder: Path, head: str, world: str = "") -> str:
     """What a model is refused with."""
     (folder / "model.xml").write_text(MODEL.format(head=head, world=world), encoding="utf-8")
-    with pytest.raises(InputError) as raised:
+    with pytest.raises(mjbiped.InputError) as raised:
         read_robot(folder / "model.xml")
     message = str(raised.value)
     assert message.startswith(repr(str(folder / "model.xml"))[:20])

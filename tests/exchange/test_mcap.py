@@ -1,7 +1,5 @@
 """Recordings in readers of other people: of MCAP's makers, and one that shares no code with them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Exported scenes in plain MuJoCo: masses, ground, and a passive step without any of this package's callbacks."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,6 @@ import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
-from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
 from mjbiped.robots.robot import Robot
 
@@ -113,15 +110,15 @@ def test_first_states_are_those_of_walks(tmp_path: Path) -> None:
     walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
     _, data = exported(tmp_path, walk.robot, walk.terrain, initial=walk.settings["initial"])
     assert data.qpos == pytest.approx(walk.samples["qpos"][0], abs=1e-15)
-    with pytest.raises(InputError, match="four finite numbers q1, q2, dq1, dq2"):
+    with pytest.raises(mjbiped.InputError, match="four finite numbers q1, q2, dq1, dq2"):
         exported(tmp_path, walk.robot, walk.terrain, initial=[0.0])
-    with pytest.raises(GaitError, match="--initial rest"):
+    with pytest.raises(mjbiped.GaitError, match="--initial rest"):
         exported(tmp_path, mjbiped.RimlessWheel(), LEVEL)
 
 
 def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
     short = dataclasses.replace(LEVEL, end=0.1)
-    with pytest.raises(InputError, match=r"ends at x = 0\.1 m"):
+    with pytest.raises(mjbiped.InputError, match=r"ends at x = 0\.1 m"):
         export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")
 
 

@@ -1,7 +1,5 @@
 """Records as tables, read by pandas and PyArrow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pandas

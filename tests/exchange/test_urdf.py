@@ -1,7 +1,5 @@
 """URDF in the parser of ROS, and in MuJoCo's own compiler of it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

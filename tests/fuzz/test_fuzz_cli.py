@@ -4,8 +4,6 @@ The lines are seeded: one that fails is the same again. In the fast part everyth
 would be computed is not; `make test-slow` computes it, too.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from collections.abc import Sequence

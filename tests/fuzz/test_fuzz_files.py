@@ -3,8 +3,6 @@
 The damage is seeded: a case that fails is the same again. `make test-slow` tries many more.
 """
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -14,12 +12,11 @@ from pathlib import Path
 import pytest
 from time_limits import within
 
-from mjbiped.errors import InputError
+from mjbiped import InputError, Terrain
 from mjbiped.studies import plan as plans
 from mjbiped.studies.plan import Study, read_study
 from mjbiped.studies.run import columns_of
 from mjbiped.studies.store import opened
-from mjbiped.terrain.terrain import Terrain
 
 LONGEST_MESSAGE = 1000
 

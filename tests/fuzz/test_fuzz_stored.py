@@ -22,11 +22,10 @@ from time_limits import within
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped import InputError, MjbipedError, RecordError, Walk
 from mjbiped.analysis.stability import stability
-from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.record import Walk
 from mjbiped.reports.page import flattened
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.plan import plan

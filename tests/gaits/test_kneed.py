@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mjbiped.errors import GaitError
+from mjbiped import GaitError, KneedBiped, KneedGait, RoundKneed, find_kneed_gait
 from mjbiped.gaits.cycle import free_motion
-from mjbiped.gaits.kneed import KneedGait, find_kneed_gait
 from mjbiped.gaits.reference import RATE
 from mjbiped.robots.chain import Array
-from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.round import RoundKneed
 
 MCGEERS = 0.0456
 PLAIN = KneedBiped()

@@ -13,11 +13,10 @@ import stored_references
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.errors import InputError
+from mjbiped import InputError, OptimisedGait, find_reference
 from mjbiped.gaits import optimised, store
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.optimisation import TOLERANCE, motion_of, optimise, tell
-from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep, Goal
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed

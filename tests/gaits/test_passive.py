@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-from mjbiped.errors import GaitError, InputError
-from mjbiped.gaits.passive import PassiveGait, find_passive_gait
+from mjbiped import GaitError, InputError, PassiveGait, find_passive_gait
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.published import GOSWAMI_ROBOT
 

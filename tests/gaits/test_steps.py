@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
+from mjbiped import Compass, KneedBiped
 from mjbiped.gaits.optimisation import evaluate
 from mjbiped.gaits.reference import (
     DEGREE,
@@ -21,8 +22,6 @@ from mjbiped.gaits.reference import (
     table_of,
 )
 from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
 
 ROBOT = KneedBiped(
     thigh_mass=3.0, shank_mass=1.2, hip_mass=4.0, thigh_length=0.45, shank_length=0.4, thigh_centre=0.2,
