@@ -146,18 +146,17 @@ def test_the_viewers_runtime_runs_and_begins_again() -> None:
     running.stop()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        (("walk_rndom",), "did you mean 'walk_random'"),
-        (("walk_level", {"residul": True}), "did you mean 'residual'"),
-        (("walk_level", {}, {"n_sub_steps": 2}), "valid are flat_observation"),
-        (("walk_level", {"random": -1}), "random = -1"),
-    ],
-)
-def test_mistakes_are_named(arguments: Any, field: str) -> None:
-    with pytest.raises(mjbiped.InputError, match=field):
-        load(*arguments)
+MISTAKES: dict[str, tuple[Any, ...]] = {
+    "did you mean 'walk_random'": ("walk_rndom",),
+    "valid are flat_observation": ("walk_level", {}, {"n_sub_steps": 2}),
+    "random = -1": ("walk_level", {"random": -1}),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_mistakes_are_named(words: str) -> None:
+    with pytest.raises(mjbiped.InputError, match=words):
+        load(*MISTAKES[words])
 
 
 WITHOUT = """
