@@ -4,7 +4,6 @@ A case is a number, which seeds everything; `make test` tries the first few, `ma
 """
 
 import contextlib
-import copy
 import io
 import json
 import math
@@ -48,7 +47,7 @@ NASTY: tuple[Any, ...] = (
 
 def change_bytes(draw: random.Random, content: bytes) -> bytes:
     """Some bytes changed, cut out, repeated or written over; at the end stands what an archive holds."""
-    changed, action = bytearray(content), draw.randrange(6)
+    changed, action = bytearray(content), draw.randrange(5)
     first, last = sorted(draw.randrange(len(content)) for _ in range(2))
     if action == 0:
         for _ in range(draw.choice((1, 3, 10, 100))):
@@ -60,8 +59,6 @@ def change_bytes(draw: random.Random, content: bytes) -> bytes:
         return draw.choice((content[:first], content[first:], content[:first] + content[last:]))
     elif action == 3:
         return content[:last] + content[first:last]
-    elif action == 4:
-        changed[first : first + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
     else:  # where something stands, and not in what is empty
         used = [place for place, byte in enumerate(content) if byte]
         for _ in range(draw.choice((1, 1, 2, 8))):
@@ -109,8 +106,8 @@ def packed(members: Members, compression: int = zipfile.ZIP_DEFLATED) -> bytes:
     return stream.getvalue()
 
 
-def array_of(content: bytes) -> np.ndarray:
-    return np.asarray(np.load(io.BytesIO(content)))
+def header_of(members: Members) -> Any:
+    return json.loads(str(np.load(io.BytesIO(members["header.npy"]))))
 
 
 def bytes_of(array: np.ndarray) -> bytes:
@@ -148,7 +145,7 @@ def change_members(draw: random.Random, content: bytes) -> bytes:
 def change_array(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     name = draw.choice([name for name in members if name != "header.npy"])
-    array = array_of(members[name]).copy()
+    array = np.load(io.BytesIO(members[name]))
     if array.size and draw.random() < 0.5:
         numbers: tuple[float, ...] = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e3, 1e6, 9e9, 1e12, -1e300, 5e-324)
         for _ in range(draw.choice((1, 1, 3, 20))):
@@ -161,8 +158,7 @@ def change_array(draw: random.Random, content: bytes) -> bytes:
             lambda: array[..., None],
             lambda: array[: len(array) // 2],
             lambda: np.concatenate([array, array]),
-            lambda: array[::-1],
-            lambda: array * draw.choice((-1, 0, 2, 10, 10**6, 10**12)),
+            lambda: array * draw.choice((-1, 0, 2, 10**6, 10**12)),
         ]
         with np.errstate(all="ignore"):
             array = draw.choice(changes)()
@@ -172,9 +168,8 @@ def change_array(draw: random.Random, content: bytes) -> bytes:
 
 def change_header(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
-    header: Any = copy.deepcopy(json.loads(str(array_of(members["header.npy"]))))
+    part = header = header_of(members)
     *outer, last = draw.choice(places_of(header)[1:])
-    part = header
     for key in outer:
         part = part[key]
     match draw.randrange(4):
