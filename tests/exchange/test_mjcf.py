@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from foreign_models import LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
+from foreign_models import DOWNHILL, LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
 from numpy.typing import NDArray
 from simulations import build_scene
 
@@ -18,17 +18,10 @@ from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
 from mjbiped.robots.robot import Robot
 
-WALKS = {
-    "compass": (mjbiped.Compass(), 2.0),
-    "kneed": (mjbiped.KneedBiped(), 2.5),
-    "wheel": (mjbiped.RimlessWheel(), 4.0),
-}
 NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own
 
 
-def exported(
-    folder: Path, robot: Robot, terrain: mjbiped.Terrain, **given: Any
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def exported(folder: Path, robot: Robot, terrain: mjbiped.Terrain, **given: Any) -> tuple[Any, Any]:
     """An exported scene as plain MuJoCo opens it, of its text alone, at its start."""
     path = folder / "scene.xml"
     export_scene(robot, terrain, path, **given)
@@ -52,9 +45,7 @@ def test_mass_matrix_is_that_of_the_equations(name: str, tmp_path: Path) -> None
         assert mass_matrix_in(model, robot, q) == pytest.approx(seen.mass_matrix(q), rel=1e-12, abs=1e-12)
 
 
-def postures(
-    model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, times: NDArray[np.float64], halved: int
-) -> NDArray[np.float64]:
+def postures(model: Any, data: Any, robot: Robot, times: NDArray[np.float64], halved: int) -> NDArray[np.float64]:
     """Postures at given times in plain steps of TIMESTEP / halved."""
     length = TIMESTEP / halved
     model.opt.timestep = length
@@ -69,7 +60,7 @@ def postures(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
-    robot, slope_deg = WALKS[name]
+    robot, slope_deg = DOWNHILL[name]
     terrain = mjbiped.Terrain.incline(slope_deg)
     walk = mjbiped.walk(Unpowered(), terrain, steps=2, robot=robot)
     touchdown = walk.touchdowns["time"][0]
@@ -112,14 +103,10 @@ def test_first_states_are_those_of_walks(tmp_path: Path) -> None:
     assert data.qpos == pytest.approx(walk.samples["qpos"][0], abs=1e-15)
     with pytest.raises(mjbiped.InputError, match="four finite numbers q1, q2, dq1, dq2"):
         exported(tmp_path, walk.robot, walk.terrain, initial=[0.0])
+    with pytest.raises(mjbiped.InputError, match=r"ends at x = 0\.1 m"):
+        exported(tmp_path, walk.robot, dataclasses.replace(LEVEL, end=0.1), initial="rest")
     with pytest.raises(mjbiped.GaitError, match="--initial rest"):
         exported(tmp_path, mjbiped.RimlessWheel(), LEVEL)
-
-
-def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
-    short = dataclasses.replace(LEVEL, end=0.1)
-    with pytest.raises(mjbiped.InputError, match=r"ends at x = 0\.1 m"):
-        export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")
 
 
 def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Path) -> None:

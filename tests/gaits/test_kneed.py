@@ -93,8 +93,8 @@ def test_every_part_of_the_step_joins_the_next(which: str, request: pytest.Fixtu
         [robot.energy(q[columns], dq[columns], gait.slope) for q, dq in zip(part[0], part[1], strict=True)]
         for part, columns in ((bent, [0, 1, 2]), (straight, [0, 1, 1]))
     ]
-    np.testing.assert_allclose(energies[0], energies[0][0], rtol=1e-9)
-    np.testing.assert_allclose(energies[1], energies[1][0], rtol=1e-9)
+    for each in energies:
+        np.testing.assert_allclose(each, each[0], rtol=1e-9)
     lost = robot.kinetic_energy(gait.end[:3], gait.end[3:]) - robot.kinetic_energy(gait.start[:3], gait.start[3:])
     lost += energies[0][0] - energies[1][0]
     assert lost == pytest.approx(gait.step_length * math.sin(gait.slope) * robot.weight, rel=1e-8)
@@ -122,11 +122,9 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
                 return float(robot.swing_foot(y[:3])[1] if locked else y[2] - y[1])
 
             strike.terminal, strike.direction = True, -1  # type: ignore[attr-defined]
-            rates = (lambda _, y: law(True, y)) if locked else (lambda _, y: law(False, y))
-            solved: Any = solve_ivp(rates, (0, 1), y, "RK45", events=strike, rtol=1e-9, atol=1e-9, max_step=0.02)
-            y = solved.y_events[0][0]
-            M = robot.mass_matrix(y[:3])
-            turn = np.linalg.solve(M, between)
+            terms: Any = {"events": strike, "rtol": 1e-9, "atol": 1e-9, "max_step": 0.02}
+            y = solve_ivp(lambda _, y, locked: law(locked, y), (0, 1), y, args=(locked,), **terms).y_events[0][0]
+            turn = np.linalg.solve(robot.mass_matrix(y[:3]), between)
             y[3:] -= turn * (between @ y[3:]) / (between @ turn)
         q, dq = robot.heel_impact(y[:2], y[3:5])
         return np.array([q[0], *dq])
