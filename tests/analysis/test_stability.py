@@ -51,9 +51,8 @@ def test_recorded_errors_obey_22(found: Stability) -> None:
     assert (np.linalg.norm(found.start - found.end, axis=1) > 1e5 * found.residual).all()
 
 
-def test_lyapunov_function_falls_as_16_and_17_say(
-    found: Stability, wrong: AdaptiveController, uneven: mjbiped.Terrain
-) -> None:
+def test_16_and_17(found: Stability, wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
+    """The Lyapunov function falls as they say."""
     weight = 1 / wrong.adaptation_gain
     assert np.abs(found.balance).max() < INTEGRATION * weight
     z1, z2, theta = found.errors[:, 0:2], found.errors[:, 2:4], found.errors[:, 4:6]
@@ -105,10 +104,8 @@ def test_ratios_and_bounds_are_those_of_21_to_26(found: Stability) -> None:
     assert found.estimate_rise.max() > 1e-3
 
 
-def test_exact_estimate_stays_exact_with_the_update_and_re_planning(
-    controller: AdaptiveController, uneven: mjbiped.Terrain
-) -> None:
-    """With (27) a touchdown on another slope leaves V_a at zero; without, it puts the slope's change into it."""
+def test_exact_estimate_stays_exact(controller: AdaptiveController, uneven: mjbiped.Terrain) -> None:
+    """With (27) and re-planning another slope leaves V_a at zero; without (27) its change goes into V_a."""
     found = stability(walked(controller, uneven))
     assert found.lyapunov.max() < INTEGRATION
     blind = stability(walked(replace(controller, estimate_update=False), uneven))

@@ -17,13 +17,11 @@ NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
 QUICK = ("adaptive", "passive")
 
 
-@pytest.mark.parametrize(
-    "name",
-    [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)],
-)
-def test_machine_code_and_methods_compute_what_the_law_does(
-    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+OTHERS = (pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)
+
+
+@pytest.mark.parametrize("name", [*QUICK, *OTHERS])
+def test_machine_code_computes_as_methods_do(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
     """Bit by bit."""
     controller = make_controller(name, robot, {}, gait)
     law = compilable_law(controller)

@@ -24,10 +24,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
             del sys.modules[name]
 
 
-def test_a_class_in_a_file_called_as_you_like_walks_and_its_record_says_where_it_came_from(
-    folder: Path, robot: mjbiped.Compass, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What stands beside the file is imported; what it prints does not mix with a command's output."""
+def test_a_class_in_a_file_walks(folder: Path, robot: mjbiped.Compass, capsys: pytest.CaptureFixture[str]) -> None:
+    """It can be called as you like and imports what is beside it; the record says whence it came."""
     text = "from helper_b import SPREAD\nprint('loaded')\n" + own_controllers.SPREAD
     own_controllers.write(folder, "helper_b.py", "import deeper_b\nSPREAD = deeper_b.SPREAD\n")
     own_controllers.write(folder, "deeper_b.py", "SPREAD = 0.4\n")

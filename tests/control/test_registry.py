@@ -14,21 +14,13 @@ import mjbiped
 from controllers import AdaptiveController, PassivityController
 from mjbiped.control import registry
 from mjbiped.control.loading import REQUIRED, checked, fields_of, value_of
-from mjbiped.control.registry import (
-    controller_from,
-    controller_names,
-    make_controller,
-    parse_reference,
-    registered,
-    settings_of,
-)
+from mjbiped.control.registry import controller_from, controller_names, make_controller, settings_of
 from mjbiped.studies.run import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_defaults_are_the_settings_and_a_description_is_built_anew(
-    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+def test_defaults_are_the_settings(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """With them a controller is made, and with its description anew."""
     plain = make_controller(name, robot, {}, gait)
     assert make_controller(name, robot, settings_of(name), gait) == plain
     for key, model in (("gait", gait), ("robot", robot)):
@@ -73,8 +65,8 @@ def test_refused_in_words(
 
 
 def test_references_in_words() -> None:
-    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
-    assert parse_reference("retraction=no") == {"retraction": False}
+    assert registry.parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
+    assert registry.parse_reference("retraction=no") == {"retraction": False}
 
 
 def test_a_law_for_another_robot_is_told_with_those_that_fit(controller: AdaptiveController) -> None:
@@ -84,9 +76,8 @@ def test_a_law_for_another_robot_is_told_with_those_that_fit(controller: Adaptiv
         make_controller("library", mjbiped.KneedBiped(), {})
 
 
-def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
-    robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+def test_older_descriptions_have_defaults(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """Those that do not fit are refused."""
     law = make_controller("adaptive", robot, {}, gait)
     described = law.describe()
     older = {name: value for name, value in described.items() if name != "replanning"}
@@ -111,9 +102,9 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: own-laws\nVersion: 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    registered.cache_clear()
+    registry.registered.cache_clear()
     yield about / "entry_points.txt"
-    registered.cache_clear()
+    registry.registered.cache_clear()
 
 
 def test_another_package_registers_its_own(robot: mjbiped.Compass, installed: Path) -> None:
