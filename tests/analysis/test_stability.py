@@ -149,4 +149,4 @@ def test_refusals(controller: AdaptiveController, walk: mjbiped.Walk) -> None:
         ([none], "no touchdown"),
     ):
         with pytest.raises(mjbiped.InputError, match=words):
-            stability(*wrong)  # type: ignore[arg-type]
+            stability(*wrong)

@@ -206,7 +206,7 @@ def test_what_a_controller_is_told_is_each_joints_encoder() -> None:
             heard.append(np.concatenate(states))
 
     heard: list[Any] = []
-    loop = SampledController(Told(), Disturbances(angle_bias=0.01, rate_bias=0.1), 1e-3)
+    loop: Any = SampledController(Told(), Disturbances(angle_bias=0.01, rate_bias=0.1), 1e-3)
     memory = [0.0] * loop.memory_size
     before, after, rates = np.array([0.1, -0.2, 0.3]), np.array([-0.2, 0.1, 0.1]), np.array([1.0, 2.0, 3.0])
     loop.start(memory, before, rates)

@@ -123,7 +123,8 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
 
             strike.terminal, strike.direction = True, -1  # type: ignore[attr-defined]
             terms: Any = {"events": strike, "rtol": 1e-9, "atol": 1e-9, "max_step": 0.02}
-            y = solve_ivp(lambda _, y, locked: law(locked, y), (0, 1), y, args=(locked,), **terms).y_events[0][0]
+            solved: Any = solve_ivp(lambda _, y, locked: law(locked, y), (0, 1), y, args=(locked,), **terms)
+            y = solved.y_events[0][0]
             turn = np.linalg.solve(robot.mass_matrix(y[:3]), between)
             y[3:] -= turn * (between @ y[3:]) / (between @ turn)
         q, dq = robot.heel_impact(y[:2], y[3:5])
