@@ -84,10 +84,9 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
 def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) -> None:
     q, dq = robot.impact(high.end[:2], high.end[2:])
     np.testing.assert_allclose([*q, *dq], high.start, rtol=0, atol=1e-13)  # rounding
-    first, last = (np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period))
+    both = [np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period)]
     # rounding of the table's pieces, some 1e-12, times 16 of them in a period
-    np.testing.assert_allclose(first, high.start, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(last, high.end, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(both, [high.start, high.end], rtol=0, atol=1e-10)
 
 
 @with_knees

@@ -151,8 +151,8 @@ def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait)
 
     falls, rises = (brentq(height, a * period, b * period, xtol=1e-14) for a, b in ((0.30, 0.42), (0.42, 0.60)))
     lowest = minimize_scalar(height, bounds=(falls, rises), method="bounded", options={"xatol": 1e-9})
-    assert falls / period == pytest.approx(0.38208, abs=5e-6)
-    assert (rises - falls) / period == pytest.approx(0.07019, abs=5e-6)
+    shares = falls / period, (rises - falls) / period
+    assert shares == pytest.approx((0.38208, 0.07019), abs=5e-6)
     assert lowest.fun == pytest.approx(-0.86442e-3, abs=5e-9)
     q, dq, _ = gait.reference(falls)
     along, _ = robot.swing_foot(q)
@@ -169,17 +169,16 @@ def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait)
 
 def test_gait_on_two_degrees(robot: Compass, gait: PassiveGait) -> None:
     """States, period, step length, speed, multipliers, energies."""
-    np.testing.assert_allclose(gait.start, [-0.19008478, 0.19008478, 1.10317583, 0.81185710], rtol=0, atol=5e-9)
-    np.testing.assert_allclose(gait.end, [0.19008478, -0.19008478, 1.44951875, 1.51242286], rtol=0, atol=5e-9)
-    assert gait.period == pytest.approx(0.76484357, abs=5e-9)
-    assert gait.step_length == pytest.approx(0.377884, abs=5e-7)
-    assert gait.speed == pytest.approx(0.494067, abs=5e-7)
-    expected = [-0.43032 - 0.31560j, -0.43032 + 0.31560j, 0.27555]
-    np.testing.assert_allclose(np.sort_complex(gait.multipliers), expected, rtol=0, atol=5e-6 * math.sqrt(2))
-    assert gait.energy == pytest.approx(51.31078, abs=5e-6)
-    assert robot.energy(gait.end[:2], gait.end[2:], gait.slope) == pytest.approx(51.31078, abs=5e-6)
-    assert robot.kinetic_energy(gait.end[:2], gait.end[2:]) == pytest.approx(3.820468, abs=5e-7)
-    assert robot.kinetic_energy(gait.start[:2], gait.start[2:]) == pytest.approx(2.526728, abs=5e-7)
+    ends = [-0.19008478, 0.19008478, 1.10317583, 0.81185710, 0.19008478, -0.19008478, 1.44951875, 1.51242286]
+    found = [*gait.start, *gait.end, gait.period]
+    np.testing.assert_allclose(found, [*ends, 0.76484357], rtol=0, atol=5e-9)
+    kinetic = [robot.kinetic_energy(state[:2], state[2:]) for state in (gait.end, gait.start)]
+    expected = [0.377884, 0.494067, 3.820468, 2.526728]
+    np.testing.assert_allclose([gait.step_length, gait.speed, *kinetic], expected, rtol=0, atol=5e-7)
+    multipliers = [-0.43032 - 0.31560j, -0.43032 + 0.31560j, 0.27555]
+    np.testing.assert_allclose(np.sort_complex(gait.multipliers), multipliers, rtol=0, atol=5e-6 * math.sqrt(2))
+    energies = [gait.energy, robot.energy(gait.end[:2], gait.end[2:], gait.slope)]
+    np.testing.assert_allclose(energies, 51.31078, rtol=0, atol=5e-6)
 
 
 def test_clearance(robot: Compass, gait: PassiveGait) -> None:
