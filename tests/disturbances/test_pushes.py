@@ -69,17 +69,9 @@ def test_mujoco_gives_a_pushs_whole_impulse(lands: bool) -> None:
     """Also where it lasts no whole number of steps, and over a touchdown, where steps have other lengths."""
     start = gait().start.tolist()
     pushes = Disturbances(pushes=((0.1, 0.1), (0.7403, -0.5)), push_duration=0.0507)
-    simulation = make_simulation(
-        PassiveController(),
-        GROUND,
-        robot=ROBOT,
-        q=start[:2],
-        dq=start[2:],
-        steps=2,
-        disturbances=pushes,
-        lands=lands,
-        timestep=1e-3 if lands else 1e-4,
-    )
+    begin: Any = {"robot": ROBOT, "q": start[:2], "dq": start[2:], "steps": 2, "disturbances": pushes}
+    timestep = 1e-3 if lands else 1e-4
+    simulation = make_simulation(PassiveController(), GROUND, lands=lands, timestep=timestep, **begin)
     given, forces = 0.0, set()
     while simulation.data.time < 1.0:
         simulation.advance(1)

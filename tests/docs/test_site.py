@@ -25,12 +25,10 @@ def test_tables_have_every_column_and_range(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 MARKDOWN = r"""Text `|a|`.
-
 ## Part
   | a | b |
   |---|---|
-  | 1 | \|x\| |
-  | 2 | |
+  | \|x\| | |
 ```python
 f()
 ```"""
@@ -40,9 +38,7 @@ RESTRUCTURED = r"""Text `|a|`.
      :header-rows: 1
      * - a
        - b
-     * - 1
-       - \|x\|
-     * - 2
+     * - \|x\|
        -
 .. code-block:: python
    f()"""

@@ -46,19 +46,14 @@ NASTY: tuple[Any, ...] = (
 
 
 def change_bytes(draw: random.Random, content: bytes) -> bytes:
-    """Some bytes changed, cut out, repeated or written over; at the end stands what an archive holds."""
-    changed, action = bytearray(content), draw.randrange(5)
+    """Some bytes changed, or cut out."""
+    changed, action = bytearray(content), draw.randrange(3)
     first, last = sorted(draw.randrange(len(content)) for _ in range(2))
     if action == 0:
         for _ in range(draw.choice((1, 3, 10, 100))):
             changed[draw.randrange(len(changed))] = draw.randrange(256)
     elif action == 1:
-        for _ in range(draw.choice((1, 2, 4))):
-            changed[-draw.randrange(1, 1500)] = draw.choice((0, 1, 255, draw.randrange(256)))
-    elif action == 2:
         return draw.choice((content[:first], content[first:], content[:first] + content[last:]))
-    elif action == 3:
-        return content[:last] + content[first:last]
     else:  # where something stands, and not in what is empty
         used = [place for place, byte in enumerate(content) if byte]
         for _ in range(draw.choice((1, 1, 2, 8))):
@@ -265,21 +260,23 @@ def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
     assert 0 < taken < len(cases)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ("ALTER TABLE cells DROP COLUMN strikes", "its columns are others"),
-        ("ALTER TABLE cells ADD COLUMN more", "its columns are others"),
-        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
-        ("DELETE FROM identity WHERE kind = 'format'", "format was nothing, is 1"),
-        ("DROP TABLE cells", "its columns are others"),
-    ],
-)
+CHANGES = {
+    "ALTER TABLE cells DROP COLUMN strikes": "its columns are others",
+    "ALTER TABLE cells ADD COLUMN more": "its columns are others",
+    f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'": "no table of mjbiped's, or damaged",
+    "DELETE FROM identity WHERE kind = 'format'": "format was nothing, is 1",
+}
+
+
+@pytest.mark.parametrize(("change", "message"), CHANGES.items())
 def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
     (tmp_path / "study.sqlite").write_bytes(table)
     with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
         database.execute(change)
-    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
+    with (
+        pytest.raises(MjbipedError, match=message) as refused,
+        opened(tmp_path, "study", COLUMNS, IDENTITY) as store,
+    ):
         store.rows()
     assert "--fresh" in str(refused.value)
     with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:

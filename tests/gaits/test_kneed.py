@@ -135,23 +135,6 @@ def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gai
     np.testing.assert_allclose(np.sort_complex(multipliers), np.sort_complex(gait.multipliers), rtol=0, atol=1e-3)
 
 
-@pytest.mark.parametrize("which", ["gait", "rods"])
-def test_the_ground_pushes_all_the_time_and_the_foot_clears_it(which: str, request: pytest.FixtureRequest) -> None:
-    """What the equations take for granted: the stance foot never has to pull, in motion or at the knee's strike."""
-    gait: KneedGait = request.getfixturevalue(which)
-    robot, (bent, straight) = gait.robot, parts(gait, 100)
-    for n, (q, dq, _) in ((3, bent), (2, straight)):
-        chain = robot.chains[n]
-        ddq = np.array([chain.accelerations(np.zeros(n), *each, gait.slope) for each in zip(q, dq, strict=True)])
-        upward = robot.weight * math.cos(gait.slope)
-        upward -= (np.sin(q) * ddq + np.cos(q) * dq**2) @ (chain.moments / robot.gravity)
-        assert upward.min() > 0.5 * robot.weight
-    jump = straight[1][0][[0, 1, 1]] - bent[1][-1]
-    assert -robot.chains[3].moments / robot.gravity @ (np.sin(bent[0][-1]) * jump) > 0.1  # N s
-    assert gait.feet[1:-1, 1].min() > 0
-    assert gait.clearance > 0.005
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "walks", "none", "clearance"),
