@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import click
@@ -59,11 +59,10 @@ def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
 # ---- names -----------------------------------------------------------------------------------------------------------
 
 PUBLIC: tuple[Callable[..., Any], ...] = (
-    *(each for name in mjbiped.__all__ if callable(each := getattr(mjbiped, name))),
+    *(each for name in mjbiped.__all__ if callable(each := getattr(mjbiped, name)) and "Error" not in name),
     *(each for name in controllers.__all__ if inspect.isclass(each := getattr(controllers, name))),
     *(getattr(mjbiped.Terrain, name) for name in PRESETS),
 )
-
 OF_COMMANDS = (
     "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories",
     "json quiet dry_run fresh quick scheduler clear for",
@@ -73,15 +72,7 @@ OTHERS = {*" ".join((*OF_COMMANDS, OF_OBJECTS)).split()}
 """Options that have no name of Python's: of commands alone, and what is an object, an array or a field there."""
 
 
-def taken(public: Callable[..., Any]) -> Iterator[str]:
-    """Names of arguments; those of a dataclass are its fields."""
-    try:
-        yield from inspect.signature(public).parameters
-    except ValueError:  # an exception's
-        return
-
-
-NAMES = {name for public in PUBLIC for name in taken(public)}
+NAMES = {name for public in PUBLIC for name in inspect.signature(public).parameters}
 
 
 def test_settings_have_the_names_of_python() -> None:

@@ -27,7 +27,6 @@ REFUSED = {
     "walk --flag contactpoints": "did you mean 'contactpoint'?",
     "walk --start 2 --stop 1": "--start 2 comes after --stop 1; swap them",
     "walk --sole 0.1,0.1,0.1": "'--sole': '0.1,0.1,0.1'; expected one distance from 0 to 1000 m, or two, behind",
-    "walk --model-error leg_mass": "expected NAME=FACTOR",
     f"walk --disturb delay={GREAT}": "delay",
     # grounds
     "walk marsh": "unknown terrain 'marsh'",
@@ -76,7 +75,6 @@ REFUSED = {
     "bifurcation --keep 700": "more than the 600 steps",
     "bifurcation --robot wheel": "no swing leg",
     "basin --controller spread.py:HipSpread": "HipSpread imitates no gait",
-    "bifurcation --slope-deg 3..2": "the first below the second",
     "bifurcation --slope-deg 0..2": "slopes must be above 0",
     "bifurcation --slopes 40000 --keep 600": "--keep times --slopes",
     "basin --slope-deg -2": "downhill",

@@ -70,45 +70,44 @@ def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:
     assert walk.terrain == mjbiped.Terrain.random(seed=7, slope_deg=(-1.0, 1.0))
 
 
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("--controller energy-constraint --gain ratio=-2 --gain gain=9 --slope-source none",
-         {"name": "EnergyConstraintController", "ratio": -2.0, "gain": 9.0, "slope_source": "none"}),
-        ("--controller library --position-gain 6", {"name": "LibraryController", "position_gain": 6.0}),
-        ("--gain position_gain=7 --gain replanning_delay=none --gain estimate_update=false",
-         {"position_gain": 7.0, "replanning_delay": None, "estimate_update": False}),
-        ("--controller spread.py:HipSpread --gain stiffness=0.45 --initial rest",
-         {"name": "HipSpread", "stiffness": 0.45, "spread": 0.4}),
-    ],
-)  # fmt: skip
+LAWS: dict[str, dict[str, Any]] = {
+    "--controller energy-constraint --gain ratio=-2 --gain gain=9 --slope-source none":
+        {"name": "EnergyConstraintController", "ratio": -2.0, "gain": 9.0, "slope_source": "none"},
+    "--controller library --position-gain 6": {"name": "LibraryController", "position_gain": 6.0},
+    "--gain position_gain=7 --gain replanning_delay=none --gain estimate_update=false":
+        {"position_gain": 7.0, "replanning_delay": None, "estimate_update": False},
+    "--controller spread.py:HipSpread --gain stiffness=0.45 --initial rest":
+        {"name": "HipSpread", "stiffness": 0.45, "spread": 0.4},
+}  # fmt: skip
+RODS = mjbiped.KneedBiped.halved_rods()
+ROBOTS: dict[str, Robot] = {
+    "": mjbiped.Compass(),
+    "--sole 0.12": mjbiped.Compass(sole=(0.12, 0.12)),
+    "--robot kneed --sole 0.05,0.15 --hip-mass 7": mjbiped.KneedBiped(hip_mass=7.0, sole=(0.05, 0.15)),
+    # a rod's inertia follows its mass
+    "--robot halved-rods --shank-mass 2": replace(
+        mjbiped.KneedBiped.halved_rods(), shank_mass=2.0, shank_inertia=1 / 24
+    ),
+    "--robot mine.toml --gravity 3.7": mjbiped.KneedBiped(thigh_mass=3.5, gravity=3.7),
+    "--robot heavy.toml": mjbiped.Compass(leg_mass=3.5),
+    "--robot mine.xml --sole 0.1": mjbiped.Compass(hip_mass=2.0, sole=(0.1, 0.1)),
+}
+
+
+@pytest.mark.parametrize("line", LAWS)
 @pytest.mark.usefixtures("folder")
-def test_options_reach_every_controller(line: str, expected: dict[str, Any], asked: list[Asked]) -> None:
+def test_options_reach_every_controller(line: str, asked: list[Asked]) -> None:
     law = law_of(asked, f"incline:slope_deg=2 {line}")
-    assert {key: law[key] for key in expected} == expected
+    assert {key: law[key] for key in LAWS[line]} == LAWS[line]
 
 
-@pytest.mark.parametrize(
-    ("line", "robot"),
-    [
-        ("", mjbiped.Compass()),
-        ("--leg-mass 4", mjbiped.Compass(leg_mass=4.0)),
-        ("--sole 0.12", mjbiped.Compass(sole=(0.12, 0.12))),
-        ("--robot kneed --sole 0.05,0.15 --hip-mass 7", mjbiped.KneedBiped(hip_mass=7.0, sole=(0.05, 0.15))),
-        # a rod's inertia follows its mass
-        ("--robot halved-rods --shank-mass 2",
-         replace(mjbiped.KneedBiped.halved_rods(), shank_mass=2.0, shank_inertia=2.0 * 0.25 / 12)),
-        ("--robot mine.toml --gravity 3.7", mjbiped.KneedBiped(thigh_mass=3.5, gravity=3.7)),
-        ("--robot heavy.toml", mjbiped.Compass(leg_mass=3.5)),
-        ("--robot mine.xml --sole 0.1", mjbiped.Compass(hip_mass=2.0, sole=(0.1, 0.1))),
-    ],
-)  # fmt: skip
-def test_robots_by_name_file_and_parameter(line: str, robot: Robot, asked: list[Asked], folder: Path) -> None:
+@pytest.mark.parametrize("line", ROBOTS)
+def test_robots_by_name_file_and_parameter(line: str, asked: list[Asked], folder: Path) -> None:
     (folder / "mine.toml").write_text('kind = "kneed"\nthigh_mass = 3.5\n')
     (folder / "heavy.toml").write_text("leg_mass = 3.5\n")
     export_scene(mjbiped.Compass(hip_mass=2.0), mjbiped.Terrain.level(), folder / "mine.xml")
     law_of(asked, f"incline:slope_deg=2 --controller passive {line}")
-    assert asked[-1][2]["robot"] == robot
+    assert asked[-1][2]["robot"] == ROBOTS[line]
 
 
 @pytest.mark.parametrize("text", ["random", "random:seed=4", "random:roughness=0.001"])

