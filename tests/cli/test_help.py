@@ -1,20 +1,15 @@
-"""The whole command line: its commands, what their help says, and options with the names that Python has for them."""
+"""The whole command line: its commands, and what their help says."""
 
-import inspect
 import re
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import click
 import pytest
 from command_line import run
 
-import controllers
 import mjbiped
 from mjbiped.cli.main import main
-from mjbiped.control.registry import controller_names, settings_of
-from mjbiped.robots.kinds import KINDS
-from mjbiped.terrain.presets import PRESETS
+from mjbiped.control.registry import controller_names
 from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
@@ -54,40 +49,3 @@ def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
     assert "policy: none;" in words
     keys = run("view", "--help").stdout
     assert all(key.name in keys and key.does in keys for key in KEYS.values())
-
-
-# ---- names -----------------------------------------------------------------------------------------------------------
-
-PUBLIC: tuple[Callable[..., Any], ...] = (
-    *(each for name in mjbiped.__all__ if callable(each := getattr(mjbiped, name)) and "Error" not in name),
-    *(each for name in controllers.__all__ if inspect.isclass(each := getattr(controllers, name))),
-    *(getattr(mjbiped.Terrain, name) for name in PRESETS),
-)
-OF_COMMANDS = (
-    "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories",
-    "json quiet dry_run fresh quick scheduler clear for",
-)
-OF_OBJECTS = "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
-OTHERS = {*" ".join((*OF_COMMANDS, OF_OBJECTS)).split()}
-"""Options that have no name of Python's: of commands alone, and what is an object, an array or a field there."""
-
-
-NAMES = {name for public in PUBLIC for name in inspect.signature(public).parameters}
-
-
-def test_settings_have_the_names_of_python() -> None:
-    """With `_deg` where degrees are given; every exception is an option, and no name of Python."""
-    options = {
-        (option.opts[0].removeprefix("--").replace("-", "_"), option.name)
-        for command in COMMANDS.values()
-        for option in command.params
-        if isinstance(option, click.Option)
-    }
-    for written, becomes in options:
-        assert written in OTHERS or written.removesuffix("_deg") in NAMES, written
-        assert written == becomes or written in OTHERS, written
-    assert {written for written, _ in options} >= OTHERS
-    assert not {name.removesuffix("_deg") for name in OTHERS} & NAMES
-    for name in controller_names():
-        assert {key.removesuffix("_deg") for key in settings_of(name) if key not in OTHERS} <= NAMES
-    assert {name for kind in KINDS.values() for name in kind.parameters()} <= NAMES

@@ -39,16 +39,6 @@ def test_a_class_in_a_file_walks(folder: Path, robot: mjbiped.Compass, capsys: p
     assert source == {"class": "controllers.py:HipSpread", "sha256": digest_of("other/spread.py:HipSpread")}
 
 
-def test_a_class_that_needs_robot_and_gait_gets_them(folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    own_controllers.write(folder, "laws/imitating.py", own_controllers.IMITATING)
-    reference = "laws/imitating.py:Imitating"
-    shared = {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "reference": None}
-    assert settings_of(reference) == {**shared, "stiffness": 0.1}
-    law = make_controller(reference, robot, {"initial_slope_estimate_deg": 1.0}, gait)
-    assert (law.robot, law.gait) == (robot, gait)
-    assert law.describe()["initial_slope_estimate"] == pytest.approx(0.0174532925)
-
-
 def test_a_class_in_a_package_of_the_working_directory(folder: Path) -> None:
     own_controllers.write(folder, "my_laws_a/hip/spread.py", own_controllers.SPREAD)
     own_controllers.write(folder, "my_laws_a/unused.py", "")

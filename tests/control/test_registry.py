@@ -11,7 +11,7 @@ import own_controllers
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassivityController
+from controllers import AdaptiveController
 from mjbiped.control import registry
 from mjbiped.control.loading import REQUIRED, checked, fields_of, value_of
 from mjbiped.control.registry import controller_from, controller_names, make_controller, settings_of
@@ -26,16 +26,6 @@ def test_defaults_are_the_settings(name: str, robot: mjbiped.Compass, gait: mjbi
     for key, model in (("gait", gait), ("robot", robot)):
         assert getattr(plain, key) is (model if key in plain.describe() else None)
     assert controller_from(plain.describe()) == plain
-
-
-def test_settings_arrive(robot: mjbiped.Compass) -> None:
-    law = make_controller("adaptive", robot, {"imitate_slope_deg": 1.0, "position_gain": 3, "replanning_delay": None})
-    assert isinstance(law, AdaptiveController)
-    assert (law.gait.slope, law.position_gain, law.replanning_delay) == (math.radians(1.0), 3, None)
-    other = make_controller("passivity", robot, {"gain": 2.0, "initial_slope_estimate_deg": 3, "slope_source": "none"})
-    assert isinstance(other, PassivityController)
-    assert (other.gain, other.initial_slope_estimate, other.slope_source) == (2.0, math.radians(3.0), "none")
-    assert settings_of("passivity")["slope_source"] == "two_point"
 
 
 @pytest.mark.parametrize(
