@@ -84,6 +84,8 @@ def test_ratios_of_paired_walks() -> None:
     middle, low, high = ratio(drawn(500.0, 60, 1000, 2), worse)
     assert low < 10.0 < high
     assert low < middle < high
+    # 95 % of a ratio whose logarithm deviates by sqrt(1/60 + 1/60)
+    assert math.log(high / low) == pytest.approx(2.0 * 1.96 * math.sqrt(2.0 / 60.0), rel=0.2)
     never = Survival((1000,) * 60, (False,) * 60)
     assert ratio(never, worse) == (math.inf, never.interval[0] / worse.interval[1], math.inf)
 
