@@ -145,10 +145,7 @@ REFUSED: list[tuple[Controller, str]] = [
     (made(torque=forgetful), r"Law.torque does not take .*expected is def torque\(self, memory, t, q, dq\)"),
     (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
     (by_law(lambda *_: (0.0, 0.0)), r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
-    (
-        by_law(lambda *given: given[-1].__setitem__(0, 0.0)),
-        r"leaves out\[1\], the hip torque, unwritten",
-    ),
+    (by_law(lambda *given: given[-1].__setitem__(0, 0.0)), r"leaves out\[1\], the hip torque, unwritten"),
 ]
 
 

@@ -81,8 +81,6 @@ def test_older_descriptions_have_defaults(robot: mjbiped.Compass, gait: mjbiped.
     ):
         with pytest.raises(mjbiped.InputError, match=words):
             controller_from(wrong)
-    with pytest.raises(mjbiped.InputError, match="no class of yours is needed"):
-        controller_from(described, named="mine.py:Mine")
 
 
 @pytest.fixture

@@ -140,10 +140,7 @@ REFUSED = {
     "no gravity": (PINNED.replace("-9.8", "0"), "no gravity"),
     "trunk": (KNEED.replace('axis="0 0 1"/>', f'axis="0 0 1"/>{HINGE}', 1), "expected no trunk"),
     "unequal": (KNEED.replace('mass="3"', 'mass="3.5"', 1), "legs are not equal: mass 3.5 of the body 'one', and 3 of"),
-    "two trees": (
-        PINNED.replace("</worldbody>", f"{OTHER}</worldbody>"),
-        "the body 'c' hang on the world apart",
-    ),
+    "two trees": (PINNED.replace("</worldbody>", f"{OTHER}</worldbody>"), "the body 'c' hang on the world apart"),
     "apart": (KNEED.replace('pos="0 -0.1 0"', 'pos="0.1 -0.1 0"'), "hinges apart; expected one hip"),
     "beside": (KNEED.replace('pos="0 0 -0.15"', 'pos="0.02 0 -0.15"'), "'one' lies 0.02 m beside the line"),
     "no feet": (KNEED.replace(FOOT, FOOT.replace("sphere", "box").replace("0.02", "1 1 1")), "has no foot"),
@@ -178,10 +175,7 @@ MODEL = """
 </mujoco>
 """
 GREAT = {
-    "SIGSEGV": (
-        '<asset><model name="m" file="model.xml"/></asset>',
-        '<attach model="m" body="a" prefix="p"/>',
-    ),
+    "SIGSEGV": ('<asset><model name="m" file="model.xml"/></asset>', '<attach model="m" body="a" prefix="p"/>'),
     "ends with RuntimeError: ": (
         '<asset><hfield name="h" nrow="40000" ncol="40000" size="1 1 1 1"/></asset>',
         '<geom type="hfield" hfield="h"/>',

@@ -93,9 +93,9 @@ def members_of(content: bytes) -> Members:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def packed(members: Members, compression: int = zipfile.ZIP_DEFLATED) -> bytes:
+def packed(members: Members) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", compression) as archive:
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in members.items():
             archive.writestr(name, content)
     return stream.getvalue()
@@ -120,7 +120,7 @@ def places_of(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 def change_members(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     one, other = draw.sample(list(members), 2)
-    match draw.randrange(6):
+    match draw.randrange(5):
         case 0:
             del members[one]
         case 1:
@@ -130,8 +130,6 @@ def change_members(draw: random.Random, content: bytes) -> bytes:
             members[name] = members.pop(one)
         case 3:
             members[one] = draw.choice((b"", b"\x93NUMPY", draw.randbytes(50), members[one] + draw.randbytes(8)))
-        case 4:
-            return packed(members, draw.choice((zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)))
         case _:  # twice the same name
             return packed(members).replace(other.encode(), one.encode().ljust(len(other), b"_")[: len(other)])
     return packed(members)
@@ -273,10 +271,7 @@ def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, mess
     (tmp_path / "study.sqlite").write_bytes(table)
     with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
         database.execute(change)
-    with (
-        pytest.raises(MjbipedError, match=message) as refused,
-        opened(tmp_path, "study", COLUMNS, IDENTITY) as store,
-    ):
+    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
         store.rows()
     assert "--fresh" in str(refused.value)
     with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:
