@@ -18,8 +18,8 @@ from mjbiped.disturbances.loop import SampledController
 ENGINES = ("mujoco", "hybrid")
 ROBOT = KneedBiped()
 GROUND = Terrain.slopes(change_deg=-0.5)
-SENSORS = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.003, "rate_bias": -0.01, "angle_resolution": 0.001}
-NOISY = Disturbances(**SENSORS, delay=0.004, torque_limit=20.0, motor_bandwidth=30.0, seed=5)
+SENSORS: Any = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.003, "rate_bias": -0.01, "seed": 5}
+NOISY = Disturbances(**SENSORS, angle_resolution=0.001, delay=0.004, torque_limit=20.0, motor_bandwidth=30.0)
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 CASES = [("mujoco", False), ("hybrid", False), ("hybrid", True)]
 each_case = pytest.mark.parametrize(("engine", "knees"), CASES)
