@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 import mjbiped
 from controllers import AdaptiveController, KneedController
 from mjbiped.analysis.replay import TrackedReference, recorded_controller, replayed, transitions
+from mjbiped.control.registry import make_controller
 from mjbiped.control.tracking import Tracking
 
 BEFORE_A_STEP = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
@@ -119,3 +120,11 @@ def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(controller:
     ends = [np.abs(walk.touchdowns["q_before"] - curve[-1, :2]).max(axis=1).min() for curve in transitions(walk, late)]
     assert len(ends) > 1
     assert max(ends) < 1e-8  # steps that are shorter than the period end them
+
+
+def test_a_law_on_feet_is_told_of_its_support() -> None:
+    robot = mjbiped.FootedCompass()
+    law = make_controller("bounded-ankle", robot, {})
+    walk = mjbiped.walk(law, mjbiped.Terrain.mixed(), engine="hybrid", steps=2, robot=robot)
+    told = [memory[law.support : law.support + 2] for _, memory in replayed(walk, law)]
+    assert told[1:] == np.column_stack([walk.touchdowns[f"support_{end}"] for end in ("behind", "ahead")]).tolist()

@@ -158,7 +158,6 @@ def found(walk: mjbiped.Walk) -> Stability:
     return stability(walk)
 
 
-@pytest.mark.slow
 def test_recorded_errors_obey_22(found: Stability) -> None:
     """The transition matrix, made of the angles alone, carries the errors from a step's start to its end."""
     assert found.residual.max() < INTEGRATION
