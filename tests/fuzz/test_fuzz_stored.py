@@ -101,10 +101,6 @@ def packed(members: Members) -> bytes:
     return stream.getvalue()
 
 
-def header_of(members: Members) -> Any:
-    return json.loads(str(np.load(io.BytesIO(members["header.npy"]))))
-
-
 def bytes_of(array: np.ndarray) -> bytes:
     stream = io.BytesIO()
     np.save(stream, array, allow_pickle=True)
@@ -161,7 +157,7 @@ def change_array(draw: random.Random, content: bytes) -> bytes:
 
 def change_header(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
-    part = header = header_of(members)
+    part = header = json.loads(str(np.load(io.BytesIO(members["header.npy"]))))
     *outer, last = draw.choice(places_of(header)[1:])
     for key in outer:
         part = part[key]
