@@ -56,33 +56,19 @@ def _on_the_cycle(controller: AdaptiveController, intervals: int) -> tuple[Array
     return time, q, dq
 
 
-def _matrix_at(controller: AdaptiveController, t: float) -> Array:
-    """The matrix of (22) on the limit cycle, from the robot's matrices."""
-    robot, gamma = controller.robot, controller.adaptation_gain
-    q = controller.gait.reference(t)[0]
-    w = np.column_stack([robot.gravity_vector(q, math.pi / 2), robot.gravity_vector(q, 0.0)]).T
-    w = w @ np.linalg.inv(robot.mass_matrix(q))
-    eye, none = np.eye(2), np.zeros((2, 2))
-    return np.block(
-        [
-            [-controller.position_gain * eye, eye, none],
-            [-eye, -controller.velocity_gain * eye, w.T],
-            [none, -gamma * w, none],
-        ]
-    )
+def _regressor_at(controller: AdaptiveController, t: float) -> Array:
+    return regressor(controller.robot.constants, controller.gait.reference(t)[0][None])
 
 
 @pytest.mark.parametrize("gamma", [0.3, 30.0])
 def test_transition_and_gramian_against_scipy(controller: AdaptiveController, gamma: float) -> None:
     controller = replace(controller, adaptation_gain=gamma)
-    solution = solve_ivp(
-        lambda t, y: (_matrix_at(controller, t) @ y.reshape(6, 6)).ravel(),
-        (0.0, controller.gait.period),
-        np.eye(6).ravel(),
-        "DOP853",
-        rtol=1e-11,
-        atol=1e-12,
-    )
+
+    def rates(t: float, y: Array) -> Array:
+        return (system_matrix(controller, _regressor_at(controller, t))[0] @ y.reshape(6, 6)).ravel()
+
+    end, terms = controller.gait.period, {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
+    solution = solve_ivp(rates, (0.0, end), np.eye(6).ravel(), **terms)
     expected = solution.y[:, -1].reshape(6, 6)
     errors = []
     for intervals in (50, 100):
@@ -93,7 +79,7 @@ def test_transition_and_gramian_against_scipy(controller: AdaptiveController, ga
     assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5
 
     def integrand(t: float) -> Array:
-        w = -_matrix_at(controller, t)[4:, 2:4] / gamma
+        w = _regressor_at(controller, t)[0]
         return w @ w.T
 
     gramian, _ = quad_vec(integrand, 0.0, controller.gait.period, epsabs=1e-11)
