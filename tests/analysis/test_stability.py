@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,11 +65,11 @@ def _regressor_at(controller: AdaptiveController, t: float) -> Array:
 def test_transition_and_gramian_against_scipy(controller: AdaptiveController, gamma: float) -> None:
     controller = replace(controller, adaptation_gain=gamma)
 
-    def rates(t: float, y: Array) -> Array:
+    def rates(t: float, y: Array) -> Any:
         return (system_matrix(controller, _regressor_at(controller, t))[0] @ y.reshape(6, 6)).ravel()
 
-    end, terms = controller.gait.period, {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
-    solution = solve_ivp(rates, (0.0, end), np.eye(6).ravel(), **terms)
+    terms: Any = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12}
+    solution = solve_ivp(rates, (0.0, controller.gait.period), np.eye(6).ravel(), **terms)
     expected = solution.y[:, -1].reshape(6, 6)
     errors = []
     for intervals in (50, 100):
@@ -78,7 +79,7 @@ def test_transition_and_gramian_against_scipy(controller: AdaptiveController, ga
     assert errors[1] < 2e-5  # of the size that the order leaves at 7.6 ms
     assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5
 
-    def integrand(t: float) -> Array:
+    def integrand(t: float) -> Any:
         w = _regressor_at(controller, t)[0]
         return w @ w.T
 
