@@ -12,7 +12,7 @@ from engines.conformance.test_impacts import LOCKED, missed
 from simulations import UNEQUAL
 
 import mjbiped
-from mjbiped.dynamics.linkage import Motion, room
+from mjbiped.dynamics.linkage import END, Motion, ground_force, momentum, point, room, speed, stand
 from mjbiped.dynamics.modes import bend_stance_knee, bent_leg, land
 from mjbiped.robots import model as functions
 from mjbiped.robots.compass import acceleration
@@ -69,6 +69,11 @@ class Standing(NamedTuple):
         a = self.moves @ ddq + self.stays
         return self.bodies.mass_matrix(self.qpos) @ a + self.bodies.bias(self.qpos, self.v)
 
+    def on_ground(self, of: complex) -> list[float]:
+        """A vector x + i z, along the ground and normal to it."""
+        turned = of * np.exp(1j * self.slope)
+        return [turned.real, turned.imag]
+
 
 def states(robot: Robot, n: int, count: int = 20, *, struck: bool = False) -> Iterator[Standing]:
     """Random states of n angles; `struck`: the swing knee is straight."""
@@ -91,6 +96,15 @@ def states(robot: Robot, n: int, count: int = 20, *, struck: bool = False) -> It
         held, stays = bodies.ends[0].bend(qpos, v), np.zeros(len(qpos))
         stays[:2] = -held.real, -held.imag
         yield Standing(q, dq, slope, bent, bodies, qpos, v, moves, stays)
+
+
+def motion_of(robot: Robot, at: Standing) -> Motion:
+    """The motion that an engine computes with, in the state."""
+    motion = Motion(free=len(at.q), sine=np.sin(at.slope), cosine=np.cos(at.slope), **room())
+    if at.bent:
+        bend_stance_knee(motion, *(segment.length for segment in robot.bodies.leg), at.bent)
+    stand(robot.linkages[0], motion)
+    return motion
 
 
 def close(found: object, wanted: object, scale: float) -> None:
@@ -117,8 +131,8 @@ def test_equations_of_motion(name: str, n: int) -> None:
         energy, upright = (at.bodies.energy(at.qpos, v) for v in (at.v, still))
         close(chain.kinetic_energy(q, dq), energy - upright, scale)
         close(chain.potential_energy(q, slope), upright, moments)
-        foot = (at.bodies.ends[1].place(at.qpos) - at.bodies.ends[0].place(at.qpos)) * np.exp(1j * slope)
-        close(chain.end(q), [foot.real, foot.imag], robot.leg_length)
+        foot, end = (end.place(at.qpos) for end in at.bodies.ends[:2])
+        close(chain.end(q), at.on_ground(end - foot), robot.leg_length)
         ddq = np.linalg.solve(M, -pull)
         close(chain.accelerations(np.zeros(n), q, dq, slope), ddq, CONDITION * float(np.abs(ddq).max()))
         if n < 4:
@@ -137,16 +151,14 @@ def test_touchdowns_are_plastic_impacts(name: str) -> None:
         change = at.bodies.rates(at.qpos, 1, after, at.slope) - at.v
         size = CONDITION * float(np.abs(np.append(after, at.dq)).max())
         close(missed(at.bodies, at.qpos, change, at.bodies.motions(at.qpos, 1, free, at.slope)), 0.0, size)
-        motion = Motion(**room())
-        if at.bent:
-            bend_stance_knee(motion, robot.thigh_length, robot.shank_length, at.bent)  # type: ignore[attr-defined]
-        along, normal, leaves = land(robot.linkages[0], robot.linkages[0], motion, [*at.q, *at.dq], not opens)
-        turn = np.exp(1j * at.slope)
-        impulse = at.bodies.momentum(at.qpos, change) * turn
-        close([along, normal], [impulse.real, impulse.imag], robot.total_mass * robot.leg_length * size)
+        linkage, motion = robot.linkages[0], motion_of(robot, at)
+        along, normal, leaves = land(linkage, linkage, motion, [*at.q, *at.dq], not opens)
+        close(
+            [along, normal], at.on_ground(at.bodies.momentum(at.qpos, change)), robot.weight * robot.leg_length * size
+        )
         if name != "wheel":
-            left = at.bodies.ends[0].jacobian(at.qpos) @ (at.v + change) * turn
-            close(leaves, left.imag, robot.leg_length * size)
+            left = at.on_ground(at.bodies.ends[0].jacobian(at.qpos) @ (at.v + change))
+            close(leaves, left[1], robot.leg_length * size)
         if isinstance(robot, mjbiped.Compass):
             q, dq = robot.impact(at.q, at.dq)
             np.testing.assert_array_equal(q, at.q[::-1])
@@ -191,13 +203,21 @@ def test_what_the_ground_and_the_stance_knee_bear(name: str, locked: bool) -> No
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_places(name: str) -> None:
+def test_places_speeds_and_the_force_of_the_ground(name: str) -> None:
     robot = ROBOTS[name]
     for at in states(robot, len(robot.angles)):
         ends = np.array([end.place(at.qpos) for end in at.bodies.ends])
         close(robot.leg_ends(at.qpos), np.stack([ends.real, ends.imag], axis=-1), robot.leg_length)
         centre = sum(mass * centre.place(at.qpos) for mass, _, centre, _ in at.bodies.parts) / robot.total_mass
         close(robot.centre_of_mass(at.qpos), [centre.real, centre.imag], robot.leg_length)
+        linkage, motion, state = robot.linkages[0], motion_of(robot, at), (at.q.tolist(), at.dq.tolist())
+        close(point(linkage, motion, state[0], END), at.on_ground(complex(ends[1] - ends[0])), robot.leg_length)
+        size, moved = 1.0 + float(at.dq @ at.dq), at.bodies.ends[1].jacobian(at.qpos) @ at.v
+        close(speed(linkage, motion, *state, END), at.on_ground(moved), robot.leg_length * size)
+        close(momentum(linkage, motion, *state), at.on_ground(at.bodies.momentum(at.qpos, at.v)), robot.weight * size)
+        along, upward = at.force(at.dq)[:2]
+        found = ground_force(linkage, motion, *state, state[1])
+        close(found, at.on_ground(complex(along, upward)), robot.weight * size)
 
 
 @pytest.mark.parametrize("name", [name for name, robot in ROBOTS.items() if not robot.radius])

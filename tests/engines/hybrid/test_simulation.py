@@ -24,27 +24,23 @@ def hybrid(controller: Controller, terrain: Terrain, **arguments: Any) -> mjbipe
 
 def test_tolerance_converges(controller: AdaptiveController, gait: mjbiped.Gait) -> None:
     """Closed loop, re-planned after every step: a thousand times the accuracy changes nothing that matters."""
-    ends = []
-    for tolerance in (TOLERANCE, 1e-13):
-        simulation = hybrid_run(
+    coarse, fine = (
+        mjbiped.walk(
             controller,
             Terrain.mixed(),
-            robot=controller.robot,
-            q=gait.start[:2].tolist(),
-            dq=gait.start[2:].tolist(),
+            engine=mjbiped.Hybrid(tolerance),
             steps=12,
+            initial=gait.start,
             sample_period=None,
-            tolerance=tolerance,
         )
-        simulation.go()
-        ends.append((simulation.recorder.touchdowns(), simulation.peak_torque()))
-    (coarse, peak), (fine, fine_peak) = ends
+        for tolerance in (TOLERANCE, 1e-13)
+    )
     # issue 3's 1e-9; a walk's errors die out
-    assert coarse["q"] == pytest.approx(fine["q"], abs=1e-9)
-    assert coarse["dq"] == pytest.approx(fine["dq"], abs=1e-9)
-    assert coarse["work_absolute"] == pytest.approx(fine["work_absolute"], rel=1e-6)
+    for name in ("q", "dq"):
+        assert coarse.touchdowns[name] == pytest.approx(fine.touchdowns[name], abs=1e-9)
+    assert coarse.touchdowns["work_absolute"] == pytest.approx(fine.touchdowns["work_absolute"], rel=1e-6)
     # a peak inside a step is that of a parabola through values a sixteenth of the step apart
-    assert peak == pytest.approx(fine_peak, rel=2e-5)
+    assert coarse.peak_torque == pytest.approx(fine.peak_torque, rel=2e-5)
 
 
 def test_law_with_a_jump_needs_its_break() -> None:
