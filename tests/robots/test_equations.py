@@ -208,6 +208,7 @@ def test_places_speeds_and_the_force_of_the_ground(name: str) -> None:
     for at in states(robot, len(robot.angles)):
         ends = np.array([end.place(at.qpos) for end in at.bodies.ends])
         close(robot.leg_ends(at.qpos), np.stack([ends.real, ends.imag], axis=-1), robot.leg_length)
+        assert robot.total_mass == pytest.approx(sum(mass for mass, *_ in at.bodies.parts), rel=1e-15)
         centre = sum(mass * centre.place(at.qpos) for mass, _, centre, _ in at.bodies.parts) / robot.total_mass
         close(robot.centre_of_mass(at.qpos), [centre.real, centre.imag], robot.leg_length)
         linkage, motion, state = robot.linkages[0], motion_of(robot, at), (at.q.tolist(), at.dq.tolist())
