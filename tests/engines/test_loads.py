@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.table import Table
 
 import mjbiped
 from controllers import AdaptiveController
@@ -19,7 +18,7 @@ EXACT = 1e-9  # m, and N m: the law of the record and that of the engine round d
 MUJOCO = 1e-3  # m; the load is that of the step before, which changes by some 0.2 %
 
 
-def on_sole(sole: tuple[float, float], engine: Any, ground: mjbiped.Terrain, **terms: Any) -> mjbiped.Walk:
+def on_sole(sole: tuple[float, float] | None, engine: Any, ground: mjbiped.Terrain, **terms: Any) -> mjbiped.Walk:
     robot = mjbiped.Compass(sole=sole)
     law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
     return mjbiped.walk(law, ground, engine=engine, **{"steps": 6, **terms})
@@ -53,13 +52,7 @@ def test_a_sole_of_no_length_transmits_nothing_and_a_long_one_everything() -> No
     none = on_sole((0.0, 0.0), "hybrid", mjbiped.Terrain.mixed(), steps=3)
     assert not none.samples["torque"][:, 0].any()
     assert none.samples["ankle_asked"].any()
-    robot = mjbiped.Compass()
-    free = mjbiped.walk(
-        AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))),
-        mjbiped.Terrain.mixed(),
-        engine="hybrid",
-        steps=6,
-    )
+    free = on_sole(None, "hybrid", mjbiped.Terrain.mixed())
     long = on_sole((10.0, 10.0), "hybrid", mjbiped.Terrain.mixed())
     for name, column in free.touchdowns.items():
         if not name.startswith("pressure"):
@@ -77,15 +70,11 @@ def test_steps_that_pull_are_marked(hurried: AdaptiveController) -> None:
     pulled = mjbiped.walk(hurried, mjbiped.Terrain.stairs(), engine="hybrid", steps=9)
     marked = measures.pulls(pulled.touchdowns)
     assert np.flatnonzero(marked).tolist() == [3, 8]
-    asked = np.where(marked, np.inf, pulled.touchdowns["friction"])
-    assert (measures.friction_asked(pulled.touchdowns) == asked).all()
     summary = measures.summary(pulled)
     assert summary["steps_that_pull"] == 2
     assert summary["least_normal_force_weights"] == pulled.touchdowns["normal_force"].min() / pulled.robot.weight < -0.5
     assert summary["largest_stance_friction"] == math.inf
-    table = pulled.summary().__rich__()
-    assert isinstance(table, Table)
-    assert "unbounded" in [str(cell) for column in table.columns for cell in column.cells]
+    assert "unbounded" in [str(cell) for column in pulled.summary().__rich__().columns for cell in column.cells]
 
 
 def test_a_foot_that_leaves_the_ground_bears_nothing(hurried: AdaptiveController) -> None:

@@ -87,10 +87,8 @@ def test_a_foot_of_mujoco_slips(law: Controller, start: Any) -> None:
 
 def test_a_foot_of_mujoco_that_slides_under_a_step_has_diverged() -> None:
     """The ankle pushes the foot back over an edge, and forward again below it, as nothing on a riser stops a foot."""
-    law, ground = (
-        Torques(lambda t, *_: (100.0 if t < 0.02 else -60.0, 0.0)),
-        Terrain((-5.0, -0.01), (-0.05, 0.0), (0.0, 0.0)),
-    )
+    law = Torques(lambda t, *_: (100.0 if t < 0.02 else -60.0, 0.0))
+    ground = Terrain((-5.0, -0.01), (-0.05, 0.0), (0.0, 0.0))
     icy = mjbiped.Disturbances(friction=0.02)
     walk = mjbiped.walk(law, ground, initial="rest", steps=1, sample_period=1e-3, disturbances=icy)
     x, z = walk.robot.limbs(walk.samples["qpos"])[:, 0, -1].T
