@@ -13,7 +13,7 @@ import pytest
 from simulations import put, started, state_of
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import AdaptiveController, Controller, Memory
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.rules.termination import Outcome
 
@@ -177,10 +177,9 @@ def test_controller_ticks_once_per_control_period(call: Callable[[Simulation, in
 
 
 @both
-def test_a_state_of_another_simulation_goes_on_within_a_block(compile: bool) -> None:
+def test_a_state_of_another_simulation_goes_on_within_a_block(compile: bool, controller: AdaptiveController) -> None:
     """Nothing is another one's that no state holds: an address, the solver's guess, contacts of before."""
-    terrain, robot = Terrain.incline(2.5), mjbiped.KneedBiped()
-    one, other = (started(PassiveController(), terrain, robot=robot, compile=compile, **PLAIN) for _ in range(2))
+    one, other = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))
     with one.callbacks(), other.callbacks():
         steps(one, 50)
         put(other, state_of(one))
