@@ -34,27 +34,29 @@ def out_of_range(parameters: Any, memory: Memory, t: float, q: Any, dq: Any, out
     out[0], out[1] = (0.0, 1.0)[int(100.0 * t)], 0.0
 
 
-def with_torque(function: Any, *, in_python: bool = False) -> Controller:
-    """A controller whose law has this torque."""
+class Wrong(PassiveController):
+    """A law whose compiled torque asks for an index out of range."""
 
-    class Wrong(PassiveController):
-        def law(self) -> Law:
-            return super().law()._replace(torque=function)
+    def law(self) -> Law:
+        return super().law()._replace(torque=out_of_range)
 
-        if in_python:
 
-            def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-                out = [0.0, 0.0]
-                function([], memory, t, q, dq, out)
-                return out
+class Late(PassiveController):
+    """A law that raises of itself, with its torque in Python."""
 
-    return Wrong()
+    def law(self) -> Law:
+        return super().law()._replace(torque=late_error)
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        out = [0.0, 0.0]
+        late_error([], memory, t, q, dq, out)
+        return out
 
 
 @pytest.mark.compiled
 def test_an_exception_in_compiled_code_stops_the_walk() -> None:
     with pytest.raises(mjbiped.WalkStopped, match=r"Wrong failed at .* a compiled law raised an exception") as stopped:
-        mjbiped.walk(with_torque(out_of_range), Terrain.incline(2.0), steps=1)
+        mjbiped.walk(Wrong(), Terrain.incline(2.0), steps=1)
     assert stopped.value.walk.outcome == "interrupted"
     assert 0.0199 < stopped.value.walk.end[0] < 0.0215  # the first step of 1 ms behind it
 
@@ -64,7 +66,7 @@ def test_a_law_that_raises_of_itself_runs_in_python() -> None:
     """A C function could not."""
     assert raises((late_error,))
     with pytest.raises(mjbiped.WalkStopped, match="ValueError: late"):
-        mjbiped.walk(with_torque(late_error, in_python=True), Terrain.incline(2.0), steps=1)
+        mjbiped.walk(Late(), Terrain.incline(2.0), steps=1)
 
 
 def test_forward_calls_between_steps_change_nothing(controller: AdaptiveController) -> None:
