@@ -89,6 +89,10 @@ class Held:
         """What the posture's forces have to be, N and N m, for accelerations of the angles."""
         return self.M @ (self.moves @ ddq + self.stays) + self.bodies.bias(self.qpos, self.v)
 
+    def terms(self, ddq: Sequence[float]) -> Array:
+        """Sizes of what these forces are made of."""
+        return np.asarray(np.abs(self.M) @ np.abs(self.moves @ ddq) + np.abs(self.bodies.bias(self.qpos, self.v)))
+
     def after(self, before: Array, left: Array) -> Array:
         """Rates of the posture after a plastic impact that leaves these motions."""
         return np.asarray(left @ np.linalg.solve(left.T @ self.M @ left, left.T @ self.M @ before))
@@ -159,10 +163,7 @@ def test_a_landing_foot_moves_as_newton_and_coulomb_say(
     asked = np.array([torques[0] - torques[1], torques[1] + servo, -torques[0], -servo])
     slip = float(tangent @ held.end @ held.rates)
     push = w.press * (normal - GROUND_FRICTION * slip / math.hypot(slip, 1e-3) * tangent)
-    needed, terms = (
-        held.force(ddq),
-        np.abs(held.M) @ np.abs(held.moves @ ddq) + np.abs(held.bodies.bias(held.qpos, held.v)),
-    )
+    needed, terms = held.force(ddq), held.terms(ddq)
     scale = terms.max() + np.abs(asked).max() + np.abs(push).max()
     moving = [0, 1, 3] if edge == FLAT else [0, 1, 2, 3]  # a flat foot is held by a moment of the ground
     agree((held.moves.T @ needed - asked - held.end.T @ push)[moving], 0.0, scale, LANDING)
@@ -216,10 +217,10 @@ def test_accelerations_and_the_force_of_the_ground_are_newtons(
     edge: int, q: Any, dq: Any, slope: float, torques: tuple[float, float], push: float
 ) -> None:
     c, w = tipped(edge, slope, q, dq, push=push)
-    (*ddq, _), force = moved(c, w, torques)
+    ddq, force = moved(c, w, torques)
     held = Held(edge, w)
-    needed, moves = held.force([*ddq, ddq[2]]), held.moves @ np.eye(4)[:, [0, 1, 2]] + held.moves[:, 3:] * [0, 0, 1]
-    terms = np.abs(held.M) @ np.abs(moves @ ddq) + np.abs(held.bodies.bias(held.qpos, held.v))
+    needed, terms = held.force(ddq), held.terms(ddq)
+    moves = held.moves @ np.eye(3)[[0, 1, 2, 2]]  # both feet are parallel
     asked = np.array([torques[0] - torques[1], torques[1], -torques[0]]) + push * moves[0]
     agree(moves.T @ needed, asked, terms)  # the equations of motion, with the edge held
     agree(force, needed[:2] - [push, 0.0], terms)  # what holds the edge
