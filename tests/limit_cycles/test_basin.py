@@ -59,11 +59,6 @@ def assert_fate(fate: Fate, steps: int, goal: Array, walked: Array, outcome: str
     assert (fate.name.lower(), steps) == expected
 
 
-@pytest.fixture(scope="module")
-def passive() -> Basin:
-    return basin_of(COMPASS)
-
-
 @pytest.mark.parametrize("case", [COMPASS, pytest.param(KNEED, marks=slow)], ids=["compass", "kneed"])
 def test_each_start_is_a_walk_whatever_the_number_of_threads(case: Slice) -> None:
     found, goal = basin_of(case), passive_gait_of(case.robot, case.slope).start

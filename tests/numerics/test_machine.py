@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import python
 
 SETTINGS = """
 import math
@@ -47,10 +46,7 @@ SENTENCE = "compiling everything, once; it takes some 20 s ...\n"
 
 
 def finished(folder: Path, cache: Path, *program: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": f"{Path(__file__).parents[2]}"}
-    done = subprocess.run(
-        [sys.executable, *program], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = python(*program, cwd=folder, NUMBA_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
     return done
 
