@@ -75,12 +75,9 @@ def pull(robot: Compass, slope: float) -> float:
 
 
 def centre_of_mass(robot: Compass, q: Array) -> tuple[float, Array]:
-    """Its place ahead of the stance foot along the ground, m, from the masses' places, and its derivative by q."""
-    stance, swing = robot.leg_mass * (robot.lower_length + robot.leg_length), robot.leg_mass * robot.upper_length
-    stance += robot.hip_mass * robot.leg_length
-    place: float = stance * math.sin(q[0]) - swing * math.sin(q[1])
-    by_q = np.array([stance * math.cos(q[0]), -swing * math.cos(q[1])])
-    return place / robot.total_mass, by_q / robot.total_mass
+    """Its place ahead of the stance foot, m, and its derivative by q: potential energy if the ground was a wall."""
+    wall = -0.5 * math.pi
+    return robot.potential_energy(q, wall) / robot.weight, robot.gravity_vector(q, wall) / robot.weight
 
 
 @given(robots, states, slopes, slopes, st.floats(0.1, 300.0), st.sampled_from([0.0, 0.3, 1.0, 7.0]))

@@ -208,6 +208,7 @@ def test_an_edge_comes_down_as_coulombs_impact_says(down: int, edge: int, q: Any
         assert tangent @ speed == pytest.approx(0.0, abs=LANDING * speeds)
     else:
         assert abs(along) == pytest.approx(GROUND_FRICTION * abs(normal @ impulse), rel=1e-6, abs=LANDING * scale)
+        assert along * float(tangent @ speed) <= LANDING * scale * speeds
     agree(upright(w, w.impulse_along, w.impulse_normal), changed[:2] - impulse, scale, LANDING)  # of the stance foot
 
 

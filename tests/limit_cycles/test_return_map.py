@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 import mjbiped
 from controllers import PassiveController
-from mjbiped.errors import InputError
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles.map_slices import PUSH, MapSlices, map_slices
 from mjbiped.limit_cycles.return_map import ReturnMap
@@ -90,22 +88,6 @@ def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
     for before, after, period in zip(walked.states, walked.states[1:], walked.periods[1:], strict=False):
         alone = ReturnMap(robot, math.radians(3.5)).walk(before, 1)
         assert (alone.states[0].tolist(), alone.periods[0]) == (after.tolist(), period)
-
-
-@pytest.mark.parametrize(
-    ("robot", "state"),
-    [
-        (TABLE_ONE, [1, 2, 3, math.nan]),
-        (TABLE_ONE, "abcd"),
-        (KNEED, [-0.2, 0.2, 1.0, 0.5]),
-        (KNEED, [-0.2, 0.2, 0.3, 1.0, 0.5, 0.5]),  # bent
-        (KNEED, [-0.3, 0.3, 0.3, 1.0, 0.5, 0.6]),  # which bends at once
-        (mjbiped.RoundKneed(), [-0.3, 0.3, 0.3, 1.0, 0.5, 0.4]),  # forwards
-    ],
-)
-def test_states_are_checked(robot: Robot, state: Any) -> None:
-    with pytest.raises(InputError, match=r"^state"):
-        ReturnMap(robot, 0.03).walk(state, 1)
 
 
 # ---- slices through it -----------------------------------------------------------------------------------------------
