@@ -89,9 +89,7 @@ six = st.tuples(*[st.floats(-3, 3)] * 6)
 
 @given(st.floats(0.02, 3.0), six, st.floats(0, 1))
 @settings(derandomize=True)
-def test_transitions_are_scipys_bernstein_polynomials(
-    duration: float, numbers: tuple[float, ...], part: float
-) -> None:
+def test_transitions_are_scipys_bernstein_polynomials(duration: float, numbers: tuple[float, ...], part: float) -> None:
     t, powers = part * duration, duration ** -np.arange(3.0)
     curve = BPoly(np.array(numbers)[:, None], [0.0, duration])
     found = transition_at([7.0, *numbers], 1, duration, t)

@@ -24,14 +24,6 @@ def step(library: LibraryController, rise: float, engine: str = "hybrid") -> mjb
     return mjbiped.walk(library, ground, engine=engine, steps=12)
 
 
-@pytest.mark.slow
-def test_on_level_ground_it_is_the_adaptive_controller(library: LibraryController) -> None:
-    adaptive = AdaptiveController(library.robot, library.gait, replanning="additive")
-    walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in (library, adaptive)]
-    for name in ("time", "q", "torque"):
-        assert (walks[0].samples[name] == walks[1].samples[name]).all()  # the same operations
-
-
 @pytest.mark.parametrize("rise", [0.05, -0.08])
 def test_a_height_change_brings_the_climbing_gait_for_some_steps(library: LibraryController, rise: float) -> None:
     walk = step(library, rise)
