@@ -120,7 +120,7 @@ def test_it_scales_with_the_robot() -> None:
 @pytest.mark.slow
 def test_figures_show_what_it_tracks() -> None:
     law = short()
-    memories = [memory for _, memory in replayed(mjbiped.walk(law, STAIRS, engine="hybrid", steps=6), law)]
+    memories = [list(memory) for _, memory in replayed(mjbiped.walk(law, STAIRS, engine="hybrid", steps=6), law)]
     assert any(memory[RECOVERING] for memory in memories)
     for memory in memories:
         tracked = law.climbing_gait if memory[CLIMBING] else law.gait

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from engines.conformance.free_bodies import FreeRobot
+from numpy.typing import NDArray
 from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
 import mjbiped
@@ -19,25 +20,26 @@ from mjbiped.rules.termination import Outcome
 ROBOT = KneedBiped()
 
 
+def swung(ground: Terrain, start: tuple[float, ...]) -> tuple[mjbiped.Walk, NDArray[np.float64], NDArray[np.float64]]:
+    """A passive step, the swing foot's way, shape (samples, 2), and its height over the ground, m."""
+    walk = mjbiped.walk(Plain(), ground, robot=ROBOT, engine="hybrid", initial=start, sample_period=1e-3, steps=1)
+    feet = ROBOT.limbs(walk.samples["qpos"])[:-1, 1, -1]
+    return walk, feet, feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+
+
 def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
     """A stub behind the stance foot is no end: one impact, then contact without friction or work, then a step."""
     rising, falling = (Terrain((-5.0, -0.39), (0.0, 0.0), (0.0, math.radians(angle))) for angle in (-1.0, 1.0))
     for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
-        start = (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5)
-        simulation = hybrid_simulation(ground, start, sample_period=1e-3, steps=1)
-        simulation.go()
-        assert simulation.outcome is Outcome.FINISHED
-        recorder = simulation.recorder
-        samples = recorder.samples()
-        foot = ROBOT.limbs(samples["qpos"])[:-1, 1, -1]
-        height = foot[:, 1] - [ground.height_at(x) for x in foot[:, 0]]
+        walk, _, height = swung(ground, (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5))
+        assert walk.outcome == "finished"
         slides = np.flatnonzero(height < 1e-9)
         assert len(slides) >= slid
         assert (np.diff(slides) == 1).all()
         assert np.abs(height[slides]).max() < 1e-10  # 8th order in steps of 2 ms, which hold accelerations
-        assert recorder.touchdowns()["stubs"][0] == stubs
+        assert walk.touchdowns["stubs"][0] == stubs
         slope = ground.slope_at(0.0)
-        energy = [ROBOT.energy(q, dq, slope) for q, dq in zip(samples["q"], samples["dq"], strict=True)]
+        energy = [ROBOT.energy(q, dq, slope) for q, dq in zip(walk.samples["q"], walk.samples["dq"], strict=True)]
         assert energy[slides[0]] < energy[0] - 1e-4
         if stubs == 1 and slid > 1:
             assert np.ptp(energy[slides[0] : slides[-1]]) < 1e-8
@@ -114,10 +116,7 @@ BACKWARDS = (-0.2, 0.201, 0.201, -2.0, 1.0, 1.0)
 def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(rise: float, degrees: float) -> None:
     slope = math.radians(degrees)
     ground = Terrain((-5.0, EDGE), (math.tan(slope) * (5.0 + EDGE) - rise, 0.0), (slope, 0.0))
-    simulation = hybrid_simulation(ground, BACKWARDS, sample_period=1e-3, steps=1)
-    simulation.go()
-    feet = KneedBiped().limbs(simulation.recorder.samples()["qpos"])[:, 1, -1]
-    above = feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+    _, feet, above = swung(ground, BACKWARDS)
     assert above.min() > -1e-7  # ground that a foot slides on is met again at 1e-8 m below it
     before = np.flatnonzero((feet[:, 0] > EDGE) & (above < 1e-9))
     beyond = np.flatnonzero(feet[:, 0] < EDGE)

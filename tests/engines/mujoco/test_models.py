@@ -1,4 +1,4 @@
-"""The MJCF files by themselves: every part is named, and MuJoCo's stages, of which steps are made, are `mj_step`."""
+"""The MJCF files by themselves: every part is named, and they are the default robots."""
 
 from typing import Any, cast
 
@@ -8,7 +8,6 @@ import pytest
 from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.scene import models_folder
 from mjbiped.robots.robot import Robot
 
@@ -78,37 +77,3 @@ def test_runs_in_dm_control() -> None:
     physics.step(nstep=50)
     assert np.isfinite(physics.named.data.qpos["left"]).all()
     assert physics.named.data.sensordata["clock"] == pytest.approx(50 * physics.timestep())
-
-
-STAGES = [name for name in step.step.__code__.co_names if name.startswith("mj_")]
-
-
-@pytest.mark.parametrize("name", ["scene.xml", "kneed_scene.xml", "footed_scene.xml"])
-def test_stages_are_bitwise_a_step_and_ask_for_control_once(name: str) -> None:
-    """While it stumbles and falls: with contacts, limits and locks."""
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / name))
-    whole, staged = mujoco.MjData(model), mujoco.MjData(model)
-    rates = 0.3 * np.random.default_rng(0).standard_normal(model.nv)
-    calls: list[mujoco.MjData] = []
-
-    def control(_: mujoco.MjModel, data: mujoco.MjData) -> None:
-        calls.append(data)
-        data.ctrl[:] = np.sin(7.0 * data.time + np.arange(model.nu))
-
-    mujoco.set_mjcb_control(control)
-    try:
-        for data in (whole, staged):
-            mujoco.mj_resetDataKeyframe(model, data, 0)
-            data.qvel[:] += rates
-        touched = 0
-        for _ in range(3000):
-            mujoco.mj_step(model, whole)
-            for stage in STAGES:
-                getattr(mujoco, stage)(model, staged, *((step.VELOCITY, 0) if stage == "mj_forwardSkip" else ()))
-            touched += staged.ncon > 0
-    finally:
-        mujoco.set_mjcb_control(None)
-    assert touched > 500
-    assert [calls.count(data) for data in (whole, staged)] == [3000, 3000]
-    for field in ("time", "qpos", "qvel", "qacc", "qacc_warmstart", "sensordata"):
-        np.testing.assert_array_equal(getattr(staged, field), getattr(whole, field), err_msg=field)
