@@ -44,7 +44,7 @@ ROOMS = {
         "engines/hybrid/test_feet.py",
         _WALKS,
     ),
-    _HYBRID + "motion.py": ("dynamics/test_feet.py", "engines/hybrid/test_impulses.py", _WALKS, _EQUATIONS),
+    _HYBRID + "motion.py": ("dynamics/test_feet.py", _WALKS, _EQUATIONS),
     _HYBRID + "impacts.py": (
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_feet.py",

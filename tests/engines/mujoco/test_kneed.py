@@ -1,51 +1,19 @@
-"""The biped with knees in MuJoCo: stubs, faces, gaps, and what its stance knee bears, by a lock or by a motor."""
+"""The biped with knees in MuJoCo: friction, gaps, and what its stance knee bears, by a lock or by a motor."""
 
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from simulations import started
 
 import mjbiped
 from controllers import KneedController, PassiveController
-from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.step_size import Lengths, sooner
 from mjbiped.errors import InputError
 from mjbiped.records import loads, measures
 from mjbiped.robots.kneed import stance_knee_torque
-from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
-
-
-def test_a_stubbed_toe_is_physics() -> None:
-    """A riser in the swing foot's way stops it; it slides down the face, takes over there, and is stopped as it stands.
-
-    Without motors the robot falls; nothing passes through the step.
-    """
-    ground = mjbiped.Terrain.from_segments([(0.7, 2.5, 0.0), (20.0, 2.5, 0.035)])
-    found = mjbiped.walk(PassiveController(), ground, robot=ROBOT, steps=3)
-    assert (found.outcome, found.steps) == ("fell", 2)
-    assert found.touchdowns["strikes"][1] == 1
-    feet = ROBOT.limbs(found.samples["qpos"])[:, :, -1]
-    inside = ground.height(feet[..., 0]) - feet[..., 1]
-    # but the last 1e-3 m beside its face, where a foot is on the lower ground
-    edge = np.abs(feet[..., 0] - ground.x[1]) < 2e-3
-    assert inside[~edge].max() < 1e-4
-
-
-def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> None:
-    """Contact steps lead it to the face; in such steps alone, the way down would take six thousand of them."""
-    controller = make_controller("adaptive", ROBOT, {})
-    simulation = started(controller, mjbiped.Terrain.stairs(tread=1.2, rise=0.02), steps=8)
-    lengths = []
-    while not simulation.over:
-        simulation.advance(1)
-        lengths.append(simulation.model.opt.timestep)
-    assert simulation.outcome is Outcome.FINISHED
-    assert np.isclose(lengths, 1e-3 / 16.0).sum() > 500
-    assert np.isclose(lengths, 1e-5).sum() < 2000
 
 
 def test_friction_is_the_feets() -> None:

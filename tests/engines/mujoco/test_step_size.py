@@ -1,44 +1,13 @@
-"""Steps that land on the touchdown: where they end, how long they are, and what that does to impacts and walks."""
+"""Steps that land on the touchdown: errors of walks fall with the square of their length, at faces too."""
 
-import math
 
 import numpy as np
 import pytest
-from simulations import started
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.engines.mujoco import step_size
 
 Terrain = mjbiped.Terrain
-
-
-@pytest.mark.parametrize(
-    ("terrain", "timestep"),
-    [(Terrain.stairs(rise=-0.06), 2e-4), (Terrain.random(seed=3), 2e-3)],
-    ids=["stairs", "random"],
-)
-def test_a_step_ends_where_the_foot_meets_the_ground(
-    terrain: Terrain, timestep: float, controller: AdaptiveController
-) -> None:
-    """An Euler step is known before it is made. The contact step that follows is as long as it should be."""
-    simulation = started(controller, terrain, steps=4, timestep=timestep)
-    data, u, length = simulation.data, simulation.state, simulation.constants.leg_length
-    heights, lengths = [], []
-    while not u.outcome:
-        swing = data.qpos[3 if u.stance == 0 else 2]
-        x, z = data.qpos[0] - length * math.sin(swing), data.qpos[1] - length * math.cos(swing)
-        plain = u.plain
-        simulation.advance(1)
-        lengths.append(simulation.model.opt.timestep)
-        if u.noted:
-            heights.append(z - terrain.height_at(x))
-            assert (lengths[-1], u.effective_step, plain) == (1e-5, 1e-5, 1.0)
-    assert len(heights) == 4
-    # no step is shorter than 1e-9 s, in which the foot falls by 3e-9 m at most
-    assert heights == pytest.approx([-step_size.DEPTH] * 4, abs=3e-9)
-    assert max(lengths) == timestep
-    assert min(lengths) > 0.0
 
 
 @pytest.mark.parametrize("terrain", [Terrain.level(), Terrain.stairs(rise=-0.06)], ids=["level", "stairs"])
