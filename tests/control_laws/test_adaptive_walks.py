@@ -22,8 +22,8 @@ def walked(controller: AdaptiveController, *ground: tuple[float, float], steps: 
     """A walk on segments of some length (m) and slope (degrees).
 
     Returns:
-        The walk; the errors max |q_r - q| at both ends of each step, shape (steps, 2), rad; the number of steps that are
-        planned anew.
+        The walk; the errors max |q_r - q| at both ends of each step, shape (steps, 2), rad; how many steps were planned
+        anew.
     """
     walk = mjbiped.walk(controller, mjbiped.Terrain.from_segments([*ground]), engine="hybrid", steps=steps)
     errors, replanned, half = [], 0, 0.35

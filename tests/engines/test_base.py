@@ -107,8 +107,5 @@ BAD: list[tuple[Any, dict[str, Any], str]] = [
 def test_bad_settings_are_refused(engine: Any, bad: dict[str, Any], names: str) -> None:
     with pytest.raises(mjbiped.InputError, match=names):
         engine(**bad)
-
-
-def test_an_unknown_engine_is_told_with_the_nearest() -> None:
     with pytest.raises(mjbiped.InputError, match="did you mean 'mujoco'"):
         mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="mujuco")

@@ -44,9 +44,7 @@ class Landing:
         slopes: Of the ground under either foot, rad.
     """
 
-    def __init__(
-        self, robot: Compass | KneedBiped, legs: Array, rates: Array, slopes: tuple[float, float]
-    ) -> None:
+    def __init__(self, robot: Compass | KneedBiped, legs: Array, rates: Array, slopes: tuple[float, float]) -> None:
         self.robot, self.bodies = robot, FreeRobot(robot)
         self.qpos = np.array(robot.posture((0.0, 0.0), 0, self.whole(legs)))
         self.before = self.bodies.rates(self.qpos, 0, self.whole(rates), 0.0)

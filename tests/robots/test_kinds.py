@@ -83,14 +83,6 @@ def test_the_compass_has_its_columns_of_old() -> None:
     assert list(knees.touchdowns)[: len(TOUCHDOWNS)] == list(TOUCHDOWNS)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_joints_do_the_work_of_the_forces(robot: Robot) -> None:
-    """Power is the same by torques and joint rates, and by generalised forces and rates of angles."""
-    draw = np.random.default_rng(0)
-    torque, dq = draw.normal(size=(2, len(robot.joints)))
-    assert torque @ robot.joint_rates(dq) == pytest.approx(robot.input_matrix @ torque @ dq, rel=1e-14)
-
-
 def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
     """Inertias of uniform rods follow masses and lengths unless they are given."""
     assert [robot_named(name, {}) for name in NAMED] == [

@@ -1,6 +1,5 @@
 """Steps that land on the touchdown: errors of walks fall with the square of their length, at faces too."""
 
-
 import numpy as np
 import pytest
 
