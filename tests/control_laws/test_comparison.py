@@ -11,12 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import mjbiped
-from controllers import (
-    EnergyConstraintController,
-    KineticEnergyController,
-    LimitCycleController,
-    PassivityController,
-)
+from controllers import EnergyConstraintController, KineticEnergyController, LimitCycleController, PassivityController
 from mjbiped.controllers.comparison.known_slope import KnownSlopeController, against_slope
 from mjbiped.robots.compass import Array, Compass
 from mjbiped.terrain.terrain import Terrain

@@ -11,13 +11,7 @@ from controllers import PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.records import measures
-from mjbiped.terrain.profile import (
-    BESIDE,
-    EDGE,
-    OVER,
-    height_of,
-    segment_stood_on,
-)
+from mjbiped.terrain.profile import BESIDE, EDGE, OVER, height_of, segment_stood_on
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
 OFFSETS = (-1.1e-4, -5e-5, -3e-6, 2e-5, 8e-5, 1e-3)

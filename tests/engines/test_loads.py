@@ -18,20 +18,15 @@ EXACT = 1e-9  # m, and N m: the law of the record and that of the engine round d
 MUJOCO = 1e-3  # m; the load is that of the step before, which changes by some 0.2 %
 
 
-def on_sole(sole: tuple[float, float], engine: Any, ground: mjbiped.Terrain, **terms: Any) -> mjbiped.Walk:
-    robot = mjbiped.Compass(sole=sole)
-    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
-    return mjbiped.walk(law, ground, engine=engine, **{"steps": 6, **terms})
-
-
 @pytest.mark.parametrize(
     ("engine", "pushes"), [("hybrid", ()), ("hybrid", ((0.3, 1.0), (1.1, -1.0))), ("mujoco", ())], ids=str
 )
 def test_the_centre_of_pressure_reaches_an_end_and_goes_no_farther(engine: str, pushes: Any) -> None:
-    ground = mjbiped.Terrain.stairs(tread=1.8, rise=-0.01)
-    disturbances = mjbiped.Disturbances(pushes=pushes) if pushes else None
-    walk = on_sole((0.03, 0.05), engine, ground, disturbances=disturbances)
-    steps, (behind, ahead) = walk.touchdowns, walk.robot.sole or (0.0, 0.0)
+    robot, (behind, ahead) = mjbiped.Compass(sole=(0.03, 0.05)), (0.03, 0.05)
+    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
+    ground, pushed = mjbiped.Terrain.stairs(tread=1.8, rise=-0.01), mjbiped.Disturbances(pushes=pushes)
+    walk = mjbiped.walk(law, ground, engine=engine, steps=6, disturbances=pushed if pushes else None)
+    steps = walk.touchdowns
     over = max(float(steps["pressure_ahead"].max()) - ahead, float(steps["pressure_behind"].max()) - behind)
     assert abs(over) < (EXACT if engine == "hybrid" else MUJOCO)
     given, asked = walk.samples["torque"][:, 0], walk.samples["ankle_asked"]

@@ -8,13 +8,7 @@ import pytest
 import mjbiped
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.limit_cycles.periodic import (
-    PeriodicGait,
-    find_periodic_gait,
-    first_gait,
-    follow,
-    step_lengths,
-)
+from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, step_lengths
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot

@@ -15,15 +15,7 @@ from controllers import AdaptiveController, BoundedAnkleController, LibraryContr
 from mjbiped.analysis.replay import replayed
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.identifier import SLOPE
-from mjbiped.controllers.bounded.prediction import (
-    FRICTION,
-    GRID,
-    STEP,
-    State,
-    nominal_steps,
-    plan_nominal,
-    step_ahead,
-)
+from mjbiped.controllers.bounded.prediction import FRICTION, GRID, STEP, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import SUPERVISION
 from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
