@@ -1,10 +1,8 @@
 """The paper's controller: equations (5) to (17) and (27), transitions, memory, switches, refusals."""
 
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +10,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-import mjbiped
 from controllers import AdaptiveController
 from mjbiped.controllers.replanning import transition_at
 from mjbiped.gaits.passive import find_passive_gait
@@ -179,14 +176,3 @@ def test_changes_up_to_the_threshold_leave_the_estimate_untouched_and_a_switch_a
             assert controller.slope_estimate(memory) == pytest.approx(angle, abs=2e-16)
             controller.on_touchdown(memory, [swing + sign * change, 0.2], [0.2, swing], [1.0, 0.9])
             assert memory[:2] == ([math.sin(angle + sign * change), memory[1]] if changed else [sine, 0.8])
-
-
-def test_description_is_json_and_complete() -> None:
-    number: Any = np.float32(5.0)
-    controller = replace(PAPER, replanning_delay=None, position_gain=number)
-    description = controller.describe()
-    assert json.loads(json.dumps(description, allow_nan=False)) == description
-    assert set(description) == {"name", *(field.name for field in fields(controller))}
-    assert (description["gait"]["slope"], description["replanning_delay"]) == (GAIT.slope, None)
-    assert mjbiped.Compass(**description["robot"]) == ROBOT
-    assert controller.reference(started(controller, *OFF), 0.0) == motion_at(GAIT.tables[0], 0.0)

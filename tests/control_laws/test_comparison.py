@@ -1,6 +1,5 @@
 """The laws that the paper compares with: the energy and error equations promised, their slopes, refusals, engines."""
 
-import json
 import math
 from collections.abc import Callable
 from typing import Any
@@ -187,14 +186,6 @@ def test_dead_reckoning_finds_every_slope_and_keeps_the_error_of_the_first(sourc
     assert not np.allclose(line, true, atol=1e-3)  # else it would be no test
     expected = line if source == "two_point" else touchdowns["slope_estimate"]
     assert law == pytest.approx(expected, abs=1e-8)  # the engine's feet stand on the ground to 1e-9 m
-
-
-@each_kind
-def test_what_is_given_is_described_in_json(kind: Callable[..., KnownSlopeController]) -> None:
-    controller = kind(ROBOT, GAIT, slope_source="none", initial_slope_estimate=np.float64(0.25))
-    printed = json.loads(json.dumps(controller.describe()))
-    assert (printed["slope_source"], printed["initial_slope_estimate"]) == ("none", 0.25)
-    assert printed["gait"]["slope"] == GAIT.slope
 
 
 SETTLING: list[KnownSlopeController] = [

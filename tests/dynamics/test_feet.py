@@ -85,11 +85,11 @@ class Held:
         held, end = pivot.bend(self.qpos, self.v), self.tip.jacobian(self.qpos) @ self.moves
         self.stays, self.end = np.array([-held.real, -held.imag, 0.0, 0.0, 0.0, 0.0]), np.array([end.real, end.imag])
 
-    def force(self, ddq: Sequence[float]) -> Array:
+    def force(self, ddq: Array) -> Array:
         """What the posture's forces have to be, N and N m, for accelerations of the angles."""
-        return self.M @ (self.moves @ ddq + self.stays) + self.bodies.bias(self.qpos, self.v)
+        return np.asarray(self.M @ (self.moves @ ddq + self.stays) + self.bodies.bias(self.qpos, self.v))
 
-    def terms(self, ddq: Sequence[float]) -> Array:
+    def terms(self, ddq: Array) -> Array:
         """Sizes of what these forces are made of."""
         return np.asarray(np.abs(self.M) @ np.abs(self.moves @ ddq) + np.abs(self.bodies.bias(self.qpos, self.v)))
 
@@ -105,7 +105,7 @@ def state_on(ground: mjbiped.Terrain, y: Sequence[float], **more: Any) -> tuple[
     w.before = math.inf
     for name, value in more.items():
         setattr(w, name, value)
-    w.y[:8] = map(float, y)
+    w.y[:8] = [*map(float, y)]
     enter_mode(c, w)
     return c, w
 

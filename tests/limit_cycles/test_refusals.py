@@ -25,7 +25,7 @@ START = mjbiped.find_passive_gait(ROBOT, 0.03).start
     ("error", "words", "call"),
     [
         (InputError, "^state", lambda: ReturnMap(ROBOT, 0.03).walk([1, 2, 3, math.nan], 1)),
-        (InputError, "^state", lambda: ReturnMap(ROBOT, 0.03).walk("abcd", 1)),  # type: ignore[arg-type]  # on purpose
+        (InputError, "^state", lambda: ReturnMap(ROBOT, 0.03).walk("abcd", 1)),
         (InputError, "^state", lambda: ReturnMap(KNEED, 0.03).walk([-0.2, 0.2, 1.0, 0.5], 1)),
         (InputError, "^state", lambda: ReturnMap(KNEED, 0.03).walk(BENT, 1)),
         (InputError, "^state", lambda: ReturnMap(KNEED, 0.03).walk(BENDING, 1)),

@@ -79,7 +79,7 @@ def test_torques_are_borne_by_the_sole_and_move_the_swing_leg_as_wanted(
     force = complex(*chain.ground_force(q, dq, ddq, slope)) * np.exp(1j * slope)
     along, normal = force.real, force.imag
     foot = robot.bodies.foot
-    moment, (behind, ahead) = found[0] + (foot.height * along if foot else 0.0), np.multiply(law.sole_share, robot.sole)
+    moment, (behind, ahead) = found[0] + (foot.height * along if foot else 0.0), np.multiply(law.sole_share, robot.sole or ())
     slack = 1e-9 * max(1.0, abs(normal), abs(moment), *np.abs(asked))
     if not foot:
         assert abs(found[0]) <= abs(asked[0]) + slack

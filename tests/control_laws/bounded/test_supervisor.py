@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, BoundedAnkleController, LibraryController, SupervisedController
+from controllers import AdaptiveController, BoundedAnkleController, Controller, LibraryController, SupervisedController
 from mjbiped.analysis.replay import replayed
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.identifier import SLOPE
@@ -54,7 +54,7 @@ def state_of(law: SupervisedController, *factors: float) -> State:
 @pytest.mark.parametrize("supervised", [False, True])
 def test_on_level_ground_it_is_the_law_that_it_extends(supervised: bool) -> None:
     """So is the law with two references."""
-    laws: tuple[mjbiped.Controller, mjbiped.Controller] = short(), BoundedAnkleController(short().robot, short().gait)
+    laws: tuple[Controller, Controller] = short(), BoundedAnkleController(short().robot, short().gait)
     if not supervised:
         robot = mjbiped.Compass()
         gait = mjbiped.find_reference(robot, clearance=0.04)

@@ -14,6 +14,16 @@ pytest.importorskip("pydrake.examples")
 drake_walk: Any = import_module("scripts.benchmarks.drake_walk")
 
 
+def test_accelerations_are_drakes() -> None:
+    robot, slope = drake_walk.robot_and_slope()
+    for state in np.random.default_rng(1).uniform(-2.0, 2.0, (20, 4)):
+        q, dq = state[:2] - slope, state[2:]
+        force = -robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope)
+        ours = np.linalg.solve(robot.mass_matrix(q), force)
+        # rounding; M's condition number is at most some 100
+        assert np.allclose(drake_walk.derivatives(state), [*dq, *ours], rtol=1e-12, atol=1e-11)
+
+
 def test_walks_are_drakes() -> None:
     robot, slope = drake_walk.robot_and_slope()
     start = mjbiped.find_passive_gait(robot, slope).start * np.array([1.0, 1.0, 1.0, 0.98])
