@@ -30,7 +30,6 @@ UNEVEN = Terrain.from_segments(
 robots = st.sampled_from([ROBOT, HEAVY])
 angles, rates, slopes = st.floats(-0.6, 0.6), st.floats(-4.0, 4.0), st.floats(-0.3, 0.3)
 states = st.tuples(angles, angles, rates, rates).map(np.array)
-each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
 def memory_on(controller: KnownSlopeController, tilt: float = 0.0) -> list[float]:
@@ -207,7 +206,7 @@ def test_level_ground_costs_what_the_slope_gives(controller: KnownSlopeControlle
 
 
 @pytest.mark.slow
-@each_kind
+@pytest.mark.parametrize("kind", KINDS)
 def test_both_engines_walk_alike(kind: Callable[..., KnownSlopeController]) -> None:
     both = mjbiped.compare(kind(ROBOT, GAIT), Terrain.slopes(change_deg=-1), steps=10)
     assert both.mujoco.outcome == both.hybrid.outcome == "finished"

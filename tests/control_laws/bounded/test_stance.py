@@ -79,7 +79,8 @@ def test_torques_are_borne_by_the_sole_and_move_the_swing_leg_as_wanted(
     force = complex(*chain.ground_force(q, dq, ddq, slope)) * np.exp(1j * slope)
     along, normal = force.real, force.imag
     foot = robot.bodies.foot
-    moment, (behind, ahead) = found[0] + (foot.height * along if foot else 0.0), np.multiply(law.sole_share, robot.sole or ())
+    moment = found[0] + (foot.height * along if foot else 0.0)
+    behind, ahead = np.multiply(law.sole_share, robot.sole or ())
     slack = 1e-9 * max(1.0, abs(normal), abs(moment), *np.abs(asked))
     if not foot:
         assert abs(found[0]) <= abs(asked[0]) + slack
@@ -94,7 +95,6 @@ def test_torques_are_borne_by_the_sole_and_move_the_swing_leg_as_wanted(
 
 
 STEP = Step(0.4, 0.22, -0.5)
-ANKLE = {ANKLE_GAIN: 8.0, ANKLE_RATE: 1.1, ANKLE_STIFFNESS: 2.0}
 
 
 @pytest.mark.parametrize("sole", [None, (0.03, 0.05)])
@@ -104,7 +104,7 @@ def test_a_recovery_step_gets_onto_its_constraint_in_time_whatever_the_sole_bear
     robot, start = mjbiped.Compass(sole=sole), (-0.2, 0.2, 1.0, 0.6)
     law = BoundedAnkleController(robot, GAIT)
     parameters, memory = list(law.parameters), [0.0] * law.memory_size
-    for place, value in ANKLE.items():
+    for place, value in ((ANKLE_GAIN, 8.0), (ANKLE_RATE, 1.1), (ANKLE_STIFFNESS, 2.0)):
         parameters[place] = value
     begin(memory, STEP, start[:2], start[2:])
     assert planned(memory) == STEP

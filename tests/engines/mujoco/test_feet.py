@@ -16,13 +16,7 @@ from mjbiped.engines.mujoco.feet import felt
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 from mjbiped.robots.footed import FootedCompass
 
-ROBOT = FootedCompass()
-GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
-
-
-def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
-    law = BoundedAnkleController(robot, GAIT)
-    return mjbiped.walk(law, ground, engine="mujoco", steps=steps, **more)
+GAIT = mjbiped.find_passive_gait(FootedCompass(), math.radians(2.0))
 
 
 def test_a_foot_on_an_edge_tells_no_slope_unless_the_next_one_says_the_same() -> None:
@@ -43,7 +37,8 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
 def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
     """From the ankle to the edge, within contacts' softness: 0.1 mm; the walk's phase lets a foot land across it."""
     robot, edge = FootedCompass(underside="box"), 1.1
-    walk = on(mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (5.0, 0.0, 0.01)]), robot=robot, steps=3)
+    ground = mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (5.0, 0.0, 0.01)])
+    walk = mjbiped.walk(BoundedAnkleController(robot, GAIT), ground, engine="mujoco", steps=3)
     x, behind, ahead = (walk.touchdowns[name] for name in ("x", "support_behind", "support_ahead"))
     across = int(np.argmin(abs(x - edge - 0.05)))
     assert edge + 1e-3 < x[across] < edge + 0.11
