@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ class Standing(NamedTuple):
         a = self.moves @ ddq + self.stays
         return self.bodies.mass_matrix(self.qpos) @ a + self.bodies.bias(self.qpos, self.v)
 
-    def on_ground(self, of: complex) -> list[float]:
+    def on_ground(self, of: Any) -> list[float]:
         """A vector x + i z, along the ground and normal to it."""
         turned = of * np.exp(1j * self.slope)
         return [turned.real, turned.imag]
@@ -102,7 +102,7 @@ def motion_of(robot: Robot, at: Standing) -> Motion:
     """The motion that an engine computes with, in the state."""
     motion = Motion(free=len(at.q), sine=np.sin(at.slope), cosine=np.cos(at.slope), **room())
     if at.bent:
-        bend_stance_knee(motion, *(segment.length for segment in robot.bodies.leg), at.bent)
+        bend_stance_knee(motion, robot.bodies.leg[0].length, robot.bodies.leg[1].length, at.bent)
     stand(robot.linkages[0], motion)
     return motion
 
@@ -196,7 +196,7 @@ def test_what_the_ground_and_the_stance_knee_bear(name: str, locked: bool) -> No
         pull = (LOCKED.T @ forces if locked else forces) - at.moves.T @ at.force(np.zeros(len(at.q)))
         borne = at.force(np.linalg.solve(M, pull))
         scale = CONDITION * (1.0 + float(np.abs(borne).max()))
-        options = {"locked": locked, "stance_flexion": at.bent}
+        options: Any = {"locked": locked, "stance_flexion": at.bent}
         close(robot.flexion(at.qpos, [0, 1]), [at.bent, q[2] - q[1]], 1.0)
         close(robot.ground_force(q, dq, torque, at.slope, **options), borne[:2], scale)
         close(stance_knee_torque(robot, q, dq, torque, at.slope, **options), torque[0] - shank @ borne, scale)
@@ -232,7 +232,7 @@ def test_functions_for_laws_are_the_robots_methods(name: str) -> None:
         close(functions.gravity_vector(model, q, at.slope), robot.gravity_vector(q, at.slope), weight)
         if isinstance(robot, mjbiped.Compass):
             force = np.array([3.0, -2.0])
-            found = acceleration(robot.constants, *q, *dq, np.sin(at.slope), np.cos(at.slope), *force)
+            found = acceleration(robot.constants, *(*q, *dq, np.sin(at.slope), np.cos(at.slope), *force))
             wanted = robot.chains[2].accelerations(force, at.q, at.dq, at.slope)
             close(found, wanted, 30.0 * float(np.abs(wanted).max()))
 
