@@ -5,8 +5,9 @@ Gravity's direction in the ground's frame has three components, in which the equ
 the Lyapunov function falls as before: dV_a/dt = -z_1' K_1 z_1 - z_2' K_2 z_2. The update (27) turns the estimate by the
 rotation between the attitudes that the leg which has not moved has in the old ground's frame and in the new one's.
 
-With knees the law follows the trajectory of the actual knee, bent or straight. A re-planned curve would keep a straight
-leg straight, so re-planning is additive then: the curve leads from the distance to the gait to zero, and is added to it.
+With knees the law follows the trajectory of the actual knee, bent or straight. A re-planned curve would keep a
+straight leg straight, so re-planning is additive then: the curve leads from the distance to the gait to zero, and is
+added to it.
 """
 
 from __future__ import annotations
@@ -208,4 +209,5 @@ class SpatialController(Tracking):
 def attitude(pitch: float, roll: float) -> Array:
     """Rotation of a leg in the ground's frame (heading, swing side, normal), shape (3, 3)."""
     c, s, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
-    return np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]) @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    rolled, pitched = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]]), np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    return np.asarray(rolled @ pitched)

@@ -106,7 +106,7 @@ def _behind_its_sensors(walk: Walk, controller: Controller) -> Controller:
     disturbances = Disturbances.from_dict(walk.settings.get("disturbances", {}))
     if not disturbances.in_loop:
         return controller
-    return SampledController(controller, replace(disturbances, delay=0.0), DEFAULT_PERIOD)
+    return SampledController(controller, replace(disturbances, delay=0.0, torque_limit=None), DEFAULT_PERIOD)
 
 
 def transitions(walk: Walk, controller: Tracking) -> list[Array]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
+
+import click
 
 import mjbiped
 from mjbiped.cli import options
@@ -72,9 +74,11 @@ def _described(text: str) -> tuple[str, dict[str, Any]]:
     if not text.endswith((".toml", ".xml")):
         return known_name("robot", text, (*NAMED, "a .toml file", "an .xml file")), {}
     if text.endswith(".xml"):
-        from mjbiped.exchange.foreign import read_robot  # for such files alone
+        from mjbiped.exchange.foreign import read_file  # for such files alone
 
-        written = read_robot(text).to_dict()
+        robot, limits = read_file(text)
+        _tell(text, robot, limits)
+        written = robot.to_dict()
         return written.pop("kind", Compass.kind), written  # records name no compass
     with prefixed(f"{shown(text)}: "):
         written = parse_toml(read_text(Path(text)))
@@ -85,6 +89,19 @@ def _described(text: str) -> tuple[str, dict[str, Any]]:
             )
         known_name("robot", written.get("kind", Compass.kind), NAMED)
     return written.pop("kind", Compass.kind), written
+
+
+def _tell(file: str, robot: Robot, limits: Mapping[str, float]) -> None:
+    """Warn that motors of a robot from an MJCF file have no limits here, where a walk's options bound no torque."""
+    chosen = click.get_current_context().params
+    bounded = any(name == "torque_limit" for name, _ in chosen.get("disturb", ()))
+    if limits and "disturb" in chosen and not bounded and not chosen.get("quiet"):
+        told = ", ".join(f"{name} {limit:g} N m" for name, limit in limits.items())
+        click.echo(
+            f"Warning: motors have no limits here, unlike those in {file} ({told}); give --disturb torque_limit=X, "
+            f"or one number for each of {', '.join(robot.joints)}, with commas between them.",
+            err=True,
+        )
 
 
 def controller_of(robot: Robot, given: Given, usual: str = DEFAULT_CONTROLLER) -> Controller:

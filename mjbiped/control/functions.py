@@ -155,9 +155,14 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     except (Exception, SystemExit) as error:
         if not begun:
             return  # the walk tells of it
-        size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
-        advice = f"; {size}" if isinstance(error, IndexError) else ""
-        raise InputError(f"{kind.__name__}.{begun} fails: {explained(error)}{place_of(error, kind)}{advice}") from error
+        raise InputError(f"{kind.__name__}.{begun} fails: {failure(error, controller)}") from error
+
+
+def failure(error: BaseException, controller: Controller) -> str:
+    """Describe an exception of a controller's method, where in the user's code it arose, and what to do about it."""
+    size = f"the memory has as many floats as memory_size says, {controller.memory_size}: set that as you need"
+    advice = f"; {size}" if isinstance(error, IndexError) else ""
+    return f"{explained(error)}{place_of(error, type(controller))}{advice}"
 
 
 def _names(controller: Controller) -> tuple[str, ...]:

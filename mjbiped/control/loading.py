@@ -216,7 +216,14 @@ def _import_from(folder: Path) -> None:
 REQUIRED = MISSING
 """Stands for the default of a setting that has none."""
 
-_WORDS = {bool: "true or false", int: "a whole number", float: "a finite number", str: "a text", types.NoneType: "none"}
+_WORDS = {
+    bool: "true or false",
+    int: "a whole number",
+    float: "a finite number",
+    str: "a text",
+    tuple: "numbers with commas between them",
+    types.NoneType: "none",
+}
 _READ = {"none": None, "true": True, "false": False}
 
 
@@ -260,15 +267,23 @@ def checked(kind: type, name: str, value: object) -> Any:
     wanted = _kinds(kind, name)
     if value == "none" and types.NoneType in wanted and str not in wanted:
         return None
+    if isinstance(value, str) and any(get_origin(each) is tuple for each in wanted):
+        value = _several(value) or value
     if _fits(value, wanted):
         return as_float(value) if isinstance(value, Integral) and float in wanted and int not in wanted else value
     words = " or ".join(
         "one of " + ", ".join(map(str, get_args(each)))
         if get_origin(each) is Literal
-        else _WORDS.get(each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
+        else _WORDS.get(get_origin(each) or each, f"a {getattr(each, '__name__', each)}, which cannot be given here")
         for each in wanted
     )
     raise InputError(f"{name} = {shown(value)}: must be {words}, as declared in {kind.__name__}")
+
+
+def _several(text: str) -> tuple[float, ...]:
+    """Read numbers with commas between them; none from any other text."""
+    numbers = tuple(number for part in text.split(",") if (number := parse_number(part.strip())) is not None)
+    return numbers if len(numbers) == text.count(",") + 1 > 1 else ()
 
 
 def _kinds(kind: type, name: str) -> tuple[Any, ...]:
@@ -287,6 +302,8 @@ def _fits(value: object, wanted: tuple[object, ...]) -> bool:
     def fits(kind: object) -> bool:
         if get_origin(kind) is Literal:
             return value in get_args(kind)
+        if get_origin(kind) is tuple:
+            return type(value) is tuple and all(_fits(each, get_args(kind)[:1]) for each in value)
         if kind is float:
             return math.isfinite(as_float(value))
         if kind is int:

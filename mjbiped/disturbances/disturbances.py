@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Annotated, Any
@@ -9,9 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from mjbiped.disturbances.chance import Pushes, Sensors, following, words_of
-from mjbiped.errors import InputError
+from mjbiped.errors import InputError, shown
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, check_fields, entries, known_name
+from mjbiped.utils.domains import Count, Domain, OneOrEach, check_fields, entries, known_name
 
 DEFAULT_PERIOD = 1e-3
 """Time between two ticks of a disturbed control loop, unless given, s."""
@@ -48,13 +49,14 @@ class Disturbances:
             that of the engine `Mujoco`, if that has one, else 1 ms, or MuJoCo's timestep where that is longer.
         delay: Time from reading the sensors until the torque acts, s; a multiple of the control period, and at most
             256 of them.
-        torque_limit: Greatest torque of each motor, N m; None: any.
+        torque_limit: Greatest torque of all motors, N m, or one number for each of the robot's joints, as (30, 20) for
+            ankle and hip; None: any.
         motor_bandwidth: Frequency at which a motor gives 1/sqrt(2) of a torque's amplitude (a lag of first order), Hz;
             None: motors follow at once. The delayed torque is limited, then lagged.
         pushes: Horizontal pushes at the hip: pairs of the time at which one begins (s) and its impulse (N s, forward
             positive), in order of time.
-        push_direction: Direction of all pushes, rad: 0 pushes forward, a right angle to the left. Robots of a plane take
-            no other than 0.
+        push_direction: Direction of all pushes, rad: 0 pushes forward, a right angle to the left. Planar robots take no
+            other than 0.
         push_impulse: Size of random pushes, forward or backward by chance, N s; instead of `pushes`.
         push_interval: Mean time from the end of a random push to the next one, s; the times are exponentially
             distributed.
@@ -74,7 +76,7 @@ class Disturbances:
     angle_resolution: Annotated[float, domains.ANGLE_NOISE] = 0.0
     control_period: Annotated[float | None, domains.CONTROL_PERIOD] = None
     delay: Annotated[float, Domain(0.0, 1e3, "s")] = 0.0
-    torque_limit: Annotated[float | None, domains.TORQUE_LIMIT] = None
+    torque_limit: Annotated[float | tuple[float, ...] | None, OneOrEach(domains.TORQUE_LIMIT)] = None
     motor_bandwidth: Annotated[float | None, Domain(1e-3, 1e9, "Hz")] = None
     pushes: Sequence[tuple[float, float]] = ()
     push_direction: Annotated[float, domains.ANGLE] = 0.0
@@ -166,10 +168,27 @@ class Disturbances:
             )
         return ticks
 
+    def torque_limits(self, joints: Sequence[str]) -> list[float]:
+        """Greatest torque of the motor of each joint, N m; infinity: any.
+
+        Raises:
+            InputError: There are neither one limit nor as many as joints.
+        """
+        if not isinstance(self.torque_limit, tuple):
+            return [math.inf if self.torque_limit is None else self.torque_limit] * len(joints)
+        if len(self.torque_limit) != len(joints):
+            raise InputError(
+                f"torque_limit = {shown(self.torque_limit)}: expected one number for all motors, or one for each of "
+                f"{', '.join(joints)}"
+            )
+        return list(self.torque_limit)
+
     def to_dict(self) -> dict[str, Any]:
         """Values that differ from the defaults, in plain JSON types, for the record."""
         given = asdict(self)
         given["pushes"] = [list(push) for push in self.pushes]
+        if isinstance(self.torque_limit, tuple):
+            given["torque_limit"] = list(self.torque_limit)
         return {name: value for name, value in given.items() if value != _USUAL[name] and value != []}
 
     @classmethod

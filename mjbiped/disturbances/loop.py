@@ -44,7 +44,7 @@ class Loop(NamedTuple):
         delay: Number of ticks until a torque acts.
         senses: Whether the sensors differ from the truth.
         ticks: Whether the controller itself acts at ticks; see `Controller.on_tick`.
-        torque_limit: Greatest torque of each motor, N m; infinity: none.
+        torque_limits: Greatest torque of each joint's motor, N m; infinity: none.
         remaining: Fraction of the difference between commanded and actual torque that is left after a tick; 0: no lag.
         mean: Mean of that fraction over the tick.
         sensors: Errors of the sensors.
@@ -64,7 +64,7 @@ class Loop(NamedTuple):
     delay: int
     senses: bool
     ticks: bool
-    torque_limit: float
+    torque_limits: Sequence[float]
     remaining: float
     mean: float
     sensors: Sequence[Sensors]
@@ -131,14 +131,14 @@ def slope_estimate(loop: Loop, memory: Memory) -> float:
 def _drive(loop: Loop, memory: Room, joint: int, torque: float) -> None:
     """Pass a commanded torque through the motor's limit, delay and lag."""
     at = loop.size
-    number = int(memory[at + TICKS])
-    asked, begun, held = limited(torque, loop.torque_limit), at + BEGUN + joint, at + loop.held + joint
+    number, limit = int(memory[at + TICKS]), numbers(loop.torque_limits, loop.joints)[joint]
+    asked, begun, held = limited(torque, limit), at + BEGUN + joint, at + loop.held + joint
     if loop.delay > 0:
         first = at + loop.ring + joint
         memory[first + loop.joints * (number % loop.room)] = asked
         asked = memory[first + loop.joints * ((number - loop.delay) % loop.room)]  # zeros at the beginning
     if loop.remaining > 0.0:
-        memory[held] = limited(asked + (memory[begun] - asked) * loop.mean, loop.torque_limit)
+        memory[held] = limited(asked + (memory[begun] - asked) * loop.mean, limit)
         memory[begun] = asked + (memory[begun] - asked) * loop.remaining
     else:
         memory[held] = asked
@@ -270,7 +270,7 @@ class SampledController(Around):
             delay=delay,
             senses=any(sensors[:5]),
             ticks=acts_at_ticks(inner),
-            torque_limit=math.inf if given.torque_limit is None else given.torque_limit,
+            torque_limits=given.torque_limits(inner.joints),
             remaining=math.exp(-lag) if lag else 0.0,
             mean=-math.expm1(-lag) / lag if lag else 0.0,
             sensors=[sensors],

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
@@ -15,10 +16,11 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from mjbiped.control.functions import failure
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.compiling import Costs
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import InputError, explained, place_of
+from mjbiped.errors import InputError
 from mjbiped.records.columns import Cancellation, Recorder, never_cancelled
 from mjbiped.records.loads import unknown
 from mjbiped.records.measures import Summary
@@ -181,9 +183,9 @@ class Run(ABC):
 
     def message(self, error: BaseException) -> str:
         """Describe an error in the controller, with the time of the walk and the line of its source."""
-        kind, at = type(self.plan.controller), self.recorder
-        what = f"{explained(error)}{place_of(error, kind)}"
-        return f"{kind.__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"
+        controller, at = self.plan.controller, self.recorder
+        what = failure(error, controller)
+        return f"{type(controller).__name__} failed at {at.end[0]:.3f} s, after {at.steps} steps: {what}"
 
     @contextmanager
     def _progress_bar(self) -> Iterator[Show]:
@@ -198,6 +200,15 @@ class Run(ABC):
                 bar.update(steps if terms.steps else max(0.0, round(x, 2) - bar.n))
 
             yield show
+
+
+def step_under_way(**felt: float) -> dict[str, Any]:
+    """A record's setting of what the stance foot has felt since the last touchdown: columns of touchdowns by name.
+
+    Empty where that is not known yet, as just after a touchdown.
+    """
+    known = all(map(math.isfinite, felt.values()))
+    return {"unfinished_step": {name: float(value) for name, value in felt.items()}} if known else {}
 
 
 DEFAULT_ENGINE = "mujoco"

@@ -35,7 +35,7 @@ def check_ground(robot: Robot, terrain: Terrain) -> None:
     """
     if not terrain.is_profile and "hip_y" not in robot.places:
         raise InputError(
-            f"a {type(robot).__name__} moves in a plane and walks on profiles, and the ground {shown(terrain.caption)} "
+            f"a {type(robot).__name__} moves in a plane and walks on profiles, and the ground {shown(terrain.name)} "
             "is not the same at all y; walk it with a mjbiped.Compass3D or a mjbiped.Kneed3D (--robot compass3d, "
             "kneed3d), or choose ground that is level across"
         )

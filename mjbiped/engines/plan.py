@@ -189,6 +189,7 @@ def make_plan(
     plan = Plan(terms, controller, driver, terrain, robot, q, dq, described, disturbed)
     terms.engine.check(plan)
     terms.engine.check_disturbances(plan.disturbances)
+    plan.disturbances.torque_limits(driver.joints)
     if description is None:
         try_out(driver, q, dq)
     return plan

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS, SMALLEST_INERTIA
 from mjbiped.errors import InputError, prefixed, shown
-from mjbiped.exchange.parts import Part, Vector, check_lossless, compiled, parts_of
+from mjbiped.exchange.parts import Part, Vector, check_lossless, compiled, limits_of, parts_of
 from mjbiped.robots.bodies import Segment
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
@@ -19,6 +20,18 @@ from mjbiped.utils.files import require_file
 _SAME = 1e-6  # relative; greatest difference of equal legs: files have six digits
 _OF_LINKS = ("mass", "length", "centre", "inertia")
 _ON_LINE = 1e-6  # leg lengths; farthest place of a centre of mass from its link's line
+
+
+class Found(NamedTuple):
+    """What an MJCF file holds.
+
+    Attributes:
+        robot: The robot.
+        limits: Greatest torques that the file lets hinges and motors have, N m, by their names.
+    """
+
+    robot: Compass | KneedBiped
+    limits: dict[str, float]
 
 
 def read_robot(path: str | Path) -> Compass | KneedBiped:
@@ -37,13 +50,22 @@ def read_robot(path: str | Path) -> Compass | KneedBiped:
     Raises:
         InputError: The file cannot be read, or holds no such robot; the message says what is missing.
     """
+    return read_file(path).robot
+
+
+def read_file(path: str | Path) -> Found:
+    """Read a robot as `read_robot` does, and the limits of its motors, which robots here do not have.
+
+    Raises:
+        InputError: See `read_robot`.
+    """
     path = Path(path)
     with prefixed(f"{shown(str(path))}: "):
         require_file(path)
         model = compiled(path)
         robot = _robot_of(parts_of(model), float(np.linalg.norm(model.opt.gravity)))
         check_lossless(model)
-        return robot
+        return Found(robot, limits_of(model))
 
 
 def _robot_of(parts: Sequence[Part], gravity: float) -> Compass | KneedBiped:

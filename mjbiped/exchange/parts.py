@@ -150,6 +150,29 @@ def check_lossless(model: mujoco.MjModel) -> None:
             )
 
 
+def limits_of(model: mujoco.MjModel) -> dict[str, float]:
+    """Greatest torques that the file lets hinges and motors have, N m, by their names; others are not bounded.
+
+    Of a motor the least bound counts: that of its force, and of its control where torque is proportional to control.
+    """
+    hinges = [each for each in np.flatnonzero(model.jnt_actfrclimited) if model.jnt_type[each] == _HINGE]
+    found = {f"hinge {_joint(model, int(each))}": _greatest(model.jnt_actfrcrange[each]) for each in hinges}
+    for motor in range(model.nu):
+        bounds, gear = [], model.actuator_gear[motor, 0]
+        if model.actuator_forcelimited[motor]:
+            bounds.append(_greatest(gear * model.actuator_forcerange[motor]))
+        if model.actuator_ctrllimited[motor] and not model.actuator_biastype[motor]:
+            gain = model.actuator_gainprm[motor, 0]
+            bounds.append(_greatest(gear * gain * model.actuator_ctrlrange[motor]))
+        if bounds:
+            found[f"motor {model.actuator(motor).name or motor}"] = min(bounds)
+    return found
+
+
+def _greatest(ends: Vector) -> float:
+    return float(np.abs(ends).max())
+
+
 def _plane_of(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Vector, Vector]:
     """Return the directions forward and up as rows, shape (2, 3), and the axis of the hinges, shape (3,).
 

@@ -45,14 +45,14 @@ def find_gait_in_space(robot: InSpace, slope: float) -> PassiveGait:
         InputError: The slope is no number within a right angle of level, or the robot does not walk in space.
         GaitError: There is no such gait near the planar one.
     """
-    domains.check_kind("robot", robot, InSpace)
+    domains.check_kind("robot", robot, InSpace)  # type: ignore[type-abstract]
     found: PassiveGait = store.passive(PassiveGait, robot, checked_slope(slope), _search)
     return found
 
 
 def _search(robot: InSpace, slope: float) -> dict[str, Any]:
     """The attributes of the gait near the planar one."""
-    flat = robot.planar
+    flat: Any = robot.planar
     planar = find_kneed_gait(flat, slope) if "knee" in flat.joints else find_passive_gait(flat, slope)
     q1, rates, half = planar.start[0], planar.start[[len(planar.start) // 2, len(planar.start) // 2 + 1]], 0.5
     upright = robot.in_space[2]
@@ -148,8 +148,8 @@ def _going_on(state: Array, ddq: Array, width: float, most: int) -> Array:
     roll = closing_on(state[n - 1], state[-1], ddq[-1], width, len(legs))[..., None]
     if n == 3:
         return np.concatenate([legs, roll], axis=-1)
-    bending = (float(part[2] - part[1]) for part in (state, state[n:], ddq))
-    shank = legs[..., 1:] + closing_on(*bending, width, len(legs))[..., None]
+    flexion, rate, acceleration = (float(part[2] - part[1]) for part in (state, state[n:], ddq))
+    shank = legs[..., 1:] + closing_on(flexion, rate, acceleration, width, len(legs))[..., None]
     return np.concatenate([legs, shank, roll], axis=-1)
 
 

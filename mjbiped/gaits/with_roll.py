@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from mjbiped.errors import GaitError
-from mjbiped.gaits.cycle import FINE, glide
+from mjbiped.gaits.cycle import glide
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import EARLY, ON
 from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces
@@ -113,7 +113,7 @@ class _Roll:
             return [state[1], -(forces[-1] + M[-1, :-1] @ ddq) / M[-1, -1]]
 
         ahead = math.copysign(1.0, until - since)  # time may run backwards
-        moved = glide(lambda t, y: ahead * np.array(rates(since + ahead * t, y)), start, abs(until - since), (), FINE)
+        moved = glide(lambda t, y: [ahead * each for each in rates(since + ahead * t, y)], start, abs(until - since))
         return lambda t: moved.sol(ahead * (t - since))
 
     def parts(self, start: Array) -> tuple[Any, Any]:
@@ -134,7 +134,7 @@ class _Roll:
         return np.array([after[-1], rates[-1]]) - start
 
     def tables(self, start: Array) -> tuple[Table, ...]:
-        """The planar gait's tables with the roll beside; where a knee strikes late or early, the roll goes on evenly."""
+        """The planar gait's tables with the roll beside; before and after its own motion the roll goes on evenly."""
         before, last = self.parts(start)
         of_straight = self.legs.tables[-1]
         straight = self._pieces(of_straight, last, self.strike, self.period, bent=False)

@@ -49,6 +49,7 @@ FARTHEST = 1e10
 OUTCOMES = tuple(outcome.words for outcome in Outcome if outcome is not Outcome.WALKING)
 """All outcomes of a walk, in words."""
 
+_FELT = ("slip", "friction", "normal_force")  # columns of touchdowns that settings hold of a step without one
 _ALL = {"engine", "robot", "controller", "terrain", "initial", "steps", "distance", "sample_period", "scuffing"}
 
 
@@ -203,6 +204,7 @@ def _checked_settings(settings: Any) -> Robot:
     disturbances = settings.get("disturbances", {})  # readers use the values as they stand there
     known = _built("disturbances", Disturbances.from_dict, disturbances).to_dict()
     count, source, warnings = 2 * len(robot.angles), settings.get("controller_source"), settings.get("warnings", {})
+    felt = settings.get("unfinished_step", {})
     texts = source.values() if isinstance(source, dict) and source.keys() == {"class", "sha256"} else [None]
     counts = warnings.values() if isinstance(warnings, dict) else [None]
     for name, holds, expected in (
@@ -213,6 +215,7 @@ def _checked_settings(settings: Any) -> Robot:
         ("controller_source", source is None or all(isinstance(text, str) for text in texts),
          "a class and the digest of its source"),
         ("initial", _is_numbers(settings["initial"], count), f"{count} numbers"),
+        ("unfinished_step", felt == {} or _is_felt(felt), f"numbers for {', '.join(_FELT)}"),
         ("warnings", all(type(number) is int and number > 0 for number in counts), "numbers of times"),
     ):  # fmt: skip
         _check(holds, f"its {name.replace('_', ' ')} is {shown(settings.get(name))}", expected)
@@ -221,6 +224,11 @@ def _checked_settings(settings: Any) -> Robot:
 
 def _is_named(controller: object) -> bool:
     return isinstance(controller, dict) and isinstance(controller.get("name"), str)
+
+
+def _is_felt(values: object) -> bool:
+    """Whether a value is what an engine's `step_under_way` gives."""
+    return isinstance(values, dict) and values.keys() == {*_FELT} and _is_numbers([*values.values()], len(_FELT))
 
 
 def _is_numbers(values: object, count: int) -> TypeGuard[list[float]]:

@@ -12,9 +12,11 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mjbiped.records import measures
+from mjbiped.records.ending import unfinished_step, why_it_failed
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.kinds import KINDS
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.termination import Outcome
+from mjbiped.utils.domains import annotated
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -28,10 +30,6 @@ OF_STANCE_KNEE = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
 """Keys of the measures of the stance knee of a robot with knees. The torque of a lock is known from samples alone."""
 
 _WIDTH = 100  # characters of a table as text
-_FAILURES = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SLIPPED, Outcome.DIVERGED)]
-_AT_ONCE = 2  # steps
-_ESTIMATE = "initial_slope_estimate"  # setting of the controllers that estimate the slope
-_FAR_OFF = math.radians(1.0)  # from the slope at the start
 
 
 class Measure(NamedTuple):
@@ -162,8 +160,10 @@ class WalkSummary(dict[str, Any]):
             ("terrain", walk.terrain.caption, ""),
             ("controller", f"{settings['controller']['name']}, engine {settings['engine']}", ""),
         ]
-        if cause := _cause(walk):
-            rows.append(("probable cause", cause, ""))
+        if robot := _robot_in_words(walk.robot):
+            rows.append(("robot", robot, ""))
+        told = {"probable cause": why_it_failed(walk), "last step, unfinished": unfinished_step(walk)}
+        rows += [(label, text, "") for label, text in told.items() if text]
         if settings.get("disturbances"):
             rows.append(("disturbances", _disturbances_in_words(settings["disturbances"]), ""))
         if warnings:
@@ -194,23 +194,25 @@ class WalkSummary(dict[str, Any]):
         return html_table(self.rows)
 
 
-def _cause(walk: Walk) -> str:
-    """Say what was wrong at the start of a walk that fell at once: the slope estimate that its controller was given."""
-    estimate = walk.settings["controller"].get(_ESTIMATE)
-    if estimate is None or walk.outcome not in _FAILURES or walk.steps > _AT_ONCE:
+def _in_short(value: float | Sequence[float]) -> str:
+    """Write a number, or several with commas between them."""
+    return ",".join(f"{each:g}" for each in (value if isinstance(value, Sequence) else [value]))
+
+
+def _robot_in_words(robot: Robot) -> str:
+    """Describe a robot by its numbers and their units; empty for one with the usual parameters of its kind."""
+    if robot.kind in KINDS and robot == KINDS[robot.kind]():
         return ""
-    slope = walk.terrain.slope_at(0.0)
-    if abs(slope - estimate) < _FAR_OFF:
-        return ""
-    degrees = math.degrees(slope)
-    return (
-        f"it starts on {degrees:.1f}° with a slope estimate of {math.degrees(estimate):.1f}°; give "
-        f"--initial-slope-estimate-deg {degrees:.3g}, in Python {_ESTIMATE}={slope:.4g}"
-    )
+    told = []
+    for name, (domain, _) in annotated(type(robot)).items():
+        if name in robot.parameters() and isinstance(value := getattr(robot, name), int | float | tuple):
+            unit = getattr(getattr(domain, "distance", domain), "unit", "")
+            told.append(f"{name.replace('_', ' ')} {_in_short(value)} {unit}".rstrip())
+    return f"{robot.kind}: {', '.join(told)}"
 
 
 def _disturbances_in_words(disturbances: Mapping[str, object]) -> str:
     """Describe the disturbances in one line."""
     forms: dict[str, Callable[[Any], object]] = {"pushes": len, "seed": str}
-    values = ((name, forms.get(name, "{:g}".format)(value)) for name, value in disturbances.items())
+    values = ((name, forms.get(name, _in_short)(value)) for name, value in disturbances.items())
     return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in values)

@@ -216,7 +216,9 @@ class Overlay:
         for number, (column, index) in enumerate(zip(columns, range(first, last + 1), strict=True)):
             rise, slope = terrain.rises[index], terrain.angle[index]
             if abs(rise) >= _LEAST_STEP and 0.0 < column < width:
-                wanted.append((f"{abs(rise) * 1e3:.3g} mm {'up' if rise > 0.0 else 'down'}", column, 0.0, width))
+                wanted.append(
+                    (f"{round(abs(rise) * 1e3, 1):g} mm {'up' if rise > 0.0 else 'down'}", column, 0.0, width)
+                )
             start, stop = 0.0 if number == 0 else column, [*columns[1:], width][number]
             words = f"{math.degrees(abs(slope)):.1f}° {'down' if slope > 0.0 else 'up'}"
             slopes.append((words if abs(slope) >= _LEAST_SLOPE else "level", 0.5 * (start + stop), start, stop))

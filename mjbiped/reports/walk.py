@@ -97,7 +97,7 @@ def _touchdowns(walk: Walk) -> dict[str, list[str]]:
         "slip (mm)": 1e3 * rows["slip"],
         "penetration (mm)": 1e3 * rows["penetration"],
         "friction used": measures.friction_asked(rows),
-        "least normal force (N)": rows["normal_force"],
+        "least force (N)": rows["normal_force"],
     }
     if "y" in rows:
         columns |= {
@@ -106,14 +106,14 @@ def _touchdowns(walk: Walk) -> dict[str, list[str]]:
             "its estimate after (°)": np.degrees(rows["lateral_estimate"]),
         }
     if "knee_strike" in rows:
-        columns |= {"knee strike after (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
+        columns |= {"knee strike (s)": rows["knee_strike"], "greatest flexion (°)": np.degrees(rows["flexion"])}
     texts = {name: [_number(value) for value in column.tolist()] for name, column in columns.items()}
     struck = ["yes" if struck else "no" for struck in rows["strikes"]]
     return {"step": [str(step + 1) for step in range(walk.steps)], **texts, "struck a face": struck}
 
 
 def _number(value: float) -> str:
-    return "" if math.isnan(value) else "∞" if value == math.inf else f"{value:.4f}".replace("-", "−")
+    return "" if math.isnan(value) else "∞" if value == math.inf else f"{round(value, 4) + 0.0:.4f}".replace("-", "−")
 
 
 def _data(walk: Walk) -> dict[str, Any]:

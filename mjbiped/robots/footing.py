@@ -102,7 +102,7 @@ class Footing:
 
     def roll_of(self, axle: Array) -> float:
         """The roll of a robot whose axle points along a unit vector towards the swing side, rad."""
-        return math.asin(min(1.0, max(-1.0, axle @ self.normal)))
+        return math.asin(min(1.0, max(-1.0, float(axle @ self.normal))))
 
 
 def robot_axes(yaw: float, roll: float) -> tuple[Array, Array]:

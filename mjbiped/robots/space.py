@@ -110,7 +110,7 @@ class SpatialLinkage:
     def accelerations(self, forces: Array, q: Array, dq: Array, pull: Array) -> Array:
         """Accelerations under generalised forces, N m, where gravity has components `pull`: shape (n + 1,), rad/s^2."""
         right = forces - self.coriolis_forces(q, dq) - self.gravity_forces(q) @ pull
-        return np.linalg.solve(self.mass_matrix(q), right)
+        return np.asarray(np.linalg.solve(self.mass_matrix(q), right))
 
     def energy(self, q: Array, dq: Array, pull: Array) -> float:
         """Kinetic plus potential energy about the stance foot, J; constant while no torque acts."""
@@ -138,7 +138,7 @@ class SpatialLinkage:
         return np.array([x, self.width * down - z * aside, self.width * aside + z * down])
 
     def ground_force(self, q: Array, dq: Array, ddq: Array, pull: Array) -> Array:
-        """Force of the ground on the stance foot, shape (3,), N: ahead, to the swing side, along the ground's normal."""
+        """Force of the ground on the stance foot, shape (3,), N: ahead, to the swing side, along its normal."""
         sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
         down, aside, roll, turning = np.cos(q[-1]), np.sin(q[-1]), dq[-1], ddq[-1]
         z, dz = self.moments @ cosine, -(self.moments * sine) @ dq[:-1]

@@ -6,7 +6,6 @@ the planar robot, and the roll behind them; `mjbiped.robots.space` has the equat
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -62,7 +61,7 @@ class InSpace(Robot):
 
     @property
     def bodies(self) -> Bodies:
-        """The legs on either side of a hip that is a rod across; the parts of a leg share its inertia by their masses."""
+        """The legs on either side of a hip, a rod; the parts of a leg share its axial inertia by their masses."""
         flat = self.planar.bodies
         mass = sum(segment.mass for segment in flat.leg)
         leg = (segment._replace(axial=self.axial_inertia * segment.mass / mass) for segment in flat.leg)
@@ -93,7 +92,8 @@ class InSpace(Robot):
     def motors(self) -> Mapping[int, Array]:
         """Joint torques of generalised forces, by the number of angles that move: a locked knee's motor rests."""
         whole = self.input_matrix
-        return {3: np.linalg.pinv(self.knee_lock.T @ whole), len(self.angles): np.linalg.inv(whole)}
+        locked, free = np.linalg.pinv(self.knee_lock.T @ whole), np.linalg.inv(whole)
+        return {3: np.asarray(locked), len(self.angles): np.asarray(free)}
 
     def _linkage(self, q: Array) -> SpatialLinkage:
         return self.in_space[len(q) - 1]
@@ -118,23 +118,6 @@ class InSpace(Robot):
         angles = np.asarray(q, dtype=np.float64)
         return self._linkage(angles).touchdown(angles, np.asarray(dq, dtype=np.float64))
 
-    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
-        """Rates after the plastic impact of a touchdown on the same plane, in the legs' new roles, rad/s."""
-        state = (self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq))
-        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(*state)[1])
-
-    def ground_force(
-        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
-    ) -> tuple[float, float]:
-        """Force of the ground on the stance foot, forward and upward, N, on ground that is level across the heading.
-
-        See `Robot.ground_force`.
-        """
-        angles, rates, motors = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
-        ahead, _, normal = self.force_on_foot(angles, rates, motors, pull_of(slope), locked=locked).tolist()
-        cosine, sine = math.cos(slope), math.sin(slope)
-        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
-
     def swing_foot(self, q: ArrayLike) -> Array:
         """The swing foot from the stance foot, shape (3,), m: forward, to the swing side, along the ground's normal."""
         angles = np.asarray(q, dtype=np.float64)
@@ -143,7 +126,7 @@ class InSpace(Robot):
     def posture(
         self, foot: Numbers, stance: int, angles: Numbers, stance_flexion: float = 0.0, slope: float = 0.0
     ) -> tuple[float, ...]:
-        """Posture `qpos` on a foot at x, z that heads along x, of angles and roll from the vertical; see `Robot.posture`.
+        """Posture `qpos` on a foot that heads along x, of angles and roll from the vertical; see `Robot.posture`.
 
         The middle of the hip is over y = 0 where the robot does not roll.
         """

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from typing import Any, TypeVar
 
+from mjbiped.control.compiled import compilable_law
 from mjbiped.control.controller import Controller
 from mjbiped.control.loading import is_reference
 from mjbiped.control.registry import controller_class, controller_names, make_controller, settings_of
@@ -178,8 +179,8 @@ def precompile(
     for name in names:
         if is_reference(name) and controller_class(name).law is Controller.law:
             raise InputError(
-                f"{name} is plain Python, of which no machine code is made: it has no law() (docs/controller.md shows "
-                "one)"
+                f"{name} is plain Python, of which no machine code is made: it has no law(); the page "
+                '"controller" of the documentation shows one'
             )
     chosen = [known_name("engine", name, ENGINES) for name in engines or sorted(ENGINES)]
     units = [
@@ -215,4 +216,10 @@ def _walk_a_step(unit: Unit) -> None:
     """Walk one step in a process of its own, which compiles and tests all code that the walk needs."""
     engine, name, robot = unit
     given = {"imitate_slope_deg": 2.5} if "imitate_slope_deg" in settings_of(name, robot) else {}
-    walk(make_controller(name, robot, given), Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)
+    controller = make_controller(name, robot, given)
+    if is_reference(name) and compilable_law(controller) is None:
+        raise InputError(
+            f"{name} is interpreted alone: machine code takes parameters that are floats in one flat list (a table as "
+            "*table, behind the others), and functions that raise nothing"
+        )
+    walk(controller, Terrain.incline(2.5), engine=engine, robot=robot, steps=1, progress=False)

@@ -18,7 +18,7 @@ from mjbiped.errors import InputError, shortened, shown
 from mjbiped.terrain.profile import check_slope
 from mjbiped.terrain.surface import MOST_HEIGHTS, Surface
 from mjbiped.utils import domains
-from mjbiped.utils.domains import known_name, parse_number
+from mjbiped.utils.domains import as_float, known_name, parse_number
 from mjbiped.utils.files import read_text
 
 Floats: TypeAlias = tuple[float, ...]
@@ -109,7 +109,8 @@ def read_grid(path: Path) -> Surface:
     for axis in "xy":
         if not {f"{axis}llcorner", f"{axis}llcenter"} & {*header}:
             raise InputError(f"the header has neither {axis}llcorner nor {axis}llcenter; give one of them")
-        corner.append(header.get(f"{axis}llcenter", header.get(f"{axis}llcorner", 0.0) + size / 2.0))
+        edge = as_float(header.get(f"{axis}llcorner")) + size / 2.0
+        corner.append(as_float(header.get(f"{axis}llcenter", edge)))
     if len(lines) != rows:
         raise InputError(f"{len(lines)} rows of heights; the header says {rows}")
     for axis, first, count in zip("xy", corner, (columns, rows), strict=True):
@@ -130,7 +131,7 @@ def _row_of_grid(line: int, cells: Sequence[str], columns: int, hole: float) -> 
     heights = []
     for number, cell in enumerate(cells, start=1):
         height = parse_number(cell)
-        if height == hole:
+        if height == hole or height != height:
             raise InputError(
                 f"line {line}, height {number} of {columns}, is {cell}, which stands for no data (NODATA_value): the "
                 "ground has a hole; fill it (with gdal_fillnodata, for example), or cut out a part without holes"

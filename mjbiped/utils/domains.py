@@ -303,6 +303,30 @@ class Ends:
 
 
 @dataclass(frozen=True)
+class OneOrEach:
+    """Numbers of a domain, one for each of several parts; a single number counts for all of them.
+
+    Attributes:
+        each: Domain of the numbers.
+    """
+
+    each: Domain
+
+    def check(self, name: str, value: object) -> float | tuple[float, ...]:
+        """Check a number, or a sequence of numbers.
+
+        Raises:
+            InputError: There is none, or one is outside the domain.
+        """
+        given = entries(value)
+        if given is None:
+            return self.each.check(name, value)
+        if not given:
+            raise InputError(f"{name} = {shown(value)}: must be one number {self.each}, or several")
+        return tuple(self.each.check(f"{name}, number {k}", number) for k, number in enumerate(given, start=1))
+
+
+@dataclass(frozen=True)
 class Words:
     """Words, one of which is chosen.
 

@@ -11,19 +11,70 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
 
 import click
 import numpy as np
 
 import mjbiped
+from controllers import AdaptiveController, Controller
 from mjbiped.control.registry import make_controller
+from mjbiped.controllers.bounded.sideways import SidewaysController
 
 STEPS, PHASES, FIRST_SEED = 30, 8, 1000
 SOLE = {"sole": (0.12, 0.12), "sole_width": 0.08}
 FRICTION = 0.8
+
+
+@dataclass(frozen=True)
+class PlanarLaw(Controller):
+    """The rival: the planar law on the pitch angles, which knows nothing of the roll, and the bounded roll beside it.
+
+    Attributes:
+        robot: Robot model of the law.
+        gait: Gait in space, for the roll.
+    """
+
+    robot: mjbiped.Compass3D
+    gait: mjbiped.Gait
+
+    states: ClassVar[tuple[str, ...]] = AdaptiveController.states
+    joints: ClassVar[tuple[str, ...]] = mjbiped.Compass3D.joints
+    memory_size: ClassVar[int] = AdaptiveController.memory_size
+
+    @cached_property
+    def planar(self) -> AdaptiveController:
+        """The planar law."""
+        flat: Any = self.robot.planar
+        return AdaptiveController(flat, mjbiped.find_passive_gait(flat, self.gait.slope))
+
+    @cached_property
+    def sideways(self) -> SidewaysController:
+        """The law of the roll."""
+        return SidewaysController(self.robot, self.gait)
+
+    def start(self, memory: Any, q: Any, dq: Any) -> None:
+        """Begin as the planar law."""
+        self.planar.start(memory, q[:2], dq[:2])
+
+    def on_touchdown(self, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
+        """Update as the planar law."""
+        self.planar.on_touchdown(memory, q_before[:2], q[:2], dq[:2])
+
+    def torque(self, memory: Any, t: float, q: Any, dq: Any) -> tuple[float, ...]:
+        """Torques of the planar law, and that of the roll."""
+        ankle, hip, *rates = self.planar.torque(memory, t, q[:2], dq[:2])
+        level = [0.0, 1.0, 0.0, *[0.0] * (self.sideways.memory_size - 3)]
+        return ankle, hip, self.sideways.torque(level, t, q, dq)[2], *rates
+
+    def slope_estimate(self, memory: Any) -> float:
+        """That of the planar law."""
+        return self.planar.slope_estimate(memory)
 
 
 class Place(NamedTuple):
@@ -41,7 +92,7 @@ class Place(NamedTuple):
     name: str
     phases: int = 1
     preset: str = "level"
-    given: dict[str, Any] = {}
+    given: Mapping[str, Any] = MappingProxyType({})
     moved: tuple[str, float, float] | None = None
     push: float = 0.0
 
@@ -79,6 +130,11 @@ WALKERS: dict[str, tuple[Any, dict[str, Any], str, list[Place]]] = {
         [Place("level"), incline_of(3), incline_of(-3), steps_of(0.02), steps_of(-0.02), incline_of(0, 2),
          bumps_of(0.005), bumps_of(0.01), push_of(1.0)],
     ),
+    "rival: planar law, roll beside it, same sole": (
+        mjbiped.Compass3D, SOLE, "rival",
+        [Place("level"), incline_of(3), incline_of(-3), steps_of(0.02), steps_of(-0.02), incline_of(0, 2),
+         bumps_of(0.005), bumps_of(0.01), push_of(1.0)],
+    ),
     "knees, roll not bounded": (
         mjbiped.Kneed3D, {}, "adaptive",
         [Place("level"), incline_of(2), incline_of(-2), incline_of(0, 1), bumps_of(0.005)],
@@ -98,9 +154,11 @@ def walked(walker: str, place: Place, phase: int, engine: str) -> mjbiped.Walk:
         time = 5.0 + 0.8 * phase / place.phases
         pushes = mjbiped.Disturbances(pushes=[(time, place.push)], push_direction=math.pi / 2)
     terrain = mjbiped.Terrain.preset(place.preset, **given)
-    return mjbiped.walk(
-        make_controller(law, robot, {}), terrain, engine=engine, steps=STEPS, sample_period=0.02, disturbances=pushes
-    )
+    if law == "rival":
+        controller: Controller = PlanarLaw(robot, mjbiped.find_gait_in_space(robot, math.radians(2.0)))
+    else:
+        controller = make_controller(law, robot, {})
+    return mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=0.02, disturbances=pushes)
 
 
 def row_of(walker: str, place: Place, phase: int, walk: mjbiped.Walk) -> dict[str, str]:
@@ -122,10 +180,10 @@ def row_of(walker: str, place: Place, phase: int, walk: mjbiped.Walk) -> dict[st
 
 def todo(known: set[tuple[str, str, str]]) -> Iterator[tuple[str, Place, int]]:
     """Walks that are not in the table yet."""
-    for walker, (*_, places) in WALKERS.items():
-        for place in places:
-            for phase in range(place.phases):
-                if (walker, place.name, str(phase)) not in known:
+    for phase in range(PHASES):
+        for walker, (*_, places) in WALKERS.items():
+            for place in places:
+                if phase < place.phases and (walker, place.name, str(phase)) not in known:
                     yield walker, place, phase
 
 

@@ -118,7 +118,7 @@ REFUSED = {
     "reproduce --workers 0": "workers",
     "reproduce --out bare.toml": "is a file",
     "figures bare.toml/folder": "cannot be made: Not a directory; give another folder",
-    "compile spread.py:HipSpread": "is plain Python, of which no machine code is made",
+    "compile spread.py:HipSpread": 'has no law(); the page "controller" of the documentation shows one',
     "compile adaptive --clear": "--clear deletes all machine code; give it alone",
 }
 

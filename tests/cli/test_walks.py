@@ -116,6 +116,19 @@ def test_robots_by_name_file_and_parameter(line: str, robot: Robot, asked: list[
     assert asked[-1][2]["robot"] == robot
 
 
+@pytest.mark.usefixtures("asked")
+def test_limits_in_an_mjcf_file_are_told(folder: Path) -> None:
+    export_scene(mjbiped.Compass(), mjbiped.Terrain.level(), folder / "mine.xml")
+    text = (folder / "mine.xml").read_text()
+    (folder / "mine.xml").write_text(text.replace('name="hip" tendon', 'name="hip" forcerange="-9 9" tendon'))
+    words = "incline:slope_deg=2", "--robot", "mine.xml", "--controller", "passive"
+    told = run("walk", *words).stderr
+    assert "(motor hip 9 N m)" in told
+    assert "give --disturb torque_limit=X, or one number for each of ankle, hip" in told
+    for more in (("--quiet",), ("--disturb", "torque_limit=9,9")):
+        assert "limits" not in run("walk", *words, *more).stderr
+
+
 @pytest.mark.parametrize("text", ["random", "random:seed=4", "random:roughness=0.001"])
 def test_a_seed_is_that_of_the_random_ground_and_the_window_counts_on(text: str, asked: list[Asked]) -> None:
     law_of(asked, f"{text} --seed 4")

@@ -290,6 +290,11 @@ def test_torques_that_become_infinite_are_told_with_time_and_joint(controller: C
     assert f"{type(controller).__name__}.torque gives inf for the ankle torque at t = 0.3" in said[0]
 
 
+def test_a_memory_that_is_too_short_in_a_walk_is_told() -> None:
+    with pytest.raises(mjbiped.WalkStopped, match=r"IndexError: .*memory_size says, 0: set that as you need"):
+        mjbiped.walk(made(memory_size=0, on_touchdown=written(0, 1.0)), GROUND, engine="hybrid", steps=2)
+
+
 def test_a_failure_names_the_line() -> None:
     def torque(self: Controller, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Any:
         return 0.0, math.sqrt(0.1 - t)

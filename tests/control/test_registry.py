@@ -196,7 +196,8 @@ def test_fields_and_their_defaults() -> None:
         ("on", "1", "true or false"),
         ("delay", "soon", "a finite number or none"),
         ("kind", "c", "one of a, b"),
-        ("table", "1", "which cannot be given here"),
+        ("table", "2, 1", (2, 1)),
+        ("table", "1", "numbers with commas between them"),
     ],
 )
 def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, value: object) -> None:

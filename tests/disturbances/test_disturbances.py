@@ -41,6 +41,9 @@ def study(**settings: Any) -> Any:
 REFUSED: list[tuple[Any, str]] = [
     (lambda: Disturbances(angle_noise=-1.0), r"angle_noise = -1.0: must be from 0 to 1 rad"),
     (lambda: Disturbances(torque_limit="much"), "torque_limit = 'much'"),  # type: ignore[arg-type]
+    (lambda: Disturbances(torque_limit=(1.0, -2.0)), "torque_limit, number 2 = -2.0"),
+    (lambda: walk("hybrid", torque_limit=(1.0, 2.0, 3.0)), "one for each of ankle, hip"),
+    (lambda: disturbances_of([("torque_limit", "3,x")], []), "a finite number or numbers with commas"),
     (lambda: Disturbances(seed=1.5), "seed = 1.5"),  # type: ignore[arg-type]
     (lambda: Disturbances(pushes=3.0), "pushes, pairs of time"),  # type: ignore[arg-type]
     (lambda: Disturbances(pushes=[(1.0,)]), r"expected shape \(n, 2\)"),  # type: ignore[list-item]
@@ -89,6 +92,7 @@ def test_a_record_says_what_is_not_as_usual_and_options_say_the_same() -> None:
     options = disturbances_of([("angle_noise", "0.01"), ("seed", "7"), ("torque_limit", "none")], [(2.0, -5.0)])
     assert options == Disturbances(angle_noise=0.01, seed=7, pushes=((2.0, -5.0),))
     assert disturbances_of([], []) is None
+    assert disturbances_of([("torque_limit", "30, 20")], []) == Disturbances(torque_limit=(30.0, 20.0))
 
 
 def test_a_model_error_is_a_factor_of_what_the_robot_is() -> None:
@@ -107,6 +111,8 @@ def test_a_study_varies_disturbances_and_a_summary_has_them() -> None:
     assert late.peak_torque.max() > prompt.peak_torque.max()
     rows = {label: value for label, value, _ in late.summary().rows}
     assert rows["disturbances"] == "delay 0.05"
+    weak = study(torque_limit=["30,20"]).cells[0].walk()
+    assert ("disturbances", "torque limit 30,20", "") in weak.summary().rows
 
 
 def test_a_foot_slips_where_the_friction_is_less_than_the_walk_asks_for() -> None:

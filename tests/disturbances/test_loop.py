@@ -114,6 +114,17 @@ def test_no_torque_is_greater_than_the_limit(engine: str, knees: bool) -> None:
 
 
 @each_case
+def test_each_motor_has_its_own_limit(engine: str, knees: bool) -> None:
+    """The limits stand in the order of the joints, and a record keeps them; each of these binds."""
+    free = walked(engine, Disturbances(control_period=1e-3), knees, steps=6)
+    limits = tuple((0.5 * free.peak_torque).tolist())
+    bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=6)
+    assert bound.peak_torque.tolist() == list(limits)
+    assert bound.settings["disturbances"] == {"torque_limit": list(limits)}
+    assert Disturbances.from_dict(bound.settings["disturbances"]).torque_limit == limits
+
+
+@each_case
 @pytest.mark.parametrize("ticks", [1, 20])
 def test_a_delay_shifts_torques_by_whole_ticks(engine: str, knees: bool, ticks: int) -> None:
     prompt = clocked(engine, knees).samples["torque"][:-6, 1:]

@@ -11,7 +11,7 @@ import pytest
 import mjbiped
 from mjbiped.errors import InputError
 from mjbiped.exchange import parts
-from mjbiped.exchange.foreign import read_robot
+from mjbiped.exchange.foreign import read_file, read_robot
 from mjbiped.exchange.mjcf import export_scene
 
 OURS = {
@@ -143,6 +143,22 @@ def test_a_chain_from_shank_to_shank(tmp_path: Path) -> None:
     assert (robot.hip_mass, robot.thigh_mass, robot.shank_mass) == pytest.approx((0.0, 2.0, 1.0))
     assert (robot.thigh_centre, robot.shank_centre, robot.shank_length) == pytest.approx((0.1, 0.2, 0.5))
     assert robot.shank_inertia == pytest.approx(0.4 * 0.05**2)
+
+
+def test_limits_of_motors_are_told(tmp_path: Path) -> None:
+    """Of hinges, and of motors by force or control, whichever is less; a servo's control is no torque."""
+    text = KNEED.replace('<joint type="hinge" axis="0 1 0"/>', '<joint name="h" type="hinge" axis="0 1 0" RANGE/>', 1)
+    text = text.replace("RANGE", 'actuatorfrcrange="-30 20"').replace('axis="0 -1 0"', 'name="k" axis="0 -1 0"', 1)
+    motors = """<actuator>
+        <motor joint="h" gear="5" ctrlrange="-8 8"/>
+        <motor name="m" joint="k" gear="-2" forcerange="-7 3" ctrlrange="-9 9"/>
+        <position joint="k" kp="1" ctrlrange="-1 1"/>
+      </actuator></mujoco>"""
+    file = tmp_path / "model.xml"
+    file.write_text(text.replace("</mujoco>", motors), encoding="utf-8")
+    found = read_file(file)
+    assert found.limits == {"hinge 'h'": 30.0, "motor 0": 40.0, "motor m": 14.0}
+    assert numbers(found.robot) == pytest.approx(numbers(KNEED_ROBOT), rel=1e-12)
 
 
 FOOT = 'name="other" type="sphere" size="0.02"'

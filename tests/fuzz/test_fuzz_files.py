@@ -26,6 +26,7 @@ LONGEST_MESSAGE = 1000
 CSV = "x (m),z (m)\n-1.0,0.25 # behind\n0.5,0.25\n0.5,0.20\n2.0,0.15\n3.5,1e-1\n"
 TOML = "# a path\nsegments = [[2.0, 0.0, 0.0], [1.5, 2.0, -0.01], {length = 3, slope_deg = -1.0, step = 0.005}]\n"
 YAML = "segments:\n- [2.0, 0.0, 0.0]\n- {length: 1.5, slope_deg: 2.0, step: -0.01}\n- &last [3.0, -1.0]\n- *last\n"
+ASC = "ncols 3\nnrows 2\nxllcorner -1.5\nyllcorner -1\ncellsize 1\nNODATA_value -9999\n0 0.1 0.05\n-0.1 0 0\n"
 STUDY = """seed = 7
 samples = 3
 engine = "hybrid"
@@ -96,6 +97,14 @@ NASTY_TOML = (
     "[segments]\nlength = 1",
     "segments = [[1, 0]]\r\r\n",
 )
+NASTY_ASC = (
+    *(ASC.replace(old, f"{old.split()[0]} {value}") for old in ASC.splitlines()[:6] for value in NUMBERS),
+    *(ASC.replace("0.05", value) for value in NUMBERS),
+    ASC.replace("0.05", "0 " * 1_000_000),
+    "ncols 2\n" * 10_000,
+    "\n" * 100_000 + "0 0",
+    "ncols",
+)
 NASTY_CSV = (
     *(f"0,0\n{value},0\n" for value in NUMBERS),
     *(f"0,0\n1,{value}\n" for value in NUMBERS),
@@ -158,6 +167,7 @@ def cases(suffix: str, count: int) -> Iterator[str]:
     """The nasty texts of a kind of file, and damaged ones of a seed."""
     text, nasty, tokens = {
         ".csv": (CSV, NASTY_CSV, NUMBERS),
+        ".asc": (ASC, NASTY_ASC, NUMBERS),
         ".toml": (TOML, NASTY_TOML, NUMBERS),
         ".yaml": (YAML, NASTY_YAML, (*NUMBERS, *TAGGED)),
         "study": (STUDY, NASTY_STUDIES, NUMBERS),
@@ -197,8 +207,8 @@ def read_all(texts: Iterable[str], path: Path, read: Callable[[Path], Terrain | 
 @pytest.mark.parametrize(
     ("suffix", "count"),
     [
-        *((suffix, 100) for suffix in (".csv", ".toml", ".yaml")),
-        *(pytest.param(suffix, 5000, marks=pytest.mark.slow) for suffix in (".csv", ".toml", ".yaml")),
+        *((suffix, 100) for suffix in (".csv", ".asc", ".toml", ".yaml")),
+        *(pytest.param(suffix, 5000, marks=pytest.mark.slow) for suffix in (".csv", ".asc", ".toml", ".yaml")),
     ],
 )
 def test_terrain_files(suffix: str, count: int, tmp_path: Path) -> None:

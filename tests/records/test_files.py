@@ -222,6 +222,7 @@ class Parts:
         (lambda r: r.settings.update(warnings={"a": 0}), "numbers of times"),
         (lambda r: r.settings.update(scuffing={"legs": 2}), "scuffing rule cannot be built"),
         (lambda r: r.settings.update(disturbances={"control_period": None}), "as they would have been written"),
+        (lambda r: r.settings.update(unfinished_step={"slip": 0.0}), "numbers for slip, friction"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B", "sha256": 1}), "a class and the digest"),
         (lambda r: r.settings.update(more="x" * LONGEST_HEADER), "too long"),
         (lambda r: r.settings.update(more="\ud800"), "surrogates"),

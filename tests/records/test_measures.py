@@ -142,6 +142,53 @@ def test_what_does_not_exist_is_none() -> None:
     assert rows["peak torque, ankle"] == ("0.00", "N m")
 
 
+def told_by(walk: mjbiped.Walk) -> dict[str, str]:
+    """What the walk's table says, by label."""
+    return {label: value for label, value, _ in walk.summary().rows}
+
+
+@pytest.mark.parametrize(("engine", "slip"), [("mujoco", 8.6), ("hybrid", 0.0)])
+def test_a_fall_is_explained_and_its_last_step_measured(engine: str, slip: float) -> None:
+    """Slips of finished steps are below 1 um; in the last one MuJoCo's foot slides as it warns, the other's cannot."""
+    ground = mjbiped.Terrain.incline(5.0)
+    walk = mjbiped.walk(PassiveController(), ground, engine=engine)
+    told, step = told_by(walk), walk.steps + 1
+    gap = walk.end[1] - walk.touchdowns["x"][-1]
+    swing_foot = walk.robot.outline(walk.samples["qpos"][-1:])[0, 1 - walk.samples["stance"][-1], -1]
+    behind, depth = walk.samples["qpos"][-1, 0] - swing_foot[0], ground.height_at(swing_foot[0]) - swing_foot[1]
+    assert behind > 0.0
+    assert told["probable cause"] == (
+        f"fell in step {step} with the hip {gap:.2f} m ahead of the stance foot, and the swing foot {behind:.2f} m "
+        f"behind the hip and {depth:.2f} m under the ground, through which the scuffing rule lets it swing; the "
+        "passive gait on a slope of 5° is unstable: a small disturbance grows 2.94 times in each step"
+    )
+    felt = walk.settings["unfinished_step"]
+    assert 1e3 * felt["slip"] == pytest.approx(slip, abs=0.1)
+    assert felt["normal_force"] <= 0.0
+    assert f"slip {1e3 * felt['slip']:.4f} mm" in told["last step, unfinished"]
+    bare = mjbiped.walk(PassiveController(), ground, engine=engine, sample_period=None)
+    assert f"fell in step {step} with the hip {gap:.2f} m ahead of the stance foot;" in told_by(bare)["probable cause"]
+
+
+def test_a_walk_that_did_not_fail_has_nothing_to_explain(walk: mjbiped.Walk) -> None:
+    assert not {"probable cause", "last step, unfinished"} & told_by(walk).keys()
+
+
+def test_where_no_motor_acts_the_lack_of_a_gait_is_told() -> None:
+    stuck = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), engine="hybrid", initial=(-0.3, 0.3, 0.0, 0.0))
+    told = told_by(stuck)["probable cause"]
+    assert told.startswith(f"{stuck.outcome} in step 1 with the hip")
+    assert "no passive gait is found on a slope of 0°" in told
+
+
+def test_a_robot_of_other_numbers_is_told() -> None:
+    ground, law = mjbiped.Terrain.incline(2.0), PassiveController()
+    heavy = mjbiped.walk(law, ground, engine="hybrid", steps=1, robot=mjbiped.Compass(leg_mass=6.0, sole=(0.05, 0.15)))
+    assert told_by(heavy)["robot"].startswith("compass: leg mass 6 kg, hip mass 0 kg, lower length 0.5 m, ")
+    assert "sole 0.05,0.15 m" in told_by(heavy)["robot"]
+    assert "robot" not in told_by(mjbiped.walk(law, ground, engine="hybrid", steps=1))
+
+
 def test_the_cause_of_a_fall_for_a_wrong_slope_estimate_is_told() -> None:
     law = make_controller("passivity", mjbiped.Compass(), {})
     walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=5)

@@ -200,7 +200,7 @@ def test_the_scale_is_as_long_as_it_says(pixels_per_metre: float) -> None:
 
 
 def test_labels_say_what_the_ground_is() -> None:
-    terrain = Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 3.0, -0.02), (0.02, 1.0, 0.0), (5.0, -1.5, 0.006)])
+    terrain = Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 3.0, -0.02), (0.02, 1.0, 0.0), (5.0, -1.5, 0.00604)])
     axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     view = View((640, 360), np.array([2.5, -5.0, 0.5]), axes, 1.4, orthographic=True)
     frame = blank()

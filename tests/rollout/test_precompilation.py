@@ -61,18 +61,30 @@ def test_a_walk_after_it_compiles_nothing(engine: str, law: str, robot: str, tmp
 TOES = "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
 
 
+TABLE = """\
+from controllers import PassiveController
+
+
+class Table(PassiveController):
+    def law(self):
+        return super().law()._replace(parameters=((1.0, 2.0), 3.0))
+"""
+
+
 @pytest.mark.parametrize(
     ("controller", "engine", "words"),
     [
         ("adaptif", "hybrid", "adaptive"),
         ("adaptive", "mj", "hybrid"),
         ("toes.py:Toes", "hybrid", "drives toe: robots have ankle and hip and knee, or ankle and hip"),
+        ("table.py:Table", "hybrid", "Table is interpreted alone: .* floats in one flat list"),
     ],
 )
 def test_what_cannot_be_compiled_is_refused(
     controller: str, engine: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "toes.py").write_text(TOES)
+    (tmp_path / "table.py").write_text(TABLE)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=words):
         precompile([controller], engines=[engine])

@@ -25,7 +25,7 @@ def test_a_plane_falls_forward_and_to_the_left(slope: float, lateral: float, x: 
     assert terrain.height_at(x, y) == pytest.approx(-forward * x - left * y, abs=1e-12)
     normal = terrain.normal_at(x, y)
     assert normal == pytest.approx(np.array([forward, left, 1.0]) / math.hypot(forward, left, 1.0))
-    assert terrain.is_profile == (lateral == 0.0)
+    assert terrain.is_profile == (left == 0.0)
 
 
 def test_each_segment_has_its_own_lateral_slope(tmp_path: Path) -> None:
@@ -53,11 +53,11 @@ def test_presets_fall_to_one_side_everywhere_and_into_the_record(name: str) -> N
     assert "lateral" not in level.to_dict()  # records of profiles are as they have always been
 
 
+@pytest.mark.parametrize("terrain", [Terrain.level(lateral_deg=1.0), Terrain.bumps()], ids=["lateral", "bumps"])
 @pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
-def test_planar_robots_are_told_which_robots_walk_there(kind: type[Robot]) -> None:
-    terrain = Terrain.level(lateral_deg=1.0)
+def test_planar_robots_are_told_which_robots_walk_there(kind: type[Robot], terrain: Terrain) -> None:
     if "hip_y" in kind().places:
         check_ground(kind(), terrain)
     else:
-        with pytest.raises(InputError, match=r"moves in a plane and .*'level \(lateral_deg=1.0\)'.*mjbiped.Compass3D"):
+        with pytest.raises(InputError, match=r"moves in a plane and .*'(level|bumps)' .*mjbiped.Compass3D"):
             check_ground(kind(), terrain)

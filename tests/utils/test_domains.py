@@ -123,7 +123,7 @@ NONSENSE: tuple[object, ...] = (
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
 OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
-OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction", "sole"}
+OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction", "sole", "surface"}
 
 
 TOLD = {"progress", "summaries", "estimate_update", "slope_source", "replanning", "name", "parameters", "lands"}

@@ -18,7 +18,7 @@ from mjbiped.control.controller import Controller
 from mjbiped.control.functions import fault_at, fault_in
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.disturbances.loop import SampledController
-from mjbiped.engines.base import Engine, Run, Show
+from mjbiped.engines.base import Engine, Run, Show, step_under_way
 from mjbiped.engines.compiling import Costs, announced_for, can_compile, compiles
 from mjbiped.engines.hybrid.gait_step import advance, advance_at
 from mjbiped.engines.hybrid.motion import take_angles
@@ -197,8 +197,9 @@ class HybridRun(Run):
         return np.array(self.state.pressure[2:], dtype=np.float64)
 
     def settings(self) -> dict[str, Any]:
-        """The engine's settings: tolerance, and warnings if there are any."""
-        settings: dict[str, Any] = {"tolerance": self._tolerance}
+        """Tolerance, what the stance foot has felt in the step under way, and warnings if there are any."""
+        step = step_under_way(slip=0.0, friction=self.state.friction, normal_force=self.state.normal_force)
+        settings = {"tolerance": self._tolerance, **step}
         return {**settings, "warnings": self.warnings} if self.warnings else settings
 
     @property

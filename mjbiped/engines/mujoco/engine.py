@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from mjbiped.control.functions import fault_in
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.disturbances.loop import SampledController
-from mjbiped.engines.base import Engine, Run, Show
+from mjbiped.engines.base import Engine, Run, Show, step_under_way
 from mjbiped.engines.compiling import Costs, can_compile
 from mjbiped.engines.mujoco.callback import walking
-from mjbiped.engines.mujoco.feet import for_feet
+from mjbiped.engines.mujoco.feet import for_feet, least_normal_force
 from mjbiped.engines.mujoco.motors import take_sample
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SLIDING_WORDS, SQUEEZING_WORDS
 from mjbiped.engines.mujoco.options import MOTOR, SERVO_PACE, Options, servo_of
@@ -105,7 +105,7 @@ class MujocoRun(Run):
         return np.array(self.simulation.state.pressure[2 : 2 + BINS])
 
     def settings(self) -> dict[str, Any]:
-        """The engine's settings, and MuJoCo's warnings."""
+        """The engine's settings, what the stance foot has felt in the step under way, and MuJoCo's warnings."""
         simulation = self.simulation
         warning = simulation.data.warning
         texts = [mujoco.mju_warningText(kind, int(warning.lastinfo[kind])) for kind in np.flatnonzero(warning.number)]
@@ -117,7 +117,8 @@ class MujocoRun(Run):
         u = simulation.state
         felt = {SLIDING_WORDS: u.slides, SQUEEZING_WORDS: u.squeezes, INTRUSION_WORDS: u.intrusions}
         words |= {text: int(count) for text, count in felt.items() if count}
-        return {**asdict(simulation.options), "warnings": words}
+        step = step_under_way(slip=u.slip, friction=u.friction, normal_force=least_normal_force(u))
+        return {**asdict(simulation.options), **step, "warnings": words}
 
 
 def stepped(simulation: Simulation, recorder: Recorder, *, most: int = BLOCK) -> Generator[int, None, None]:

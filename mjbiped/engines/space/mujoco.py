@@ -202,7 +202,7 @@ class MujocoSpaceRun(SpaceRun):
     def _look_at_knee(self) -> None:
         """Lock the swing knee where it has struck its stop."""
         data, swing = self.data, 1 - self.footing.stance
-        thigh, knee = self.legs[swing]
+        _, knee = self.legs[swing]
         if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
             q, before = self.seen()
             before = before.copy()
@@ -243,7 +243,7 @@ class MujocoSpaceRun(SpaceRun):
 
     def posture(self, q: Array) -> Array:
         """MuJoCo's own."""
-        return self.data.qpos[self.order]
+        return np.array(self.data.qpos[self.order])
 
     def seen(self) -> tuple[Array, Array]:
         """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""

@@ -152,7 +152,7 @@ class SpaceRun(Run):
         return np.array([np.abs(power).sum(), power.sum(), np.maximum(power, 0.0).sum(), abs(power[-1])])
 
     def note_load(self, torque: Array, along: Array, time: float) -> None:
-        """Add a stretch of time to the record of the ground's force: torques, N m, and force in the ground's frame, N."""
+        """Add a stretch of time (s) to the record of the ground's force, in its own frame (N), under torques (N m)."""
         forward, aside, normal = along.tolist()
         np.maximum(self.peak, np.abs(torque), out=self.peak)
         self.least_force = min(self.least_force, normal)

@@ -16,6 +16,7 @@ GROUNDS = {
     "level": Terrain.level(lateral_deg=3.0),
     "incline": Terrain.incline(4.0, lateral_deg=-5.0),
     "stairs": Terrain.stairs(tread=0.7, rise=0.02, lateral_deg=2.0),
+    "turning": Terrain.from_segments([(1.0, 1.0, 0.0, lateral) for lateral in (2.0, 2.0, -2.0, -2.0, 0.0)]),
     "segments": Terrain.from_segments([(1.0, 0.0), (2.0, 3.0, 0.0, 4.0), (1.0, 3.0, 0.01, -2.0), (2.0, 0.0, 0.0, 1.0)]),
 }
 
