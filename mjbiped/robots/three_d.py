@@ -132,7 +132,7 @@ class InSpace(Robot):
         """
         angles, rates, motors = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
         ahead, _, normal = self.force_on_foot(angles, rates, motors, pull_of(slope), locked=locked).tolist()
-        cosine, sine = math.cos(slope), math.sin(slope)
+        cosine, sine = np.cos(slope), np.sin(slope)
         return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
 
     def swing_foot(self, q: ArrayLike) -> Array:
