@@ -44,7 +44,7 @@ ROOMS = {
         "engines/hybrid/test_feet.py",
         _WALKS,
     ),
-    _HYBRID + "motion.py": ("dynamics/test_feet.py", "engines/hybrid/test_impulses.py", _WALKS, _EQUATIONS),
+    _HYBRID + "motion.py": ("dynamics/test_feet.py", _WALKS, _EQUATIONS),
     _HYBRID + "impacts.py": (
         "engines/hybrid/test_kneed.py",
         "engines/hybrid/test_feet.py",
@@ -71,12 +71,12 @@ ROOMS = {
     ),
     "mjbiped/dynamics/integrate.py": ("dynamics/test_integrate.py",),
     "mjbiped/dynamics/linkage.py": (
-        "dynamics/test_linkage.py",
+        "robots/test_equations.py",
         "engines/hybrid/test_kneed.py",
         _EQUATIONS,
         "engines/conformance/test_impacts.py",
     ),
-    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_kneed.py"),
+    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_equations.py"),
 }
 """The modules, and the files in tests/ that stand for them, the quickest first."""
 

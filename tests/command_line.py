@@ -49,6 +49,13 @@ def complaints(result: Result | subprocess.CompletedProcess[str]) -> str:
     return "".join(line for line in result.stderr.splitlines(keepends=True) if not line.startswith("compiling "))
 
 
+def ran(*words: object) -> str:
+    """What a command prints that ends well and complains of nothing."""
+    result = run(*words)
+    assert (result.exit_code, complaints(result)) == (0, "")
+    return result.stdout
+
+
 def assert_refused(result: Result, reason: str) -> None:
     """Exit status 2, nothing on stdout, and an error in one line."""
     assert (result.exit_code, result.stdout) == (2, "")

@@ -22,6 +22,13 @@ ROBOTS: dict[str, Robot] = {
     "round": mjbiped.RoundCompass(hip_mass=2.0),
     "round knees": mjbiped.RoundKneed(),
 }
+DOWNHILL: dict[str, tuple[Robot, float]] = {
+    "compass": (mjbiped.Compass(), 2.0),
+    "kneed": (mjbiped.KneedBiped(), 2.5),
+    "wheel": (mjbiped.RimlessWheel(), 4.0),
+    "round": (mjbiped.RoundCompass(), 1.6),
+}
+"""Robots, and slopes that each walks down without torques, degrees."""
 
 
 def addresses(model: mujoco.MjModel, robot: Robot) -> list[int]:

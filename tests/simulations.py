@@ -106,12 +106,14 @@ def put(simulation: Simulation, state: bytes) -> None:
     mujoco.mj_setState(simulation.model, simulation.data, np.frombuffer(state).copy(), WHOLE_STATE)
 
 
-def recorded(simulation: Simulation) -> dict[str, Any]:
-    """Walk to the end: all that is recorded, and the final state."""
-    recorder = Recorder(robot=type(simulation.plan.robot))
+def recorded(simulation: Simulation) -> tuple[dict[str, Any], int]:
+    """Walk to the end: all that is recorded, and the final state; and how many models it took."""
+    recorder, models = Recorder(robot=type(simulation.plan.robot)), [simulation.model]
     for _ in stepped(simulation, recorder):
-        pass
-    return {**recorder.samples(), **recorder.touchdowns(), "state": np.frombuffer(state_of(simulation))}
+        if simulation.model is not models[-1]:
+            models.append(simulation.model)
+    state = {"state": np.frombuffer(state_of(simulation))}
+    return {**recorder.samples(), **recorder.touchdowns(), **state}, len(models)
 
 
 def assert_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:

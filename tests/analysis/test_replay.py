@@ -1,7 +1,5 @@
 """Replays of records: the references made again are those that the controller tracked while it walked."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -13,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 import mjbiped
 from controllers import AdaptiveController, KneedController
 from mjbiped.analysis.replay import TrackedReference, recorded_controller, replayed, transitions
+from mjbiped.control.registry import make_controller
 from mjbiped.control.tracking import Tracking
 
 BEFORE_A_STEP = mjbiped.Terrain.from_segments([(0.6, 0.0, 0.0), (20.0, 0.0, 0.03)])
@@ -51,12 +50,8 @@ def remembering(law: Any) -> tuple[Any, list[list[float]]]:
 @pytest.mark.parametrize("disturbances", [None, NOISY], ids=["undisturbed", "noisy"])
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 @pytest.mark.parametrize("knees", [False, True])
-def test_plans_made_again_are_the_plans_that_were_made(
-    controller: AdaptiveController,
-    kneed: KneedController,
-    knees: bool,
-    engine: str,
-    disturbances: mjbiped.Disturbances | None,
+def test_plans_made_again(
+    controller: AdaptiveController, kneed: KneedController, knees: bool, engine: str, disturbances: Any
 ) -> None:
     """Bit by bit: the record holds the states that the controller was given, and of what its sensors made noise.
 
@@ -73,47 +68,46 @@ def test_plans_made_again_are_the_plans_that_were_made(
     assert not knees or np.isfinite(walk.touchdowns["knee_strike"]).tolist() == [True, False, False]
 
 
-def test_with_knees_the_robot_follows_its_transitions_until_its_knee_strikes(kneed: KneedController) -> None:
-    walk = mjbiped.walk(kneed, mjbiped.Terrain.stairs(rise=0.02), engine="hybrid", steps=5, sample_period=1e-3)
+@pytest.mark.parametrize("knees", [False, True])
+def test_the_robot_follows_its_transitions_until_its_knee_strikes(
+    knees: bool, controller: AdaptiveController, kneed: KneedController
+) -> None:
+    """The motion, which the engine integrates, is the replayed reference where model and slope are known."""
+    made: Any = kneed if knees else controller
+    ground, initial = (mjbiped.Terrain.stairs(rise=0.02), "gait") if knees else (GROUND, "rest")
+    walk = mjbiped.walk(made, ground, engine="hybrid", steps=5, initial=initial, sample_period=1e-3)
     law = recorded_controller(walk, kind=Tracking)
-    assert law == kneed
-    found, samples, ends = transitions(walk, law), walk.samples, [0.0, *walk.touchdowns["time"]]
-    starts = np.vstack([kneed.gait.start, np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])])
+    assert law == made
+    found, samples, ends, n = (
+        transitions(walk, law),
+        walk.samples,
+        [0.0, *walk.touchdowns["time"]],
+        len(law.robot.angles),
+    )
+    starts = np.vstack([walk.settings["initial"], np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]])])
+    off = np.abs(starts - made.gait.start).max(axis=1) > made.replanning_threshold
+    assert knees or len(found) == off[:-1].sum()  # the walk ends with the touchdown of a step that was not walked
     assert 1 <= len(found) < 5
+    strikes, period = walk.touchdowns.get("knee_strike", np.full(5, math.inf)), 0.8 * made.gait.period
     for curve in found:
         (step,) = np.flatnonzero(np.abs(starts - curve[0]).max(axis=1) < 1e-9)
-        strike = ends[step] + walk.touchdowns["knee_strike"][step]
-        duration = min(0.8 * kneed.gait.period, ends[step + 1] - ends[step], strike - ends[step])
+        duration = min(period, ends[step + 1] - ends[step], strikes[step])
         inside = (samples["time"] > ends[step] + 1e-9) & (samples["time"] < ends[step] + duration)
         times = np.linspace(0.0, duration, len(curve)) + ends[step]
-        drawn = CubicHermiteSpline(times, curve[:, :3], curve[:, 3:])(samples["time"][inside])
+        drawn = CubicHermiteSpline(times, curve[:, :n], curve[:, n:])(samples["time"][inside])
         # between 60 points, h^4/384 of a fourth derivative of some 1e4 rad/s^4
         np.testing.assert_allclose(samples["q"][inside], drawn, rtol=0, atol=1e-6)
+        if not knees:
+            np.testing.assert_allclose(curve[-1], np.concatenate(made.gait.reference(period)[:2]), rtol=0, atol=1e-12)
 
 
-def test_the_robot_follows_transitions_and_reference(controller: AdaptiveController) -> None:
-    """The motion, which the engine integrates, is the replayed reference where model and slope are known."""
+def test_the_reference_at_any_time_is_the_motion(controller: AdaptiveController) -> None:
     walk = mjbiped.walk(controller, GROUND, engine="hybrid", steps=5, initial="rest")
-    found, reference = transitions(walk, controller), TrackedReference(walk, controller)
-    started = np.array([[0.0] * 4, *np.hstack([walk.touchdowns["q"], walk.touchdowns["dq"]]).tolist()])
-    off = np.abs(started - controller.gait.start).max(axis=1) > controller.replanning_threshold
-    assert 1 < off.sum() < len(off)  # both kinds of steps
-    # the last step was not walked: the walk ends with its touchdown
-    assert len(found) == off[:-1].sum()
-    starts = np.array([0.0, *walk.touchdowns["time"][:-1]])
-    period, (q, dq, _) = 0.8 * controller.gait.period, controller.gait.reference(0.8 * controller.gait.period)
-    time, angles = walk.samples["time"], walk.samples["q"]
-    for curve, start in zip(found, starts[off[:-1]], strict=True):
-        inside = (time > start + 1e-9) & (time < start + period)
-        times = np.linspace(start, start + period, len(curve))
-        drawn = CubicHermiteSpline(times, curve[:, :2], curve[:, 2:])(time[inside])
-        # 60 points of a curve that turns with up to 10 rad/s²: 10 h²/8 between them
-        np.testing.assert_allclose(angles[inside], drawn, rtol=0, atol=2e-4)
-        np.testing.assert_allclose(curve[-1], [*q, *dq], rtol=0, atol=1e-12)
+    reference, time = TrackedReference(walk, controller), walk.samples["time"]
     # a sample at a touchdown is the reference's of the step after it
     away = (np.abs(time[:, None] - walk.touchdowns["time"]) > 1e-9).all(axis=1)
     tracked = np.array([reference.at(t) for t in time[away].tolist()])
-    np.testing.assert_allclose(tracked, angles[away], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(tracked, walk.samples["q"][away], rtol=0, atol=1e-6)
 
 
 def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(controller: AdaptiveController) -> None:
@@ -128,6 +122,9 @@ def test_nothing_is_re_planned_where_that_is_off_or_there_is_no_need(controller:
     assert max(ends) < 1e-8  # steps that are shorter than the period end them
 
 
-def test_the_controller_is_built_anew(controller: AdaptiveController) -> None:
-    law = replace(controller, adaptation_gain=3.0, initial_slope_estimate=0.05)
-    assert recorded_controller(mjbiped.walk(law, GROUND, engine="hybrid", steps=1)) == law
+def test_a_law_on_feet_is_told_of_its_support() -> None:
+    robot = mjbiped.FootedCompass()
+    law = make_controller("bounded-ankle", robot, {})
+    walk = mjbiped.walk(law, mjbiped.Terrain.mixed(), engine="hybrid", steps=2, robot=robot)
+    told = [memory[law.support : law.support + 2] for _, memory in replayed(walk, law)]
+    assert told[1:] == np.column_stack([walk.touchdowns[f"support_{end}"] for end in ("behind", "ahead")]).tolist()

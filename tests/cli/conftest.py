@@ -7,10 +7,6 @@ import own_controllers
 import pytest
 from command_line import Drawings, run
 
-from mjbiped.engines.mujoco import engine as mujoco_run
-from mjbiped.plotting import comparison, gait, walk
-from mjbiped.rendering import gl, video
-
 FILES = {
     "trail.csv": "x,z\n-5,0.17461\n0,0\n40,-1.39685\n",  # 2 degrees downhill
     "spread.py": own_controllers.SPREAD,
@@ -49,16 +45,15 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
     def simulate(*_: object, **__: object) -> None:
         raise AssertionError("a walk was computed")
 
-    monkeypatch.setattr(mujoco_run, "stepped", simulate)
+    monkeypatch.setattr("mjbiped.engines.mujoco.engine.stepped", simulate)
 
 
 @pytest.fixture
 def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
     """Nothing is drawn in earnest."""
     fake = Drawings()
-    monkeypatch.setattr(walk, "plot_walk", fake.plot_walk)
-    monkeypatch.setattr(gait, "plot_gait", fake.plot_gait)
-    monkeypatch.setattr(comparison, "plot_comparison", fake.plot_comparison)
-    monkeypatch.setattr(video, "render_video", fake.render_video)
-    monkeypatch.setattr(gl, "gl_available", lambda: "egl")
+    for place in ("plotting.walk.plot_walk", "plotting.gait.plot_gait", "plotting.comparison.plot_comparison"):
+        monkeypatch.setattr(f"mjbiped.{place}", getattr(fake, place.rpartition(".")[2]))
+    monkeypatch.setattr("mjbiped.rendering.video.render_video", fake.render_video)
+    monkeypatch.setattr("mjbiped.rendering.gl.gl_available", lambda: "egl")
     return fake

@@ -1,25 +1,15 @@
-"""The whole command line: its commands, what their help says, and options with the names that Python has for them."""
+"""The whole command line: its commands, and what their help says."""
 
-from __future__ import annotations
-
-import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import click
 import pytest
 from command_line import run
 
-import controllers
 import mjbiped
 from mjbiped.cli.main import main
-from mjbiped.control.registry import controller_names, settings_of
-from mjbiped.robots.kinds import KINDS
-from mjbiped.studies import plan as sweeps
-from mjbiped.studies import robustness
-from mjbiped.studies.plan import SCUFFING
-from mjbiped.terrain.presets import PRESETS
+from mjbiped.control.registry import controller_names
 from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
@@ -53,10 +43,6 @@ def test_help_of_a_command_explains_every_option(command: str) -> None:
 
 def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
     text = run("walk", "--help").stdout
-    sections = re.findall(r"^(\w[\w ,-]*):$", text, re.MULTILINE)[-17:]
-    shared = [section for section in sections if not section.startswith("Robot ")]
-    assert shared == ["Walk", "Adaptive controller", "Comparison controllers", "Robot", "Disturbances", "MuJoCo",
-                      "Results", "Video", "Options"]  # fmt: skip
     assert "[default: 0.8]" in text
     words = " ".join(text.split()).replace("- ", "-")  # names are split at their hyphens
     assert all(f"{name}: " in words for name in controller_names() if name != "passive")
@@ -64,55 +50,3 @@ def test_help_of_walks_tells_sections_defaults_gains_and_keys() -> None:
     assert "policy: none;" in words
     keys = run("view", "--help").stdout
     assert all(key.name in keys and key.does in keys for key in KEYS.values())
-
-
-# ---- names -----------------------------------------------------------------------------------------------------------
-
-PUBLIC: tuple[Callable[..., Any], ...] = (
-    *(each for name in mjbiped.__all__ if callable(each := getattr(mjbiped, name))),
-    *(each for name in controllers.__all__ if inspect.isclass(each := getattr(controllers, name))),
-    *(getattr(mjbiped.Terrain, name) for name in PRESETS),
-)
-
-OF_COMMANDS = (
-    "out plot plot_width panels plot_multipliers video video_size no_video report parquet trajectories",
-    "json quiet dry_run fresh quick scheduler clear for",
-)
-OF_OBJECTS = "scuffing_reach disturb push flag model_error reference imitate_slope_deg points grid"
-OTHERS = {*" ".join((*OF_COMMANDS, OF_OBJECTS)).split()}
-"""Options that have no name of Python's: of commands alone, and what is an object, an array or a field there."""
-
-OF_STUDIES = {*["samples", "plot", "model", "grounds", "seeds", "limits", "margins"]}
-"""Keys at the top of study files that neither `walk` nor its engine takes."""
-
-
-def taken(public: Callable[..., Any]) -> Iterator[str]:
-    """Names of arguments; those of a dataclass are its fields."""
-    try:
-        yield from inspect.signature(public).parameters
-    except ValueError:  # an exception's
-        return
-
-
-NAMES = {name for public in PUBLIC for name in taken(public)}
-
-
-def test_settings_have_the_names_of_python() -> None:
-    """With `_deg` where degrees are given; every exception is an option, and no name of Python."""
-    options = {
-        (option.opts[0].removeprefix("--").replace("-", "_"), option.name)
-        for command in COMMANDS.values()
-        for option in command.params
-        if isinstance(option, click.Option)
-    }
-    for written, becomes in options:
-        assert written in OTHERS or written.removesuffix("_deg") in NAMES, written
-        assert written == becomes or written in OTHERS, written
-    assert {written for written, _ in options} >= OTHERS
-    assert not {name.removesuffix("_deg") for name in OTHERS} & NAMES
-    for name in controller_names():
-        assert {key.removesuffix("_deg") for key in settings_of(name) if key not in OTHERS} <= NAMES
-    arguments = {name for public in (mjbiped.walk, mjbiped.Mujoco, mjbiped.Terrain.random) for name in taken(public)}
-    assert {*sweeps.KEYS, *robustness.KEYS} - arguments == OF_STUDIES
-    assert {*SCUFFING} <= {*taken(mjbiped.ScuffingRule)}
-    assert {name for kind in KINDS.values() for name in kind.parameters()} <= NAMES

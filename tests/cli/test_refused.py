@@ -1,7 +1,5 @@
 """What no command takes is refused before anything is computed: status 2, one line that names it, and no file."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys
@@ -21,41 +19,25 @@ REFUSED = {
     "walk random --seed -1": "'-1'; expected a whole number from 0",
     "walk --leg-mass 0": "'--leg-mass': '0'; expected a number from 1e-09 to 1e+06 kg",
     "walk --replanning-delay 1.01": "expected a number from 0.001 to 1 gait periods, or 'none'",
-    "walk --initial-slope-estimate-deg 90": "expected a number from -89.95 to 89.95 degrees",
     "walk --controller passivity --gain 3": "expected NAME=VALUE",
-    "walk --steps 0": "'--steps'",
-    "walk --distance 0": "'--distance': '0'; expected a number from 1e-06",
     "walk --engine bullet": "'--engine'",
     "walk --initial 1,2,3": "an initial state is four finite numbers",
-    "walk --timestep 0.1": "expected a number from 1e-06 to 0.004 s",
     "walk --video-size 641x480": "even pixels",
-    "walk --slow-motion 0": "a number from 0.01 to 100",
-    "walk --camera moon": "'--camera'",
-    "walk level mixed": "unexpected extra argument",
     "walk --hide ghost,torques": "valid are torque, force",
     "walk --flag contactpoints": "did you mean 'contactpoint'?",
     "walk --start 2 --stop 1": "--start 2 comes after --stop 1; swap them",
     "walk --sole 0.1,0.1,0.1": "'--sole': '0.1,0.1,0.1'; expected one distance from 0 to 1000 m, or two, behind",
-    "walk --model-error leg_mass": "expected NAME=FACTOR",
     f"walk --disturb delay={GREAT}": "delay",
     # grounds
     "walk marsh": "unknown terrain 'marsh'",
     "walk none.csv": "there is no such file",
-    "walk incline:slope_deg=50": "steeper than the robot can stand on",
     "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, bumps, recorded",
     "walk stairs:rise": "expected key=value",
     "walk random:seed=1 --seed 2": "contradicts",
     # controllers and their settings
-    "walk --controller pasive": "did you mean 'passive'?",
-    "walk --controller spread.py:HipSpred": "did you mean 'HipSpread'",
-    "walk trail.csv --controller spread.py:HipSpread --gain stifness=1": "did you mean 'stiffness'?",
     "walk level --controller spread.py:HipSpread": 'give initial="rest" (--initial rest)',
-    "walk --imitate-slope-deg -1": "no passive gait on a slope of -1 degrees",
     "walk --controller limit-cycle --estimate-update": "controller limit-cycle 'estimate_update'",
     "walk --position-gain 3 --gain position_gain=3": "--position-gain is given, too; give one of them",
-    "walk --reference height=1": "valid are speed, clearance, retraction, torque_limit, friction",
-    "walk --reference clearance=0.1 --imitate-slope-deg 3": "give one of them",
-    "walk --reference clearance=0.1 --controller kinetic-energy": "needs a passive gait",
     # robots
     "return-map --robot compass3d": "`mjbiped gait --robot compass3d`",
     "basin --robot kneed3d": "`mjbiped gait --robot kneed3d`",
@@ -68,15 +50,11 @@ REFUSED = {
     "walk --robot none.xml": "--robot 'none.xml': there is no such file",
     "walk --robot odd.toml": "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'",
     "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round; kneed has no such thing",
-    "walk --robot wheel --spokes 4": "'--spokes': '4'; expected a whole number from 5 to 100",
     "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
     "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
     "walk --model-error leg_mass=1 --model-error leg_mass=1": "a name is given twice",
     # engines
-    "walk --control-period 1.5e-4": "multiple of the timestep",
     "walk --engine hybrid --no-lands": "--no-lands is for --engine mujoco; hybrid has no such thing",
-    "walk level --stance-knee motor": 'stance_knee = "motor" needs a robot with knees',
-    "compare level --engine hybrid": "No such option",
     # files to write
     "walk --out walk.mat": "'walk.mat' must end in .npz",
     "walk --video walk.avi": "must end in .mp4 or .gif",
@@ -97,25 +75,18 @@ REFUSED = {
     "report .": "holds no study.sqlite",
     "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
     "export level walk.csv": "walk.csv holds the samples of a walk: give the walk's record",
-    "report none.npz": "there is no",
-    "report broken.npz": "no walk's record",
     "report walk.npz --out page.pdf": ".html",
     # gaits and maps
-    "gait --slope-deg 0": "no passive gait on a slope of 0 degrees",
     "return-map --robot kneed --scuffing-reach 0.3": "scuffing is for straight legs",
     "bifurcation --slope-deg 3": "LOW..HIGH",
     "bifurcation --keep 700": "more than the 600 steps",
     "bifurcation --robot wheel": "no swing leg",
-    "basin --grid 1": "grid",
     "basin --controller spread.py:HipSpread": "HipSpread imitates no gait",
-    "bifurcation --slope-deg 3..2": "the first below the second",
     "bifurcation --slope-deg 0..2": "slopes must be above 0",
     "bifurcation --slopes 40000 --keep 600": "--keep times --slopes",
     "basin --slope-deg -2": "downhill",
     # studies
-    "sweep none.toml": "there is no such file",
     "sweep steps.toml --workers 1 --scheduler tcp://x": "--workers is for this machine",
-    "reproduce --workers 0": "workers",
     "reproduce --out bare.toml": "is a file",
     "figures bare.toml/folder": "cannot be made: Not a directory; give another folder",
     "compile spread.py:HipSpread": 'has no law(); the page "controller" of the documentation shows one',
@@ -144,9 +115,7 @@ def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     ],
 )
 @pytest.mark.usefixtures("no_walk", "folder", "studies_in_threads")
-def test_a_missing_extra_is_named(
-    module: str, words: tuple[str, ...], extra: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_extra(module: str, words: tuple[str, ...], extra: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     assert_refused(run(*words), f"which is not installed: pip install 'mjbiped[{extra}]'")
 
@@ -165,15 +134,14 @@ ODD: dict[str, tuple[Callable[[Path], object], str]] = {
 }
 
 
-@pytest.mark.parametrize(
-    "words", ["walk level --robot a.toml", "walk a.toml", "sweep a.toml", "walk --controller a.py:A"]
-)
+LINES = ["walk level --robot a.toml", "walk a.toml", "sweep a.toml", "walk --controller a.py:A"]
+
+
+@pytest.mark.parametrize("line", LINES)
 @pytest.mark.parametrize("kind", ODD)
-def test_files_that_nobody_means_are_refused_at_once(
-    kind: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_odd_files_are_refused_at_once(kind: str, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     make, said = ODD[kind]
-    make(tmp_path / f"a.{'py' if '.py' in words else 'toml'}")
+    make(tmp_path / f"a.{'py' if '.py' in line else 'toml'}")
     with within(20.0, kind):
-        assert_refused(run(*words.split()), said)
+        assert_refused(run(*line.split()), said)

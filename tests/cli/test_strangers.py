@@ -1,7 +1,5 @@
 """Records that come from anyone: whatever they say, no command runs code of theirs, nor computes for minutes."""
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """`mjbiped sweep`, `reproduce`, `figures`, `report` and `export`: what they write and print, and how they end."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
@@ -10,7 +8,7 @@ from pathlib import Path
 import click
 import mujoco
 import pytest
-from command_line import run
+from command_line import ran, run
 
 import mjbiped
 from mjbiped.cli import export
@@ -37,43 +35,35 @@ def study(tmp_path: Path, studies_in_threads: None) -> Path:
     return path
 
 
-def test_a_sweep_leaves_table_figures_summary_and_report(
-    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sweep_leaves_its_files(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
-    result = run("sweep", study)
-    assert result.exit_code == 0, result.stderr
+    text = ran("sweep", study)
     folder = tmp_path / "slopes"
     assert len([*csv.DictReader((folder / "study.csv").read_text().splitlines())]) == 6
     assert list(folder.glob("*.png"))
     for shown in (
         r"finished +5 +83\.3\s",
-        r"of the finished walks +\d+ % ",
-        r"cost of transport, absolute ",
-        r"controller position gain \(1/s\) +walks ",
         r"\n 3 +2 +0\.03697 +100% ",
         r"no passive gait on ",
         r"best: passive, slope deg 2 \(100 % of 1 finished, median cost of transport 0\.0000, first cell 0\)\n",
-        r"6 walks in \d+\.\d s, \S+ walks/s\n",
     ):
-        assert re.search(shown, result.stdout), shown
-    printed = json.loads(run("sweep", study, "--json").stdout)
+        assert re.search(shown, text), shown
+    printed = json.loads(ran("sweep", study, "--json"))
     assert (printed["walks"], printed["outcomes"]) == (6, {"finished": 5, "failed": 1})
     assert (printed["walks_now"], printed["errors"][0]["first_cell"]) == (0, 1)
     assert str(folder / "study.csv") in printed["files"]
-    assert run("report", folder).stdout == f"wrote {folder / 'report.html'}\n"
+    assert ran("report", folder) == f"wrote {folder / 'report.html'}\n"
     assert "--no-video is for the report of a walk" in run("report", folder, "--no-video").stderr
     study.write_text(STUDY.replace("steps = 3", "steps = 4"))
     changed = run("sweep", study)
     assert (changed.exit_code, "study.steps was 3, is 4" in changed.stderr) == (2, True)
-    assert run("sweep", study, "--fresh", "--quiet").output == ""
+    assert ran("sweep", study, "--fresh", "--quiet") == ""
 
 
 def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path: Path) -> None:
-    result = run("sweep", study, "--dry-run", "--workers", 1)
-    assert re.match(r"6 walks: about \d+ s in 1 process \(", result.stdout)
+    assert re.match(r"6 walks: about \d+ s in 1 process \(", ran("sweep", study, "--dry-run", "--workers", 1))
     assert list(tmp_path.iterdir()) == [study]
-    assert json.loads(run("sweep", study, "--dry-run", "--json").stdout)["walks"] == 6
+    assert json.loads(ran("sweep", study, "--dry-run", "--json"))["walks"] == 6
 
 
 def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,7 +78,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, mon
 def test_a_sweep_over_the_limits_of_a_walk_has_columns_for_both(study: Path, tmp_path: Path) -> None:
     """What is asked for, and the measure of the same name."""
     study.write_text('engine = "hybrid"\nsteps = [2, 3]\ndistance = [0.5, 9]\nterrain = { name = "level" }\n')
-    assert run("sweep", study).exit_code == 0
+    ran("sweep", study)
     rows = list(csv.DictReader((tmp_path / "slopes" / "study.csv").read_text().splitlines()))
     found = [(row["limit.steps"], row["limit.distance"], row["steps"]) for row in rows]
     assert found == [("2", "0.5", "2"), ("2", "9", "2"), ("3", "0.5", "2"), ("3", "9", "3")]
@@ -111,37 +101,26 @@ def small(monkeypatch: pytest.MonkeyPatch, studies_in_threads: None) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("small")
 def test_page_table_and_figures_of_the_reproduction(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = run("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
-    assert result.exit_code == 0
-    for name in (
-        "reproduction.md",
-        "tables/reproduction.md",
-        "reproduction.csv",
-        "reproduction_gains.csv",
-        "reproduction_grounds.csv",
-        "images/reproduction_fig_4_mixed_hybrid.png",
-    ):
+    text = ran("reproduce", "--out", tmp_path / "walks", "--report", tmp_path / "page", "--quick")
+    tables = [f"reproduction{part}.csv" for part in ("", "_gains", "_grounds")]
+    for name in ("reproduction.md", "tables/reproduction.md", *tables, "images/reproduction_fig_4_mixed_hybrid.png"):
         assert (tmp_path / "page" / name).is_file()
-        assert name in result.stdout.replace("\n", "")
+        assert name in text.replace("\n", "")
     assert (tmp_path / "walks" / "figures" / "reproduction_table_3.pdf").stat().st_size > 5_000
-    assert "0.03492" in result.stdout  # c_mt on level ground
+    assert "0.03492" in text  # c_mt on level ground
     first = (tmp_path / "page" / "reproduction.md").read_bytes()
     monkeypatch.setattr(whole, "draw", lambda *_: [])
-    printed = json.loads(run("reproduce", "--out", tmp_path / "walks", "--quick", "--json").stdout)
+    printed = json.loads(ran("reproduce", "--out", tmp_path / "walks", "--quick", "--json"))
     assert (tmp_path / "walks" / "reproduction.md").read_bytes() == first
     assert printed["failed"] == []
-    assert printed["checks"][0]["claim"] == "On level ground the adaptive controller's c_mt is 0.0350"
     assert {"claim", "source", "holds", "found", "of", "engine", "group"} == set(printed["checks"][0])
 
 
 def test_figures_are_files_of_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that fails does not stop the others; the summary tells each command."""
     wheel = "gait --robot wheel --slope-deg 5"
-    shown = {
-        "steep": "gait --slope-deg 80",
-        "wheel": wheel,
-        "last": "return-map --robot wheel --slope-deg 5 --points 9",
-    }
+    last = "return-map --robot wheel --slope-deg 5 --points 9"
+    shown = {"steep": "gait --slope-deg 80", "wheel": wheel, "last": last}
     monkeypatch.setattr(export, "SET", shown)
     folder = tmp_path / "for slides"
     result = run("figures", folder, "--plot-width", "single")
@@ -161,8 +140,8 @@ def test_the_commands_of_the_set_can_be_read(name: str, tmp_path: Path) -> None:
 
 
 def test_the_report_stands_beside_the_record_or_where_it_shall(folder: Path) -> None:
-    assert run("report", "walk.npz", "--no-video").stdout == "wrote walk.html\n"
-    assert run("report", "walk.npz", "--no-video", "--out", "other.html", "--quiet").output == ""
+    assert ran("report", "walk.npz", "--no-video") == "wrote walk.html\n"
+    assert ran("report", "walk.npz", "--no-video", "--out", "other.html", "--quiet") == ""
     assert (folder / "other.html").read_bytes() == (folder / "walk.html").read_bytes()
 
 
@@ -172,17 +151,17 @@ def test_the_report_stands_beside_the_record_or_where_it_shall(folder: Path) -> 
 @pytest.mark.usefixtures("folder")
 def test_scenes_and_robots_are_exported() -> None:
     words = ("random", "scene.xml", "--seed", 4, "--robot", "kneed", "--shank-mass", 0.4, "--initial", "rest")
-    assert run("export", *words).output == "wrote scene.xml\n"
+    assert ran("export", *words) == "wrote scene.xml\n"
     assert mujoco.MjModel.from_xml_path("scene.xml").body("left_shank").mass[0] == 0.4
     assert "random (seed=4" in Path("scene.xml").read_text(encoding="utf-8")
     passive = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
     passive.save("passive.npz")
-    assert run("export", "passive.npz", "scene.xml").exit_code == 0
+    ran("export", "passive.npz", "scene.xml")
     start = passive.samples["qpos"][0]
     assert mujoco.MjModel.from_xml_path("scene.xml").key("start").qpos == pytest.approx(start, abs=1e-15)
-    assert run("export", "robot.urdf", "--robot", "kneed", "--hip-mass", 3).exit_code == 0
+    ran("export", "robot.urdf", "--robot", "kneed", "--hip-mass", 3)
     assert Path("robot.urdf").read_text(encoding="utf-8") == urdf_of(mjbiped.KneedBiped(hip_mass=3.0))
-    assert run("export", "walk.npz", "robot.urdf").exit_code == 0
+    ran("export", "walk.npz", "robot.urdf")
     assert Path("robot.urdf").read_text(encoding="utf-8") == urdf_of(mjbiped.Compass())
 
 
@@ -191,9 +170,9 @@ def test_scenes_and_robots_are_exported() -> None:
 def test_tables_of_a_record_and_of_a_walk(suffix: str) -> None:
     files = [Path(f"a.{suffix}"), *([] if suffix == "mcap" else [Path(f"a_touchdowns.{suffix}")])]
     wrote = "".join(f"wrote {file}\n" for file in files)
-    assert run("export", "walk.npz", files[0]).output == wrote
+    assert ran("export", "walk.npz", files[0]) == wrote
     of_record = [each.read_bytes() for each in files]
     assert all(of_record)
     words = ("walk", "level", "--engine", "hybrid", "--steps", 2, "--initial-slope-estimate-deg", 3)
-    assert run(*words, "--out", files[0]).output.endswith(wrote)
+    assert ran(*words, "--out", files[0]).endswith(wrote)
     assert suffix == "mcap" or [each.read_bytes() for each in files] == of_record

@@ -1,40 +1,27 @@
 """Laws as machine code: bitwise the law, one engine for all of them, failures that are noticed or named."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from simulations import hybrid_run, make_simulation
 
 import mjbiped
-from controllers import AdaptiveController, Controller, KneedController, LawController, PassiveController, never
+from controllers import AdaptiveController, KneedController, LawController, PassiveController, never
 from mjbiped.control.compiled import LawError, MachineCode, as_machine_code, can_be_compiled, compilable_law
 from mjbiped.control.controller import ROOM, Law
 from mjbiped.control.registry import controller_names, make_controller
-from mjbiped.engines.hybrid.engine import engine_address
 
 NUMBER, ADDRESS = ctypes.c_double, ctypes.c_int64
 QUICK = ("adaptive", "passive")
-KNEED = mjbiped.KneedBiped()
-each_engine = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 
 
-@pytest.fixture(scope="module")
-def kneed_gait() -> mjbiped.Gait:
-    return mjbiped.find_kneed_gait(KNEED, math.radians(2.5))
+OTHERS = (pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in controller_names() if name not in QUICK)],
-)
-def test_machine_code_and_methods_compute_what_the_law_does(
-    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+@pytest.mark.parametrize("name", [*QUICK, *OTHERS])
+def test_machine_code_computes_as_methods_do(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
     """Bit by bit."""
     controller = make_controller(name, robot, {}, gait)
     law = compilable_law(controller)
@@ -64,35 +51,16 @@ def test_machine_code_and_methods_compute_what_the_law_does(
     assert not code.failed
 
 
-def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait, kneed_gait: mjbiped.Gait) -> None:
+def test_one_machine_code_serves_all_gaits_and_robots_of_a_law(gait: mjbiped.Gait) -> None:
     """Parameters differ in number and value, never in type; laws with knees are those of straight legs."""
-    heavy = mjbiped.Compass(hip_mass=3.0)
+    heavy, kneed = mjbiped.Compass(hip_mass=3.0), mjbiped.KneedBiped()
     controllers = (
         AdaptiveController(mjbiped.Compass(), gait),
         AdaptiveController(heavy, mjbiped.find_passive_gait(heavy, math.radians(3.0))),
-        KneedController(KNEED, kneed_gait),
+        KneedController(kneed, mjbiped.find_kneed_gait(kneed, math.radians(2.5))),
     )
     assert len({len(each.law().parameters) for each in controllers}) > 1
     assert len({as_machine_code(each).law.torque for each in controllers}) == 1
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_one_machine_code_of_an_engine_serves_all_robots_and_laws(
-    controller: AdaptiveController, kneed_gait: mjbiped.Gait
-) -> None:
-    level, start = mjbiped.Terrain.level(), kneed_gait.start
-    there: Any = {"robot": controller.robot, "q": (-0.19, 0.19), "dq": (1.1, 0.8), "steps": 1}
-    kneed: Any = {"robot": KNEED, "q": tuple(start[:3]), "dq": tuple(start[3:])}
-    runs = [
-        hybrid_run(controller, level, **there),
-        hybrid_run(PassiveController().driving(KNEED), level, **kneed),
-        hybrid_run(KneedController(KNEED, kneed_gait), level, **kneed),
-    ]
-    assert len({run.machine and engine_address() for run in runs}) == 1
-    made = [make_simulation(each, level, **there) for each in (PassiveController(), Failing())]
-    assert all(simulation.compiled for simulation in made)
-    assert len({id(simulation._advance) for simulation in made}) == 1
 
 
 def out_of_range(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
@@ -117,7 +85,7 @@ class FailingAtTouchdown(PassiveController):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-@each_engine
+@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_law_that_fails_in_machine_code_stops_the_walk_there(engine: str, gait: mjbiped.Gait) -> None:
     """What would come of a memory that is half written is no walk."""
     given: Any = {"engine": engine, "steps": 20, "initial": gait.start.tolist()}
@@ -162,10 +130,6 @@ def good_torque(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: An
     out[0], out[1] = 0.0, 0
 
 
-def makes_array(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
-    out[:2] = np.array([q[0], q[1]])
-
-
 def makes_list(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> Any:
     numbers = [q[0], q[1]]
     numbers.append(t)
@@ -192,7 +156,6 @@ class ByLaw(LawController):
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"torque": makes_array}, ["torque (makes_array): ", "test_compiled.py"]),
         ({"torque": makes_list}, ["torque (makes_list): it allocates memory", "of test_compiled.py"]),
         ({"torque": misspelt}, ["torque (misspelt): NameError: name 'sine' is not defined"]),
         ({"slope_estimate": returning_pair}, ["slope_estimate (returning_pair) returns ", "expected a float"]),
@@ -211,20 +174,16 @@ def test_the_law_to_blame_is_named(changed: dict[str, Any], words: list[str]) ->
 @pytest.mark.slow  # Numba looks at the whole engine before it gives up
 @pytest.mark.compiled
 def test_walk_refuses_before_it_begins_and_its_advice_helps() -> None:
-    class Misspelt(Controller):
+    class Misspelt(ByLaw):
         """Its torque is sound, the law that it gives for compilation is not."""
 
         def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
             return 0.0, 0.0
 
-        def law(self) -> Law | None:
-            return ByLaw(torque=misspelt).given
-
-    class Without(Misspelt):
-        def law(self) -> Law | None:
-            return None
+        def law(self) -> Law | None:  # type: ignore[override]
+            return self.given if self.given.torque is misspelt else None
 
     incline = mjbiped.Terrain.incline(2.0)
     with pytest.raises(LawError, match=r"the laws of Misspelt cannot be compiled: torque .*'sine'.* return None"):
-        mjbiped.walk(Misspelt(), incline, engine="hybrid", steps=1)
-    assert mjbiped.walk(Without(), incline, engine="hybrid", steps=1).outcome == "finished"
+        mjbiped.walk(Misspelt(torque=misspelt), incline, engine="hybrid", steps=1)
+    assert mjbiped.walk(Misspelt(), incline, engine="hybrid", steps=1).outcome == "finished"

@@ -1,7 +1,5 @@
 """Controllers of a user's own by the names of their classes: loaded in words or refused in words, and told of."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,10 +8,8 @@ import own_controllers
 import pytest
 
 import mjbiped
-from mjbiped.analysis.replay import recorded_controller
 from mjbiped.control.loading import digest_of, located, own_class, source_of
 from mjbiped.control.registry import make_controller, settings_of
-from mjbiped.errors import InputError
 
 
 @pytest.fixture
@@ -28,10 +24,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
             del sys.modules[name]
 
 
-def test_a_class_in_a_file_called_as_you_like_walks_and_its_record_says_where_it_came_from(
-    folder: Path, robot: mjbiped.Compass, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What stands beside the file is imported; what it prints does not mix with a command's output."""
+def test_a_class_in_a_file_walks(folder: Path, robot: mjbiped.Compass, capsys: pytest.CaptureFixture[str]) -> None:
+    """It can be called as you like and imports what is beside it; the record says whence it came."""
     text = "from helper_b import SPREAD\nprint('loaded')\n" + own_controllers.SPREAD
     own_controllers.write(folder, "helper_b.py", "import deeper_b\nSPREAD = deeper_b.SPREAD\n")
     own_controllers.write(folder, "deeper_b.py", "SPREAD = 0.4\n")
@@ -43,16 +37,6 @@ def test_a_class_in_a_file_called_as_you_like_walks_and_its_record_says_where_it
     walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=2)
     source = walk.settings["controller_source"]
     assert source == {"class": "controllers.py:HipSpread", "sha256": digest_of("other/spread.py:HipSpread")}
-
-
-def test_a_class_that_needs_robot_and_gait_gets_them(folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
-    own_controllers.write(folder, "laws/imitating.py", own_controllers.IMITATING)
-    reference = "laws/imitating.py:Imitating"
-    shared = {"imitate_slope_deg": 2.0, "initial_slope_estimate_deg": 0.0, "reference": None}
-    assert settings_of(reference) == {**shared, "stiffness": 0.1}
-    law = make_controller(reference, robot, {"initial_slope_estimate_deg": 1.0}, gait)
-    assert (law.robot, law.gait) == (robot, gait)
-    assert law.describe()["initial_slope_estimate"] == pytest.approx(0.0174532925)
 
 
 def test_a_class_in_a_package_of_the_working_directory(folder: Path) -> None:
@@ -82,78 +66,50 @@ def test_files_are_looked_for_in_a_folder(folder: Path) -> None:
     assert located("adaptive", folder) == "adaptive"
 
 
-REFUSED = {
-    "interrupted": ("raise KeyboardInterrupt\n", "^$"),
-    "syntax": ("x = 1\ndef f(:\n", "law.py cannot be loaded: SyntaxError: .*law.py, line 2"),
-    "fails": ("import math\nx = 1 / 0\n", r"ZeroDivisionError: division by zero \(law.py, line 2: x = 1 / 0\)"),
-    "exits": ("raise SystemExit(3)\n", "law.py cannot be loaded: SystemExit: 3"),
-    "imports": ("import nothing_of_the_kind\n", "ModuleNotFoundError: .*nothing_of_the_kind"),
-    "missing": ("from controllers import Controller\n", "unknown controller in law.py 'Law': valid are none"),
-    "near": (own_controllers.law("return 0.0, 0.0").replace("Law", "Laws"), "valid are Laws; did you mean 'Laws'"),
-    "no class": ("Law = 3\n", "Law in law.py does not derive from controllers.Controller"),
-    "stranger": ("class Law:\n    pass\n", "Law in law.py does not derive from controllers.Controller"),
-    "abstract": (
-        "from controllers import Controller\nclass Law(Controller):\n    pass\n",
-        "lacks torque; a controller needs a method torque",
-    ),
-    "needs": (
-        own_controllers.law(
-            "return 0.0, 0.0", above="from dataclasses import dataclass\n@dataclass(frozen=True)", fields="k: float"
-        ),
-        r"Law cannot be made of these settings: .*missing .*'k'; they are k \(needed\)",
-    ),
-    "plain needs": (
-        own_controllers.law("return 0.0, 0.0", fields="def __init__(self, k):\n    self.k = k"),
-        r"missing .*'k'; they are none; Law is no dataclass: write @dataclass\(frozen=True\)",
-    ),
-    "raises": (
-        own_controllers.law("return 0.0, 0.0", fields="def __init__(self):\n    raise KeyError('no')"),
-        r"Law cannot be made of these settings: KeyError: 'no' \(law.py, line 6, in __init__: raise KeyError",
-    ),
+PLAIN = "return 0.0, 0.0"
+DATACLASS = "from dataclasses import dataclass\n@dataclass(frozen=True)"
+TEXTS = {  # of law.py, and what is said of its class Law
+    "x = 1\ndef f(:\n": "law.py cannot be loaded: SyntaxError: .*law.py, line 2",
+    "import math\nx = 1 / 0\n": r"ZeroDivisionError: division by zero \(law.py, line 2: x = 1 / 0\)",
+    "raise SystemExit(3)\n": "law.py cannot be loaded: SystemExit: 3",
+    "import nothing_of_the_kind\n": "ModuleNotFoundError: .*nothing_of_the_kind",
+    own_controllers.law(PLAIN).replace("Law", "Laws"): "valid are Laws; did you mean 'Laws'",
+    "Law = 3\n": "Law in law.py does not derive from controllers.Controller",
+    "class Law:\n    pass\n": "Law in law.py does not derive from controllers.Controller",
+    "from controllers import Controller\nclass Law(Controller):\n    pass\n": "lacks torque",
+    own_controllers.law(PLAIN, above=DATACLASS, fields="k: float"): r"missing .*'k'; they are k \(needed\)",
+    own_controllers.law(PLAIN, fields="def __init__(self, k):\n    self.k = k"): "none; Law is no dataclass",
+    own_controllers.law(PLAIN, fields="def __init__(self):\n    raise KeyError('no')"): r"'no' \(law.py, line 6, in __",
+}
+REFERENCES = {
+    "gone.py:Law": "'gone.py' .*there is no such file",
+    "gone.py": "'gone.py' .*there is no such file",
+    "folder.py:Law": "is a folder",
+    "./law:Law": "must end in .py",
+    "gone_module:Law": "there is no module 'gone_module'.* a file is named with its suffix",
+    "json.gone:Law": "there is no module 'json.gone'",
+    "not-a-name:Law": "is no name of a module",
+    ":Law": "names no file or module",
+    "law.py": "names no class; give it as law.py:Law",
+    "a\0b.py:Law": "cannot be read",
 }
 
 
-@pytest.mark.parametrize(("text", "words"), REFUSED.values(), ids=REFUSED.keys())
-def test_refused_in_words(text: str, words: str, folder: Path, robot: mjbiped.Compass) -> None:
-    own_controllers.write(folder, "law.py", text)
-    with pytest.raises(KeyboardInterrupt if "KeyboardInterrupt" in text else InputError, match=words):
-        make_controller("law.py:Law", robot, {})
-
-
 @pytest.mark.parametrize(
-    ("reference", "words"),
+    ("text", "reference", "words"),
     [
-        ("gone.py:Law", "'gone.py' .*there is no such file"),
-        ("gone.py", "'gone.py' .*there is no such file"),
-        ("folder.py:Law", "is a folder"),
-        ("./law:Law", "must end in .py"),
-        ("gone_module:Law", "there is no module 'gone_module'.* a file is named with its suffix"),
-        ("json.gone:Law", "there is no module 'json.gone'"),
-        ("not-a-name:Law", "is no name of a module"),
-        (":Law", "names no file or module"),
-        ("spread.py", "names no class; give it as spread.py:HipSpread"),
-        ("a\0b.py:Law", "cannot be read"),
+        *((text, "law.py:Law", words) for text, words in TEXTS.items()),
+        *((own_controllers.law(PLAIN), reference, words) for reference, words in REFERENCES.items()),
     ],
 )
-def test_references_are_refused_in_words(reference: str, words: str, folder: Path) -> None:
-    own_controllers.write(folder, "spread.py", own_controllers.SPREAD)
+def test_refused_in_words(text: str, reference: str, words: str, folder: Path, robot: mjbiped.Compass) -> None:
+    own_controllers.write(folder, "law.py", text)
     (folder / "folder.py").mkdir()
-    with pytest.raises(InputError, match=words):
-        own_class(reference)
+    with pytest.raises(mjbiped.InputError, match=words):
+        make_controller(reference, robot, {})
 
 
-def test_a_recorded_controller_is_built_anew_as_long_as_its_file_is_the_same(
-    folder: Path, robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
-    text = "from controllers import AdaptiveController\nclass Mine(AdaptiveController):\n    pass\n"
-    own_controllers.write(folder, "mine.py", text)
-    law = make_controller("mine.py:Mine", robot, {"position_gain": 6.0}, gait)
-    walk = mjbiped.walk(law, mjbiped.Terrain.level(), engine="hybrid", steps=1)
-    assert recorded_controller(walk, "mine.py:Mine") == law
-    with pytest.raises(InputError, match="name it yourself"):
-        recorded_controller(walk)
-    with pytest.raises(InputError, match="another class"):
-        recorded_controller(walk, "mine.py:Yours")
-    own_controllers.write(folder, "mine.py", text + "# changed\n")
-    with pytest.raises(InputError, match=r"the source of 'mine\.py:Mine' is another one"):
-        recorded_controller(walk, "mine.py:Mine")
+def test_an_interruption_is_nobodys_mistake(folder: Path) -> None:
+    own_controllers.write(folder, "law.py", "raise KeyboardInterrupt\n")
+    with pytest.raises(KeyboardInterrupt):
+        own_class("law.py:Law")

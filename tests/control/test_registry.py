@@ -1,7 +1,5 @@
 """Controllers by name: their settings with defaults and types, built anew from records, other packages' own."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -9,45 +7,25 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import own_controllers
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import mjbiped
-from controllers import AdaptiveController, PassivityController
+from controllers import AdaptiveController
 from mjbiped.control import registry
-from mjbiped.control.loading import REQUIRED, checked, fields_of, shown_defaults, value_of
-from mjbiped.control.registry import (
-    controller_from,
-    controller_names,
-    make_controller,
-    parse_reference,
-    registered,
-    settings_of,
-)
-from mjbiped.errors import InputError
+from mjbiped.control.loading import REQUIRED, checked, fields_of, value_of
+from mjbiped.control.registry import controller_from, controller_names, make_controller, settings_of
 from mjbiped.studies.run import law_folders
 
 
 @pytest.mark.parametrize("name", controller_names())
-def test_defaults_are_the_settings_and_a_description_is_built_anew(
-    name: str, robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+def test_defaults_are_the_settings(name: str, robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """With them a controller is made, and with its description anew."""
     plain = make_controller(name, robot, {}, gait)
     assert make_controller(name, robot, settings_of(name), gait) == plain
     for key, model in (("gait", gait), ("robot", robot)):
         assert getattr(plain, key) is (model if key in plain.describe() else None)
     assert controller_from(plain.describe()) == plain
-
-
-def test_settings_arrive(robot: mjbiped.Compass) -> None:
-    law = make_controller("adaptive", robot, {"imitate_slope_deg": 1.0, "position_gain": 3, "replanning_delay": None})
-    assert isinstance(law, AdaptiveController)
-    assert (law.gait.slope, law.position_gain, law.replanning_delay) == (math.radians(1.0), 3, None)
-    other = make_controller("passivity", robot, {"gain": 2.0, "initial_slope_estimate_deg": 3, "slope_source": "none"})
-    assert isinstance(other, PassivityController)
-    assert (other.gain, other.initial_slope_estimate, other.slope_source) == (2.0, math.radians(3.0), "none")
-    assert settings_of("passivity")["slope_source"] == "two_point"
 
 
 @pytest.mark.parametrize(
@@ -63,8 +41,6 @@ def test_settings_arrive(robot: mjbiped.Compass) -> None:
         ("adaptive", {"reference": "clearance"}, "clearance = '': must be a finite number"),
         ("adaptive", {"reference": "clearence=1"}, "reference 'clearence=1': .*did you mean 'clearance'"),
         ("adaptive", {"reference": "speed=1,speed=2"}, "stands twice"),
-        ("adaptive", {"reference": "speed=nan"}, "must be a finite number"),
-        ("adaptive", {"reference": "retraction=0"}, "must be true or false"),
         ("adaptive", {"reference": 3}, "reference = 3"),
         ("adaptive", {"reference": "speed=1", "imitate_slope_deg": 1.0}, "give one of them"),
         ("kinetic-energy", {"reference": "clearance=0.1"}, "needs a passive gait"),
@@ -74,27 +50,24 @@ def test_refused_in_words(
     name: str, settings: dict[str, object], words: str, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(mjbiped.InputError, match=words):
         make_controller(name, robot, settings)
 
 
 def test_references_in_words() -> None:
-    assert parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
-    assert parse_reference("retraction=no") == {"retraction": False}
+    assert registry.parse_reference("clearance=0.06, speed = 0.5") == {"clearance": 0.06, "speed": 0.5}
+    assert registry.parse_reference("retraction=no") == {"retraction": False}
 
 
-def test_laws_and_robots_that_do_not_fit_are_told_with_those_that_do(gait: mjbiped.Gait) -> None:
-    kneed, compass = mjbiped.KneedBiped(), mjbiped.Compass()
-    law = AdaptiveController(compass, gait)
-    with pytest.raises(InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
-        mjbiped.walk(law, mjbiped.Terrain.level(), robot=kneed, engine="hybrid")
-    with pytest.raises(InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
-        make_controller("library", kneed, {})
+def test_a_law_for_another_robot_is_told_with_those_that_fit(controller: AdaptiveController) -> None:
+    with pytest.raises(mjbiped.InputError, match=r"choose a controller for that robot: adaptive \(KneedController\)"):
+        mjbiped.walk(controller, mjbiped.Terrain.level(), robot=mjbiped.KneedBiped(), engine="hybrid")
+    with pytest.raises(mjbiped.InputError, match="drives ankle, hip; KneedBiped has ankle, hip, knee"):
+        make_controller("library", mjbiped.KneedBiped(), {})
 
 
-def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
-    robot: mjbiped.Compass, gait: mjbiped.Gait
-) -> None:
+def test_older_descriptions_have_defaults(robot: mjbiped.Compass, gait: mjbiped.Gait) -> None:
+    """Those that do not fit are refused."""
     law = make_controller("adaptive", robot, {}, gait)
     described = law.describe()
     older = {name: value for name, value in described.items() if name != "replanning"}
@@ -106,10 +79,8 @@ def test_descriptions_that_do_not_fit_are_refused_and_older_ones_have_defaults(
         ({**described, "robot": {"mass": 5.0}}, r"cannot be built anew: .*mass"),
         (without_gait, r"needs a mjbiped\.Compass and a mjbiped\.Gait"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(mjbiped.InputError, match=words):
             controller_from(wrong)
-    with pytest.raises(InputError, match="no class of yours is needed"):
-        controller_from(described, named="mine.py:Mine")
 
 
 @pytest.fixture
@@ -119,39 +90,27 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: own-laws\nVersion: 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    registered.cache_clear()
+    registry.registered.cache_clear()
     yield about / "entry_points.txt"
-    registered.cache_clear()
-
-
-OWN = """\
-from dataclasses import dataclass
-from controllers import Controller
-@dataclass(frozen=True)
-class HipSpread(Controller):
-    stiffness: float = 20.0
-    def torque(self, memory, t, q, dq):
-        return 0.0, -self.stiffness * (q[1] - q[0] - 0.4)
-"""
+    registry.registered.cache_clear()
 
 
 def test_another_package_registers_its_own(robot: mjbiped.Compass, installed: Path) -> None:
     installed.write_text("[mjbiped.controllers]\nspread = own_laws:HipSpread\nlost = own_laws:Lost\n")
-    source = installed.parents[1] / "own_laws.py"
-    source.write_text(OWN)
+    source = own_controllers.write(installed.parents[1], "own_laws.py", own_controllers.SPREAD)
     assert controller_names()[0] == "adaptive"
     assert {"spread", "lost"} < {*controller_names()}
-    assert settings_of("spread") == {"stiffness": 20.0}
     assert source in law_folders()  # a study's results depend on it
+    assert settings_of("spread") == {"stiffness": 0.5, "spread": 0.4}
     law = make_controller("spread", robot, {"stiffness": 5.0})
-    assert law.describe() == {"name": "HipSpread", "stiffness": 5.0}
-    with pytest.raises(InputError, match="lost, registered as own_laws:Lost, fails"):
+    assert law.describe() == {"name": "HipSpread", "stiffness": 5.0, "spread": 0.4}
+    with pytest.raises(mjbiped.InputError, match="lost, registered as own_laws:Lost, fails"):
         make_controller("lost", robot, {})
 
 
 def test_two_controllers_of_one_name_are_refused(installed: Path) -> None:
     installed.write_text("[mjbiped.controllers]\nadaptive = rival:Adaptive\n")
-    with pytest.raises(InputError, match=r"two installed packages register the controller adaptive: .*rival:Ad"):
+    with pytest.raises(mjbiped.InputError, match=r"two installed packages register .* adaptive: .*rival"):
         controller_names()
 
 
@@ -174,7 +133,6 @@ def test_fields_and_their_defaults() -> None:
     fields = fields_of(Made)
     assert "inner" not in fields
     assert (fields["needed"], fields["gain"], fields["made"]) == (REQUIRED, 1.0, [])
-    assert shown_defaults({"needed": REQUIRED, "gain": 1.0}) == "needed (needed), gain=1.0"
 
 
 @pytest.mark.parametrize(
@@ -184,12 +142,10 @@ def test_fields_and_their_defaults() -> None:
         ("count", "3", 3),
         ("on", "True", True),
         ("mode", "5", "5"),
-        ("mode", "none", "none"),
         ("delay", "none", None),
         ("delay", "0.5", 0.5),
         ("kind", "b", "b"),
         ("anything", "7", 7),
-        ("anything", "word", "word"),
         ("gain", "much", "gain = 'much': must be a finite number, as declared in Made"),
         *(("gain", text, "a finite number") for text in ("nan", "true", "none")),
         ("count", "2.5", "a whole number"),
@@ -202,24 +158,22 @@ def test_fields_and_their_defaults() -> None:
 )
 def test_a_text_is_read_as_its_field_has_it_or_refused(name: str, text: str, value: object) -> None:
     if isinstance(value, str) and value != text.strip():
-        with pytest.raises(InputError, match=value):
+        with pytest.raises(mjbiped.InputError, match=value):
             value_of(Made, name, text)
     else:
         found = value_of(Made, name, text)
         assert (type(found), found) == (type(value), value)
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_numbers_come_through_their_texts_and_those_of_numpy_are_numbers(number: float) -> None:
-    assert value_of(Made, "gain", repr(number)) == number
+def test_numbers_of_numpy_are_numbers_and_truth_is_none() -> None:
     assert checked(Made, "gain", np.float32(0.5)) == 0.5
     assert checked(Made, "count", np.int64(3)) == 3
-    with pytest.raises(InputError, match="a whole number"):
+    with pytest.raises(mjbiped.InputError, match="a whole number"):
         checked(Made, "count", True)
 
 
 def test_types_that_only_a_type_checker_knows_are_not_checked() -> None:
     class Odd:
-        gain: "Unknown"  # type: ignore[name-defined]  # noqa: F821, UP037
+        gain: "Unknown"  # type: ignore[name-defined]  # noqa: F821
 
     assert checked(Odd, "gain", "anything") == "anything"

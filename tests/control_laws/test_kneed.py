@@ -1,7 +1,6 @@
 """The adaptive law with knees: against the robot's matrices, the compass biped's law, and its references' shape."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,8 +11,6 @@ from hypothesis import strategies as st
 
 import mjbiped
 from controllers import KneedController
-from mjbiped.dynamics.modes import bent_leg
-from mjbiped.errors import InputError
 from mjbiped.robots.chain import Array
 from mjbiped.terrain.terrain import Terrain
 
@@ -35,30 +32,6 @@ def memory_at(law: KneedController, start: Any = GAIT.start, slope: float = 0.03
     law.start(memory, tuple(start[:3]), tuple(start[3:]))
     memory[0], memory[1] = math.sin(slope), math.cos(slope)
     return memory
-
-
-def moved_by(
-    q: Array, dq: Array, torque: Array, slope: float, flexion: float
-) -> tuple[Array, tuple[Array, Callable[[float], Array]]]:
-    """Accelerations of a robot that stands on a leg bent by `flexion`, and M^-1 and gravity of a slope.
-
-    By the chain of four segments, of which stance shank and thigh are one body, and swing thigh and shank two, or one.
-    """
-    n = len(q)
-    E = (
-        np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-        if n == 3
-        else np.array([[1.0, 0], [1, 0], [0, 1], [0, 1]])
-    )
-    _, lean = bent_leg(ROBOT.thigh_length, ROBOT.shank_length, flexion)
-    four, turning = np.array([q[0] + lean, q[0] + lean - flexion, q[1], q[-1]]), E @ dq
-
-    def gravity(angle: float) -> Array:
-        return np.asarray(E.T @ ROBOT.gravity_vector(four, angle))
-
-    mass = E.T @ ROBOT.mass_matrix(four) @ E
-    pull = ROBOT.input_matrix[:n, :n] @ torque[:n] - E.T @ ROBOT.coriolis_matrix(four, turning) @ turning
-    return np.linalg.solve(mass, pull - gravity(slope)), (np.linalg.inv(mass), gravity)
 
 
 def test_a_locked_knee_tracks_the_gait_with_a_straight_knee() -> None:
@@ -91,16 +64,16 @@ def test_errors_obey_linear_equations_where_model_and_slope_are_true(
         wanted = tracked(LAW, memory, t)[:2]
     else:
         q, dq, whole = wanted[:, 0] + away[:3], wanted[:, 1] + away[3:], [0, 1, 2]
-    n = len(q)
+    n, chain = len(q), ROBOT.chains_on(flexion)[len(q)]
     torque = np.array(LAW.torque(memory, t, tuple(q[whole]), tuple(dq[whole])))
     assert n == 3 or torque[2] == 0.0
-    ddq, (inverse, gravity) = moved_by(q, dq, torque, slope, flexion)
+    ddq = chain.accelerations(ROBOT.input_matrix[:n, :n] @ torque[:n], q, dq, slope)
     z, dz = wanted[:, 0] - q, wanted[:, 1] - dq
     expected = wanted[:, 2] + (5.0 * 12.0 + 1.0) * z + (5.0 + 12.0) * dz
     assert ddq == pytest.approx(expected, abs=1e-9)  # of some 1e2 rad/s^2, with a mass matrix of condition 1e3
     # (17): gamma z2' M^-1 of gravity's parts, which are its vector on level ground and on a wall
-    z2 = inverse @ (dz + 5.0 * z)
-    parts = [z2 @ gravity(angle) for angle in (math.pi / 2, 0.0)]
+    z2 = np.linalg.solve(chain.mass_matrix(q), dz + 5.0 * z)
+    parts = [z2 @ chain.gravity_vector(q, angle) for angle in (math.pi / 2, 0.0)]
     assert torque[3:] == pytest.approx(0.3 * np.array(parts), abs=1e-10)
 
 
@@ -167,8 +140,6 @@ def test_no_torque_on_the_gaits_own_slope() -> None:
     assert walk.peak_torque.max() < 1e-4  # N m: of the branches' 1e-6 rad/s^2 times 15 kg m^2, and the strike's 1e-10 s
 
 
-def test_what_does_not_fit_is_refused(gait: mjbiped.Gait) -> None:
-    with pytest.raises(InputError, match="KneedController needs a"):
-        KneedController(ROBOT, gait)
-    with pytest.raises(InputError, match="knee_bump"):
-        KneedController(ROBOT, GAIT, knee_bump=-1.0)
+def test_a_bump_that_lowers_the_foot_is_refused() -> None:
+    with pytest.raises(mjbiped.InputError, match="knee_bump"):
+        replace(LAW, knee_bump=-1.0)

@@ -10,7 +10,6 @@ import mjbiped
 from controllers import AdaptiveController, LibraryController
 from mjbiped.analysis.replay import recorded_controller, replayed
 from mjbiped.controllers.room import CLIMBING
-from mjbiped.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -23,14 +22,6 @@ def step(library: LibraryController, rise: float, engine: str = "hybrid") -> mjb
     edge = 2.5 * library.gait.step_length
     ground = mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (50.0, 0.0, rise)])
     return mjbiped.walk(library, ground, engine=engine, steps=12)
-
-
-@pytest.mark.slow
-def test_on_level_ground_it_is_the_adaptive_controller(library: LibraryController) -> None:
-    adaptive = AdaptiveController(library.robot, library.gait, replanning="additive")
-    walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in (library, adaptive)]
-    for name in ("time", "q", "torque"):
-        assert (walks[0].samples[name] == walks[1].samples[name]).all()  # the same operations
 
 
 @pytest.mark.parametrize("rise", [0.05, -0.08])
@@ -74,17 +65,3 @@ def test_a_record_builds_it_anew(library: LibraryController, gait: mjbiped.Gait)
     assert recorded_controller(walk) == library
     assert library.climbing_gait == mjbiped.find_reference(library.robot, speed=library.gait.speed, clearance=0.1)
     assert replace(library, climbing_gait=gait).climbing_gait is gait
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"climbing_clearance": -1}, "climbing_clearance = -1"),
-        ({"climbing_steps": 0}, "climbing_steps = 0"),
-        ({"height_threshold": math.nan}, "height_threshold = nan"),
-        ({"climbing_gait": "high"}, r"needs a mjbiped.Compass and a mjbiped.Gait .*and str"),
-    ],
-)
-def test_bad_parameters_are_refused(library: LibraryController, wrong: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        replace(library, **wrong)  # type: ignore[arg-type]  # on purpose

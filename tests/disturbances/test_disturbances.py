@@ -1,7 +1,5 @@
 """What can be asked of `Disturbances`, what is refused, random numbers by their places, friction, the command line."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -16,17 +14,12 @@ from controllers import PassiveController
 from mjbiped.cli.walkers import disturbances_of, model_of
 from mjbiped.disturbances import chance
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
-from mjbiped.errors import InputError
 from mjbiped.studies.plan import plan
 
 GROUND = mjbiped.Terrain.incline(2.0)
 
 
-class Own(mjbiped.Engine):
-    name = "own"
-
-    def start(self, *given: Any, **named: Any) -> Any:
-        raise AssertionError("it has not refused")
+OWN: Any = type("Own", (mjbiped.Engine,), {"name": "own", "start": None})()
 
 
 def walk(engine: Any = "hybrid", **given: Any) -> mjbiped.Walk:
@@ -47,7 +40,6 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: Disturbances(seed=1.5), "seed = 1.5"),  # type: ignore[arg-type]
     (lambda: Disturbances(pushes=3.0), "pushes, pairs of time"),  # type: ignore[arg-type]
     (lambda: Disturbances(pushes=[(1.0,)]), r"expected shape \(n, 2\)"),  # type: ignore[list-item]
-    (lambda: Disturbances(pushes=[(2.0, 1.0), (1.0, 1.0)]), "in order of time"),
     (lambda: Disturbances(pushes=[(2.0, 1.0), (2.01, 1.0)]), "push_duration = 0.05 s apart"),
     (lambda: Disturbances(pushes=[(float(k), 1.0) for k in range(10_001)]), "number of pushes = 10001"),
     (lambda: Disturbances(push_impulse=1.0), "random pushes need both"),
@@ -59,13 +51,11 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: walk("hybrid", delay=0.0105), "delay = 0.0105"),
     (lambda: walk("mujoco", control_period=0.0015), "control_period = 0.0015: must be a multiple of the timestep"),
     (lambda: walk("hybrid", friction=0.1), "the hybrid engine's stance foot never slips"),
-    (lambda: walk(Own(), delay=0.1), "the engine own knows no disturbances"),
+    (lambda: walk(OWN, delay=0.1), "the engine own knows no disturbances"),
     (lambda: mjbiped.walk(PassiveController(), GROUND, disturbances={}), "got dict"),  # type: ignore[arg-type]
     (lambda: disturbances_of([("angl_noise", "1")], []), "--disturb unknown .*did you mean 'angle_noise'"),
-    (lambda: disturbances_of([("delay", "soon")], []), "--disturb delay = 'soon'"),
     (lambda: disturbances_of([("delay", "0.1"), ("delay", "0.1")], []), "--disturb delay is given twice"),
     (lambda: disturbances_of([("pushes", "1")], []), "--disturb unknown disturbance 'pushes'"),
-    (lambda: model_of(mjbiped.Compass(), [("leg_mass", 1.2), ("leg_mass", 1.2)]), "a name is given twice"),
     (lambda: study(delai=0.1), "unknown setting of disturbances 'delai'"),
     (lambda: study(delay=[0.01, 0.0105]), r"cell 1 \(disturbances.delay = 0.0105\): delay = 0.0105"),
 ]
@@ -73,7 +63,7 @@ REFUSED: list[tuple[Any, str]] = [
 
 @pytest.mark.parametrize(("asked", "said"), REFUSED, ids=[said for _, said in REFUSED])
 def test_what_makes_no_sense_is_refused(asked: Any, said: str) -> None:
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(mjbiped.InputError, match=said):
         asked()
 
 

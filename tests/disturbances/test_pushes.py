@@ -1,9 +1,6 @@
 """Pushes at the hip, in both engines."""
 
-from __future__ import annotations
-
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,17 +9,12 @@ from scipy import stats
 from simulations import make_simulation
 
 import mjbiped
-from controllers import AdaptiveController, Controller, PassiveController
+from controllers import Controller, PassiveController
 from mjbiped import Disturbances, Walk
 
 ENGINES = ("mujoco", "hybrid")
 ROBOT = mjbiped.Compass()
 GROUND = mjbiped.Terrain.incline(2.0)
-
-
-@cache
-def gait() -> mjbiped.Gait:
-    return mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
 
 
 def pushed(engine: Any, disturbances: Disturbances | None, controller: Controller | None = None, **given: Any) -> Walk:
@@ -67,21 +59,13 @@ def test_a_push_does_the_work_of_its_force(engine: str, tolerance: float) -> Non
 
 
 @pytest.mark.parametrize("lands", [True, False])
-def test_mujoco_gives_a_pushs_whole_impulse(lands: bool) -> None:
+def test_mujoco_gives_a_pushs_whole_impulse(lands: bool, gait: mjbiped.Gait) -> None:
     """Also where it lasts no whole number of steps, and over a touchdown, where steps have other lengths."""
-    start = gait().start.tolist()
+    start = gait.start.tolist()
     pushes = Disturbances(pushes=((0.1, 0.1), (0.7403, -0.5)), push_duration=0.0507)
-    simulation = make_simulation(
-        PassiveController(),
-        GROUND,
-        robot=ROBOT,
-        q=start[:2],
-        dq=start[2:],
-        steps=2,
-        disturbances=pushes,
-        lands=lands,
-        timestep=1e-3 if lands else 1e-4,
-    )
+    begin: Any = {"robot": ROBOT, "q": start[:2], "dq": start[2:], "steps": 2, "disturbances": pushes}
+    timestep = 1e-3 if lands else 1e-4
+    simulation = make_simulation(PassiveController(), GROUND, lands=lands, timestep=timestep, **begin)
     given, forces = 0.0, set()
     while simulation.data.time < 1.0:
         simulation.advance(1)
@@ -94,12 +78,11 @@ def test_mujoco_gives_a_pushs_whole_impulse(lands: bool) -> None:
     assert {round(0.1 / 0.0507, 6), round(-0.5 / 0.0507, 6), 0.0} <= forces
 
 
-def test_engines_agree_about_a_pushed_walk() -> None:
+def test_engines_agree_about_a_pushed_walk(controller: Controller) -> None:
     """As closely as about one that is not pushed, where a push begins on a step of MuJoCo's (docs/physics.md)."""
-    law = AdaptiveController(ROBOT, gait())
     given = Disturbances(pushes=((0.5, 2.0), (3.0, -2.0)))
-    mujoco_, hybrid = (pushed(engine, given, law, steps=8) for engine in ENGINES)
-    free = pushed("hybrid", None, law, steps=8)
+    mujoco_, hybrid = (pushed(engine, given, controller, steps=8) for engine in ENGINES)
+    free = pushed("hybrid", None, controller, steps=8)
     pushes_effect = np.abs(hybrid.touchdowns["q"] - free.touchdowns["q"]).max()
     assert pushes_effect > 3e-3
     np.testing.assert_allclose(mujoco_.touchdowns["q"], hybrid.touchdowns["q"], atol=0.03 * pushes_effect)
@@ -119,13 +102,12 @@ def test_random_pushes_come_by_chance() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_random_pushes_are_those_that_are_told(engine: str) -> None:
+def test_random_pushes_are_those_that_are_told(engine: str, controller: Controller) -> None:
     """A walk with the same pushes at given times is the same."""
-    law = AdaptiveController(ROBOT, gait())
     chance = Disturbances(push_impulse=1.0, push_interval=0.7, seed=3)
     told = Disturbances(pushes=chance.pushes_until(10.0))
     assert len(told.pushes) > 5
-    first, second = (pushed(engine, each, law, steps=6) for each in (chance, told))
+    first, second = (pushed(engine, each, controller, steps=6) for each in (chance, told))
     np.testing.assert_array_equal(first.samples["q"], second.samples["q"])
 
 

@@ -1,7 +1,5 @@
 """Every command on the pages exists, with its options, and takes the values that stand there."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex
@@ -62,10 +60,3 @@ def test_scripts_exist(words: list[str]) -> None:
 def test_make_has_the_targets() -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     assert {words[1] for _, words in commands() if words[0] == "make"} <= targets
-
-
-def test_refuses_what_no_command_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The check above sees a name that is gone."""
-    for words in (["walks", "mixed"], ["walk", "mixed", "--step", "3"], ["walk", "mixed", "--engine", "bullet"]):
-        with pytest.raises(click.UsageError):
-            test_mjbiped_takes_the_command(words, tmp_path, monkeypatch)

@@ -13,12 +13,11 @@ QUICK = ("first_walk", "own_controller", "own_terrain")
 PAGE = (ROOT / "docs" / "gallery.md").read_text()
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
-)
-def test_example_draws_the_pictures_that_the_gallery_shows(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+EACH = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_example_draws_its_pictures(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
     section = PAGE[: PAGE.index(f"../examples/{name}.py")].rsplit("## ", 1)[1]

@@ -1,7 +1,5 @@
 """Links between pages lead somewhere on GitHub, where Sphinx does not look; names in the glossary exist."""
 
-from __future__ import annotations
-
 import re
 from pydoc import locate
 

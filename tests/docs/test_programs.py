@@ -1,13 +1,12 @@
-"""Every program on the pages runs as it stands there, one block after the other."""
+"""Every program on the pages runs as it stands there, one block after the other, and is well typed."""
 
-from __future__ import annotations
-
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from documentation import PAGES, Block, blocks, text
+from documentation import PAGES, ROOT, Block, blocks, text
 
 
 def programs(page: str) -> list[Block]:
@@ -27,11 +26,16 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
             del sys.modules[name]
 
 
-def execute(page: str, *, slow: bool) -> None:
-    space: dict[str, object] = {"__name__": "__main__"}
+def write_files(page: str) -> None:
+    """Write the blocks that are files into the working folder."""
     for block in blocks(page):
         if block.file:
             Path(block.file).write_text(block.code, encoding="utf-8")
+
+
+def execute(page: str, *, slow: bool) -> None:
+    space: dict[str, object] = {"__name__": "__main__"}
+    write_files(page)
     if any("envs.load(" in block.code for block in programs(page)):
         pytest.importorskip("dm_control", reason="the page needs dm_control, which pip does not install on 3.13")
     for block in programs(page):
@@ -70,3 +74,22 @@ def test_every_block_says_its_language() -> None:
         fences = [line for line in text(page).splitlines() if line.startswith("```")]
         assert all(len(fence) > 3 for fence in fences[::2]), page
         assert set(fences[1::2]) <= {"```"}, page
+
+
+# what a program does with packages that have no types is not checked
+UNTYPED = "[mypy]\ncheck_untyped_defs = true\nignore_missing_imports = true\nno_incremental = true\n"
+
+
+@pytest.mark.slow  # the type checker reads all packages anew
+def test_programs_are_well_typed_by_what_the_package_says_of_its_types() -> None:
+    Path("mypy.ini").write_text(UNTYPED)
+    names = []
+    for page in PAGES:
+        write_files(page)
+        if code := "\n".join(block.code for block in programs(page) if not block.file):
+            names.append(f"page_{Path(page).stem}.py")
+            Path(names[-1]).write_text(code, encoding="utf-8")
+    environment = {"MYPYPATH": str(ROOT), "PATH": "", "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "mypy", *names]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

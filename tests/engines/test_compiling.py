@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 from command_line import python
 
-from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
+from controllers import AdaptiveController, Controller, Law, PassiveController
 from mjbiped import InputError, Terrain
 from mjbiped.engines import compiling
 from mjbiped.engines.base import engine_of
@@ -78,33 +77,14 @@ def test_the_environment_overrules(engine: str, controller: Controller, monkeypa
 
 
 def cubed(parameters: Any, memory: Any, t: float, q: Any, dq: Any, out: Any) -> None:
-    out[0], out[1] = 0.0, -parameters[0] * (q[1] - q[0]) ** 3
+    out[0], out[1] = 0.0, -((q[1] - q[0]) ** 3)
 
 
-def zeroed(parameters: Any, memory: Any, q_before: Any, q: Any, dq: Any) -> None:
-    memory[0] = 0.0
-
-
-def unknown(parameters: Any, memory: Any) -> float:
-    return float("nan")
-
-
-def never(parameters: Any, memory: Any, t: float) -> float:
-    return float("inf")
-
-
-class Own(LawController):
+class Own(PassiveController):
     """A law of one's own."""
 
-    memory_size = 1
-    torque_law: Any = staticmethod(cubed)
-
-    def start(self, memory: Memory, q: Sequence[float], dq: Sequence[float]) -> None:
-        memory[0] = 1.0
-
-    @property
-    def plain_law(self) -> Law:
-        return Law([0.5], self.torque_law, zeroed, unknown, never)
+    def law(self) -> Law:
+        return super().law()._replace(torque=cubed)
 
 
 def test_a_law_with_powers_is_never_interpreted() -> None:

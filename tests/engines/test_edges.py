@@ -11,16 +11,11 @@ from controllers import PassiveController
 from mjbiped import Terrain
 from mjbiped.engines.hybrid.meeting import CORNER, FACE_WIDTH
 from mjbiped.records import measures
-from mjbiped.terrain.profile import (
-    BESIDE,
-    EDGE,
-    OVER,
-    height_of,
-    segment_stood_on,
-)
+from mjbiped.terrain.profile import BESIDE, EDGE, OVER, height_of, segment_stood_on
 
 LEAD = 0.06  # before the touchdown that a foot is let down, s
 OFFSETS = (-1.1e-4, -5e-5, -3e-6, 2e-5, 8e-5, 1e-3)
+PLACE = 0.36  # about where the foot comes down, m
 
 
 class Break(NamedTuple):
@@ -39,9 +34,10 @@ class Break(NamedTuple):
     ground: str = "auto"
 
     def terrain(self, place: float) -> Terrain:
-        """The ground with its break at a place (m)."""
+        """The ground with its break at a place (m); both parts stay where they are."""
         before, after = math.radians(self.before), math.radians(self.after)
-        return Terrain((0.0, place), (0.0, self.rise - math.tan(before) * place), (before, after))
+        height = self.rise - math.tan(before) * PLACE - math.tan(after) * (place - PLACE)
+        return Terrain((0.0, place), (0.0, height), (before, after))
 
 
 BREAKS = {
@@ -53,64 +49,37 @@ BREAKS = {
 EXACT = {"mujoco": (EDGE, BESIDE, OVER), "hybrid": (CORNER, FACE_WIDTH, FACE_WIDTH)}
 
 
-class Dropped:
-    """The passive gait's last moments, with the swing foot set down about a break."""
-
-    def __init__(self, gait: mjbiped.Gait, engine: str, made: Break) -> None:
-        q, dq, _ = gait.reference(gait.period - LEAD)
-        self.made, self.initial = made, (*q.tolist(), *dq.tolist())
-        self.engine = engine
-
-    def land(self, terrain: Terrain) -> mjbiped.Walk:
-        return mjbiped.walk(
-            PassiveController(),
-            terrain,
-            engine=mjbiped.Mujoco(ground=self.made.ground) if self.engine == "mujoco" else self.engine,
-            steps=1,
-            initial=self.initial,
-            scuffing=mjbiped.ScuffingRule(reach=0.05, delay=0.0),
-            sample_period=1.0,
-        )
-
-    def foothold(self) -> float:
-        """Where the foot comes down on the upper ground (on either side, where there is no step), m."""
-        later = self.made.rise > 0.0
-        place = 0.36
-        for _ in range(8):  # the later segment's height hangs a little on where it begins
-            terrain = self.made.terrain(place)
-            if later:  # as if it had begun 3 cm before
-                x = place - 0.03
-                terrain = Terrain((0.0, x), (0.0, height_of(terrain.profile, 1, x)), terrain.angle)
-            else:
-                terrain = self.made.terrain(0.6)
-            x = float(self.land(terrain).touchdowns["x"][0])
-            if abs(x - place) < 1e-9 or not later:
-                return x
-            place = x
-        return place
-
-
-def check(made: Break, engine: str, offset: float, foothold: float, dropped: Dropped) -> None:
-    """The foot comes down on the segment that it is over, with its slope and the impact map's rates."""
-    place = foothold - offset  # the foot would come down so far behind the break, were the ground there as it is here
-    terrain = made.terrain(place)
-    walk = dropped.land(terrain)
-    assert walk.steps == 1
-    x, z, slope = (float(walk.touchdowns[name][0]) for name in ("x", "z", "slope"))
-    on = segment_stood_on(terrain.profile, x, z, *EXACT[engine])
-    assert abs(z - height_of(terrain.profile, on, x)) < EXACT[engine][0] + 2e-6
-    assert slope == pytest.approx(terrain.angle[on], abs=1e-15)
-    if abs(x - place) > 2e-5:  # the way of a swing foot in a contact step
-        assert on == (x > place)
-    if not walk.touchdowns["strikes"][0]:
-        assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge
+def landed(gait: mjbiped.Gait, engine: str, made: Break, place: float) -> mjbiped.Walk:
+    """The passive gait's last moments, with the swing foot let down on the ground whose break is at a place."""
+    q, dq, _ = gait.reference(gait.period - LEAD)
+    return mjbiped.walk(
+        PassiveController(),
+        made.terrain(place),
+        engine=mjbiped.Mujoco(ground=made.ground) if engine == "mujoco" else engine,
+        steps=1,
+        initial=(*q.tolist(), *dq.tolist()),
+        scuffing=mjbiped.ScuffingRule(reach=0.05, delay=0.0),
+        sample_period=1.0,
+    )
 
 
 @pytest.mark.parametrize("name", BREAKS)
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
 def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
+    """The foot comes down on the segment that it is over, with its slope and the impact map's rates."""
     made = BREAKS[name]
-    dropped = Dropped(gait, engine, made)
-    foothold = dropped.foothold()
+    # where the foot comes down on the upper ground, or before the break where there is no step up
+    foothold = float(landed(gait, engine, made, PLACE - 0.03 if made.rise > 0.0 else 0.6).touchdowns["x"][0])
     for offset in OFFSETS:
-        check(made, engine, offset, foothold, dropped)
+        place = foothold - offset  # the foot would come down so far behind it, were the ground there as it is here
+        walk = landed(gait, engine, made, place)
+        assert walk.steps == 1
+        x, z, slope = (float(walk.touchdowns[name][0]) for name in ("x", "z", "slope"))
+        profile = walk.terrain.profile
+        on = segment_stood_on(profile, x, z, *EXACT[engine])
+        assert abs(z - height_of(profile, on, x)) < EXACT[engine][0] + 2e-6
+        assert slope == pytest.approx(walk.terrain.angle[on], abs=1e-15)
+        if abs(x - place) > 2e-5:  # the way of a swing foot in a contact step
+            assert on == (x > place)
+        if not walk.touchdowns["strikes"][0]:
+            assert np.abs(measures.impact_errors(walk)).max() < 6e-4  # of the contact step, as far from any edge

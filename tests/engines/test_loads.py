@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.table import Table
 
 import mjbiped
 from controllers import AdaptiveController
@@ -19,20 +18,15 @@ EXACT = 1e-9  # m, and N m: the law of the record and that of the engine round d
 MUJOCO = 1e-3  # m; the load is that of the step before, which changes by some 0.2 %
 
 
-def on_sole(sole: tuple[float, float], engine: Any, ground: mjbiped.Terrain, **terms: Any) -> mjbiped.Walk:
-    robot = mjbiped.Compass(sole=sole)
-    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
-    return mjbiped.walk(law, ground, engine=engine, **{"steps": 6, **terms})
-
-
 @pytest.mark.parametrize(
     ("engine", "pushes"), [("hybrid", ()), ("hybrid", ((0.3, 1.0), (1.1, -1.0))), ("mujoco", ())], ids=str
 )
 def test_the_centre_of_pressure_reaches_an_end_and_goes_no_farther(engine: str, pushes: Any) -> None:
-    ground = mjbiped.Terrain.stairs(tread=1.8, rise=-0.01)
-    disturbances = mjbiped.Disturbances(pushes=pushes) if pushes else None
-    walk = on_sole((0.03, 0.05), engine, ground, disturbances=disturbances)
-    steps, (behind, ahead) = walk.touchdowns, walk.robot.sole or (0.0, 0.0)
+    robot, (behind, ahead) = mjbiped.Compass(sole=(0.03, 0.05)), (0.03, 0.05)
+    law = AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2)))
+    ground, pushed = mjbiped.Terrain.stairs(tread=1.8, rise=-0.01), mjbiped.Disturbances(pushes=pushes)
+    walk = mjbiped.walk(law, ground, engine=engine, steps=6, disturbances=pushed if pushes else None)
+    steps = walk.touchdowns
     over = max(float(steps["pressure_ahead"].max()) - ahead, float(steps["pressure_behind"].max()) - behind)
     assert abs(over) < (EXACT if engine == "hybrid" else MUJOCO)
     given, asked = walk.samples["torque"][:, 0], walk.samples["ankle_asked"]
@@ -48,24 +42,6 @@ def test_the_centre_of_pressure_reaches_an_end_and_goes_no_farther(engine: str, 
         assert np.nanmax(ends[bound[:-1]]) < EXACT  # where it gives less than is asked, at an end
 
 
-def test_a_sole_of_no_length_transmits_nothing_and_a_long_one_everything() -> None:
-    """The long one bit by bit, but for the centre of pressure, which is told by a force that is known at each stage."""
-    none = on_sole((0.0, 0.0), "hybrid", mjbiped.Terrain.mixed(), steps=3)
-    assert not none.samples["torque"][:, 0].any()
-    assert none.samples["ankle_asked"].any()
-    robot = mjbiped.Compass()
-    free = mjbiped.walk(
-        AdaptiveController(robot, mjbiped.find_passive_gait(robot, slope=np.deg2rad(2))),
-        mjbiped.Terrain.mixed(),
-        engine="hybrid",
-        steps=6,
-    )
-    long = on_sole((10.0, 10.0), "hybrid", mjbiped.Terrain.mixed())
-    for name, column in free.touchdowns.items():
-        if not name.startswith("pressure"):
-            assert column.tobytes() == long.touchdowns[name].tobytes(), name
-
-
 @pytest.fixture(scope="module")
 def hurried(controller: AdaptiveController) -> AdaptiveController:
     """Re-plans so quickly that the ground would have to pull."""
@@ -77,15 +53,11 @@ def test_steps_that_pull_are_marked(hurried: AdaptiveController) -> None:
     pulled = mjbiped.walk(hurried, mjbiped.Terrain.stairs(), engine="hybrid", steps=9)
     marked = measures.pulls(pulled.touchdowns)
     assert np.flatnonzero(marked).tolist() == [3, 8]
-    asked = np.where(marked, np.inf, pulled.touchdowns["friction"])
-    assert (measures.friction_asked(pulled.touchdowns) == asked).all()
     summary = measures.summary(pulled)
     assert summary["steps_that_pull"] == 2
     assert summary["least_normal_force_weights"] == pulled.touchdowns["normal_force"].min() / pulled.robot.weight < -0.5
     assert summary["largest_stance_friction"] == math.inf
-    table = pulled.summary().__rich__()
-    assert isinstance(table, Table)
-    assert "unbounded" in [str(cell) for column in table.columns for cell in column.cells]
+    assert "unbounded" in [str(cell) for column in pulled.summary().__rich__().columns for cell in column.cells]
 
 
 def test_a_foot_that_leaves_the_ground_bears_nothing(hurried: AdaptiveController) -> None:

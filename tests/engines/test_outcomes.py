@@ -85,6 +85,18 @@ def test_a_foot_of_mujoco_slips(law: Controller, start: Any) -> None:
     assert 0.1 < np.abs(foot).max() < 0.1055  # a tenth of a leg, and what is passed in a physics step
 
 
+def test_a_foot_of_mujoco_that_slides_under_a_step_has_diverged() -> None:
+    """The ankle pushes the foot back over an edge, and forward again below it, as nothing on a riser stops a foot."""
+    law = Torques(lambda t, *_: (100.0 if t < 0.02 else -60.0, 0.0))
+    ground = Terrain((-5.0, -0.01), (-0.05, 0.0), (0.0, 0.0))
+    icy = mjbiped.Disturbances(friction=0.02)
+    walk = mjbiped.walk(law, ground, initial="rest", steps=1, sample_period=1e-3, disturbances=icy)
+    x, z = walk.robot.limbs(walk.samples["qpos"])[:, 0, -1].T
+    assert (walk.outcome, walk.end[0] < 0.1) == ("diverged", True)
+    assert x.min() < -0.01 < x[-1]
+    assert z[-1] < -0.02  # of a leg's length
+
+
 @BOTH
 def test_a_walk_that_is_broken_off_is_not_lost(engine: str) -> None:
     def failing(t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, float]:

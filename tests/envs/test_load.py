@@ -13,7 +13,6 @@ import pytest
 import mjbiped
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
-from mjbiped.errors import InputError
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rules.termination import Outcome
 
@@ -102,9 +101,9 @@ def test_a_copied_and_a_pickled_physics_go_on_by_themselves() -> None:
         assert each.get_state().tobytes() == physics.get_state().tobytes()
     after, velocities = physics.joint_angles(), physics.get_state(mujoco.mjtState.mjSTATE_QVEL)
     physics.set_state(velocities, mujoco.mjtState.mjSTATE_QVEL)
-    with pytest.raises(InputError, match="leave sig out"):
+    with pytest.raises(mjbiped.InputError, match="leave sig out"):
         physics.set_state(state, mujoco.mjtState.mjSTATE_USERDATA)
-    with pytest.raises(InputError, match="finite"):
+    with pytest.raises(mjbiped.InputError, match="finite"):
         physics.set_state(np.nan * velocities, mujoco.mjtState.mjSTATE_QVEL)
     physics.set_state(state)
     mujoco.mj_forward(physics.model.ptr, physics.data.ptr)  # as the viewer does, without our callbacks
@@ -147,18 +146,17 @@ def test_the_viewers_runtime_runs_and_begins_again() -> None:
     running.stop()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        (("walk_rndom",), "did you mean 'walk_random'"),
-        (("walk_level", {"residul": True}), "did you mean 'residual'"),
-        (("walk_level", {}, {"n_sub_steps": 2}), "valid are flat_observation"),
-        (("walk_level", {"random": -1}), "random = -1"),
-    ],
-)
-def test_mistakes_are_named(arguments: Any, field: str) -> None:
-    with pytest.raises(InputError, match=field):
-        load(*arguments)
+MISTAKES: dict[str, tuple[Any, ...]] = {
+    "did you mean 'walk_random'": ("walk_rndom",),
+    "valid are flat_observation": ("walk_level", {}, {"n_sub_steps": 2}),
+    "random = -1": ("walk_level", {"random": -1}),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_mistakes_are_named(words: str) -> None:
+    with pytest.raises(mjbiped.InputError, match=words):
+        load(*MISTAKES[words])
 
 
 WITHOUT = """

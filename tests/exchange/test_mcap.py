@@ -1,7 +1,5 @@
 """Recordings in readers of other people: of MCAP's makers, and one that shares no code with them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,21 +15,6 @@ import mjbiped
 from mjbiped.control.controller import Unpowered
 from mjbiped.exchange import export_walk
 from mjbiped.exchange.ros import joint_rates, urdf_of
-
-ROBOTS = {
-    "compass": (mjbiped.Compass(), 2.0),
-    "kneed": (mjbiped.KneedBiped(), 2.5),
-    "wheel": (mjbiped.RimlessWheel(), 4.0),
-    "round": (mjbiped.RoundCompass(), 1.6),
-}
-NAMES = ["compass", "kneed", *(pytest.param(name, marks=pytest.mark.slow) for name in ("wheel", "round"))]
-"""The slow ones compile engines of their own."""
-
-
-@pytest.fixture(scope="module", params=NAMES)
-def walk(request: pytest.FixtureRequest) -> mjbiped.Walk:
-    robot, slope_deg = ROBOTS[request.param]
-    return mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(slope_deg), robot=robot, steps=3, engine="hybrid")
 
 
 def recorded(walk: mjbiped.Walk, folder: Path) -> dict[str, list[tuple[int, Any]]]:

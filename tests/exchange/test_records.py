@@ -1,27 +1,12 @@
 """Records as tables, read by pandas and PyArrow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pandas
 import pyarrow.parquet
-import pytest
 
 import mjbiped
-from mjbiped.control.controller import Unpowered
 from mjbiped.exchange import export_walk
-
-WALKS = {
-    "straight legs": (None, 2.0),
-    "knees": (mjbiped.KneedBiped(), 2.5),
-}
-
-
-@pytest.fixture(scope="module", params=WALKS)
-def walk(request: pytest.FixtureRequest) -> mjbiped.Walk:
-    robot, slope_deg = WALKS[request.param]
-    return mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(slope_deg), robot=robot, steps=2, engine="hybrid")
 
 
 def test_csv_holds_all_digits(walk: mjbiped.Walk, tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ A case is a number, which seeds everything; `make test` tries the first few, `ma
 """
 
 import contextlib
-import copy
 import io
 import json
 import math
@@ -22,11 +21,10 @@ from time_limits import within
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped import InputError, MjbipedError, RecordError, Walk
 from mjbiped.analysis.stability import stability
-from mjbiped.errors import InputError, MjbipedError, RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.record import Walk
 from mjbiped.reports.page import flattened
 from mjbiped.studies.cell import MEASURES
 from mjbiped.studies.plan import plan
@@ -48,21 +46,14 @@ NASTY: tuple[Any, ...] = (
 
 
 def change_bytes(draw: random.Random, content: bytes) -> bytes:
-    """Some bytes changed, cut out, repeated or written over; at the end stands what an archive holds."""
-    changed, action = bytearray(content), draw.randrange(6)
+    """Some bytes changed, or cut out."""
+    changed, action = bytearray(content), draw.randrange(3)
     first, last = sorted(draw.randrange(len(content)) for _ in range(2))
     if action == 0:
         for _ in range(draw.choice((1, 3, 10, 100))):
             changed[draw.randrange(len(changed))] = draw.randrange(256)
     elif action == 1:
-        for _ in range(draw.choice((1, 2, 4))):
-            changed[-draw.randrange(1, 1500)] = draw.choice((0, 1, 255, draw.randrange(256)))
-    elif action == 2:
         return draw.choice((content[:first], content[first:], content[:first] + content[last:]))
-    elif action == 3:
-        return content[:last] + content[first:last]
-    elif action == 4:
-        changed[first : first + 40] = draw.choice((bytes(40), b"\xff" * 40, draw.randbytes(40)))
     else:  # where something stands, and not in what is empty
         used = [place for place, byte in enumerate(content) if byte]
         for _ in range(draw.choice((1, 1, 2, 8))):
@@ -102,16 +93,12 @@ def members_of(content: bytes) -> Members:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def packed(members: Members, compression: int = zipfile.ZIP_DEFLATED) -> bytes:
+def packed(members: Members) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", compression) as archive:
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in members.items():
             archive.writestr(name, content)
     return stream.getvalue()
-
-
-def array_of(content: bytes) -> np.ndarray:
-    return np.asarray(np.load(io.BytesIO(content)))
 
 
 def bytes_of(array: np.ndarray) -> bytes:
@@ -129,7 +116,7 @@ def places_of(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 def change_members(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     one, other = draw.sample(list(members), 2)
-    match draw.randrange(6):
+    match draw.randrange(5):
         case 0:
             del members[one]
         case 1:
@@ -139,8 +126,6 @@ def change_members(draw: random.Random, content: bytes) -> bytes:
             members[name] = members.pop(one)
         case 3:
             members[one] = draw.choice((b"", b"\x93NUMPY", draw.randbytes(50), members[one] + draw.randbytes(8)))
-        case 4:
-            return packed(members, draw.choice((zipfile.ZIP_STORED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)))
         case _:  # twice the same name
             return packed(members).replace(other.encode(), one.encode().ljust(len(other), b"_")[: len(other)])
     return packed(members)
@@ -149,7 +134,7 @@ def change_members(draw: random.Random, content: bytes) -> bytes:
 def change_array(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     name = draw.choice([name for name in members if name != "header.npy"])
-    array = array_of(members[name]).copy()
+    array = np.load(io.BytesIO(members[name]))
     if array.size and draw.random() < 0.5:
         numbers: tuple[float, ...] = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e3, 1e6, 9e9, 1e12, -1e300, 5e-324)
         for _ in range(draw.choice((1, 1, 3, 20))):
@@ -162,8 +147,7 @@ def change_array(draw: random.Random, content: bytes) -> bytes:
             lambda: array[..., None],
             lambda: array[: len(array) // 2],
             lambda: np.concatenate([array, array]),
-            lambda: array[::-1],
-            lambda: array * draw.choice((-1, 0, 2, 10, 10**6, 10**12)),
+            lambda: array * draw.choice((-1, 0, 2, 10**6, 10**12)),
         ]
         with np.errstate(all="ignore"):
             array = draw.choice(changes)()
@@ -173,9 +157,8 @@ def change_array(draw: random.Random, content: bytes) -> bytes:
 
 def change_header(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
-    header: Any = copy.deepcopy(json.loads(str(array_of(members["header.npy"]))))
+    part = header = json.loads(str(np.load(io.BytesIO(members["header.npy"]))))
     *outer, last = draw.choice(places_of(header)[1:])
-    part = header
     for key in outer:
         part = part[key]
     match draw.randrange(4):
@@ -271,16 +254,15 @@ def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
     assert 0 < taken < len(cases)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ("ALTER TABLE cells DROP COLUMN strikes", "its columns are others"),
-        ("ALTER TABLE cells ADD COLUMN more", "its columns are others"),
-        (f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'", "no table of mjbiped's, or damaged"),
-        ("DELETE FROM identity WHERE kind = 'format'", "format was nothing, is 1"),
-        ("DROP TABLE cells", "its columns are others"),
-    ],
-)
+CHANGES = {
+    "ALTER TABLE cells DROP COLUMN strikes": "its columns are others",
+    "ALTER TABLE cells ADD COLUMN more": "its columns are others",
+    f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'": "no table of mjbiped's, or damaged",
+    "DELETE FROM identity WHERE kind = 'format'": "format was nothing, is 1",
+}
+
+
+@pytest.mark.parametrize(("change", "message"), CHANGES.items())
 def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
     (tmp_path / "study.sqlite").write_bytes(table)
     with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:

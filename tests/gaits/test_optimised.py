@@ -13,11 +13,10 @@ import stored_references
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.errors import InputError
+from mjbiped import InputError, OptimisedGait, find_reference
 from mjbiped.gaits import optimised, store
 from mjbiped.gaits.described import gait_from
 from mjbiped.gaits.optimisation import TOLERANCE, motion_of, optimise, tell
-from mjbiped.gaits.optimised import OptimisedGait, find_reference
 from mjbiped.gaits.steps import CompassStep, Goal
 
 # clearance (m); period (s), half angle (rad) and c_mt of an independent prototype, whose retraction began at a fixed
@@ -28,6 +27,7 @@ HIGH = 0.08  # clearance with knees, m
 LIGHT, HALVED = mjbiped.KneedBiped(), mjbiped.KneedBiped.halved_rods()
 
 USUAL = {"robot": mjbiped.Compass().to_dict(), "goal": asdict(Goal(0.494, 0.06, True, None, 0.6))}
+STORED = stored_references.stored()
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +67,7 @@ def test_less_is_asked_for_less_is_paid(robot: mjbiped.Compass, high: OptimisedG
 
 
 @pytest.mark.parametrize(
-    "each",
-    [
-        pytest.param(each, marks=[] if each["asked"] == USUAL else pytest.mark.slow)
-        for each in stored_references.stored()
-    ],
+    "each", [pytest.param(each, marks=[] if each["asked"] == USUAL else pytest.mark.slow) for each in STORED]
 )
 def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
     """Other processors round otherwise, and the optimiser ends elsewhere on the floor of a flat valley."""
@@ -88,10 +84,9 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
 def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) -> None:
     q, dq = robot.impact(high.end[:2], high.end[2:])
     np.testing.assert_allclose([*q, *dq], high.start, rtol=0, atol=1e-13)  # rounding
-    first, last = (np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period))
+    both = [np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period)]
     # rounding of the table's pieces, some 1e-12, times 16 of them in a period
-    np.testing.assert_allclose(first, high.start, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(last, high.end, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(both, [high.start, high.end], rtol=0, atol=1e-10)
 
 
 @with_knees
@@ -195,14 +190,10 @@ def test_it_climbs_what_the_passive_gait_does_not(gait: mjbiped.Gait, replanning
     assert cheap.cost_of_transport < 0.036
     for imitated, rise, climbed in ((cheap, 0.06, 12), (cheap, -0.1, 12), (gait, 0.06, 0)):
         controller = AdaptiveController(gait.robot, imitated, replanning=replanning)
-        walks = [
-            mjbiped.walk(
-                controller,
-                mjbiped.Terrain.from_segments([((2 + k / 12) * imitated.step_length, 0, 0), (50, 0, rise)]),
-                engine="hybrid", steps=12, sample_period=None,
-            )
-            for k in range(12)
-        ]  # fmt: skip
+        edges = [(2 + k / 12) * imitated.step_length for k in range(12)]
+        grounds = [mjbiped.Terrain.from_segments([(edge, 0, 0), (50, 0, rise)]) for edge in edges]
+        terms: Any = {"engine": "hybrid", "steps": 12, "sample_period": None}
+        walks = [mjbiped.walk(controller, ground, **terms) for ground in grounds]
         assert sum(walk.outcome == "finished" for walk in walks) == climbed
         assert not climbed or max(walk.peak_torque.max() for walk in walks) < 50.0
 
@@ -228,11 +219,13 @@ def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compas
 # ---- refusals --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"speed": 0.0}, {"clearance": 1.0}, {"torque_limit": math.inf}, {"friction": "much"}, {"retraction": 1},
-     {"robot": "compass"}],
-)  # fmt: skip
+WRONG: tuple[dict[str, Any], ...] = (
+    *({"speed": 0.0}, {"clearance": 1.0}, {"torque_limit": math.inf}, {"friction": "much"}, {"retraction": 1}),
+    {"robot": "compass"},
+)
+
+
+@pytest.mark.parametrize("wrong", WRONG)
 def test_bad_input_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
         find_reference(**{"robot": mjbiped.Compass(), **wrong})

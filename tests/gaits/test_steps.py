@@ -1,6 +1,7 @@
 """Steps on arrays against impact maps, MuJoCo's inverse dynamics, and differences; curves, their pieces, the hold."""
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -9,45 +10,33 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
+from mjbiped import Compass, KneedBiped
+from mjbiped.gaits import reference
 from mjbiped.gaits.optimisation import evaluate
-from mjbiped.gaits.reference import (
-    DEGREE,
-    FALLEN,
-    count_of_pieces,
-    curve,
-    curve_in_pieces,
-    hold,
-    motion_at,
-    table_of,
-)
+from mjbiped.gaits.reference import DEGREE
 from mjbiped.gaits.steps import KNEE_STRIKE, CompassStep, Goal, KneedStep, Motion
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
 
-ROBOT = KneedBiped(
-    thigh_mass=3.0, shank_mass=1.2, hip_mass=4.0, thigh_length=0.45, shank_length=0.4, thigh_centre=0.2,
-    shank_centre=0.15, thigh_inertia=0.05, shank_inertia=0.02,
-)  # fmt: skip
+ROBOT = KneedBiped(3.0, 1.2, 4.0, 0.45, 0.4, 0.2, 0.15, 0.05, 0.02)
 MODEL = KneedStep(ROBOT)
 GOAL = Goal(speed=0.5, clearance=0.05, retraction=True, torque_limit=40.0, friction=0.6)
 
 PENDULUM = """
 <mujoco>
-  <option gravity="0 0 -{g}"/>
+  <option gravity="0 0 -{gravity}"/>
   <worldbody>
     <body name="stance">
       <joint name="ankle" type="hinge" axis="0 1 0"/>
-      <inertial pos="0 0 {shank_up}" mass="{ms}" diaginertia="{js} {js} {js}"/>
-      <body name="stance_thigh" pos="0 0 {ls}">
-        <inertial pos="0 0 {thigh_up}" mass="{mt}" diaginertia="{jt} {jt} {jt}"/>
-        <body name="hip" pos="0 0 {lt}">
-          <inertial pos="0 0 0" mass="{mh}" diaginertia="1e-12 1e-12 1e-12"/>
+      <inertial pos="0 0 {shank_up}" mass="{shank_mass}" diaginertia="{js} {js} {js}"/>
+      <body name="stance_thigh" pos="0 0 {shank_length}">
+        <inertial pos="0 0 {thigh_up}" mass="{thigh_mass}" diaginertia="{jt} {jt} {jt}"/>
+        <body name="hip" pos="0 0 {thigh_length}">
+          <inertial pos="0 0 0" mass="{hip_mass}" diaginertia="1e-12 1e-12 1e-12"/>
           <body name="thigh">
             <joint name="hip" type="hinge" axis="0 1 0"/>
-            <inertial pos="0 0 -{ct}" mass="{mt}" diaginertia="{jt} {jt} {jt}"/>
-            <body name="shank" pos="0 0 -{lt}">
+            <inertial pos="0 0 -{thigh_centre}" mass="{thigh_mass}" diaginertia="{jt} {jt} {jt}"/>
+            <body name="shank" pos="0 0 -{thigh_length}">
               <joint name="knee" type="hinge" axis="0 1 0"/>
-              <inertial pos="0 0 -{cs}" mass="{ms}" diaginertia="{js} {js} {js}"/>
+              <inertial pos="0 0 -{shank_centre}" mass="{shank_mass}" diaginertia="{js} {js} {js}"/>
             </body>
           </body>
         </body>
@@ -61,15 +50,9 @@ PENDULUM = """
 @pytest.fixture(scope="module")
 def pendulum() -> mujoco.MjModel:
     """A triple pendulum of MuJoCo's own: its joints' angles are relative."""
-    robot = ROBOT
-    return mujoco.MjModel.from_xml_string(
-        PENDULUM.format(
-            g=robot.gravity, ms=robot.shank_mass, mt=robot.thigh_mass, mh=robot.hip_mass, js=robot.shank_inertia,
-            jt=robot.thigh_inertia, ls=robot.shank_length, lt=robot.thigh_length, cs=robot.shank_centre,
-            ct=robot.thigh_centre, shank_up=robot.shank_length - robot.shank_centre,
-            thigh_up=robot.thigh_length - robot.thigh_centre,
-        )
-    )  # fmt: skip
+    given = {"js": ROBOT.shank_inertia, "jt": ROBOT.thigh_inertia, "shank_up": ROBOT.shank_length - ROBOT.shank_centre}
+    text = PENDULUM.format(**vars(ROBOT), **given, thigh_up=ROBOT.thigh_length - ROBOT.thigh_centre)
+    return mujoco.MjModel.from_xml_string(text)
 
 
 def _three(bound: float) -> st.SearchStrategy[np.ndarray]:
@@ -169,51 +152,36 @@ def test_derivatives_of_cost_and_constraints() -> None:
 # ---- curves, their pieces, and the hold after a period ---------------------------------------------------------------
 
 
-control_points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1).map(
-    np.array
-)
+points = st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1)), min_size=DEGREE + 1, max_size=DEGREE + 1)
 durations = st.floats(0.1, 3.0)
 
 
-@given(control_points, durations, st.floats(0, 1))
+@given(points, durations, st.integers(1, 20), st.floats(0, 1, exclude_max=True))
 @settings(deadline=None, derandomize=True)
-def test_curve_and_derivatives_are_scipys(points: np.ndarray, duration: float, s: float) -> None:
-    expected = BPoly(points[:, None, :], [0.0, duration])
-    found = curve(points, np.array([s]), duration)
-    for order, values in enumerate(found):
+def test_curve_and_its_table_in_pieces_are_scipys(points: Any, duration: float, count: int, s: float) -> None:
+    expected = BPoly(np.array(points)[:, None, :], [0.0, duration])
+    found = reference.curve(np.array(points), np.array([s]), duration)
+    table = reference.table_of(count / duration, reference.curve_in_pieces(np.array(points), count))
+    in_pieces = np.reshape(reference.motion_at(table, s * duration), (3, 2))
+    for order, (values, piece) in enumerate(zip(found, in_pieces, strict=True)):
+        wanted = expected.derivative(order)(s * duration)
         # rounding: each derivative multiplies differences of numbers near 1 by at most 7 / T
-        tolerance = 1e-13 * (4 * DEGREE / duration) ** order
-        np.testing.assert_allclose(values[0], expected.derivative(order)(s * duration), rtol=0, atol=tolerance)
-
-
-@given(control_points, durations, st.integers(1, 20), st.floats(0, 1, exclude_max=True))
-@settings(deadline=None, derandomize=True)
-def test_the_table_in_pieces_is_the_curve(points: np.ndarray, duration: float, count: int, s: float) -> None:
-    table = table_of(count / duration, curve_in_pieces(points, count))
-    q, dq, ddq = (values[0] for values in curve(points, np.array([s]), duration))
-    found = motion_at(table, s * duration)
-    # a piece's coefficients carry rounding of the solution of ten equations, whose condition number is 1e6; each
-    # derivative multiplies it by the pieces per second and by at most 9
-    for order, (values, expected) in enumerate(zip(np.reshape(found, (3, 2)), (q, dq, ddq), strict=True)):
-        np.testing.assert_allclose(values, expected, rtol=0, atol=1e-11 * (9 * max(1.0, count / duration)) ** order)
+        np.testing.assert_allclose(values[0], wanted, rtol=0, atol=1e-13 * (4 * DEGREE / duration) ** order)
+        # a piece's coefficients carry rounding of the solution of ten equations, whose condition number is 1e6; each
+        # derivative multiplies it by the pieces per second and by at most 9
+        np.testing.assert_allclose(piece, values[0], rtol=0, atol=1e-11 * (9 * max(1.0, count / duration)) ** order)
 
 
 WIDTH = 0.05
-ends = st.tuples(
-    st.floats(0.05, 0.3),
-    st.floats(-0.3, -0.05),
-    st.floats(0.3, 2),
-    st.floats(-2, 2),
-    st.floats(-9, 9),
-    st.floats(-20, 20),
-)
+ranges = ((0.05, 0.3), (-0.3, -0.05), (0.3, 2.0), (-2.0, 2.0), (-9.0, 9.0), (-20.0, 20.0))
+ends = st.tuples(*(st.floats(low, high) for low, high in ranges))
 
 
 def trajectory(end: tuple[float, ...], most: int = 16) -> list[list[float]]:
     """Angles, rates and accelerations at the hold's beginning, its marks, and its end."""
     q, dq, ddq = np.reshape(end, (3, 2))
-    table = table_of(1 / WIDTH, hold(q, dq, ddq, WIDTH, most))
-    return [list(motion_at(table, t)) for t in (0.0, WIDTH, 2 * WIDTH, 3 * WIDTH)]
+    table = reference.table_of(1 / WIDTH, reference.hold(q, dq, ddq, WIDTH, most))
+    return [list(reference.motion_at(table, t)) for t in (0.0, WIDTH, 2 * WIDTH, 3 * WIDTH)]
 
 
 @given(ends)
@@ -228,11 +196,10 @@ def test_it_begins_where_the_step_ends_and_comes_to_rest(end: tuple[float, ...])
 
 
 def test_it_ends_before_the_stance_leg_has_fallen() -> None:
-    pieces = hold(np.array([0.3, -0.3]), np.array([3.0, 0.0]), np.zeros(2), WIDTH, 40)
-    assert len(pieces) == math.floor((FALLEN - 0.3) / (3.0 * WIDTH))
+    pieces = reference.hold(np.array([0.3, -0.3]), np.array([3.0, 0.0]), np.zeros(2), WIDTH, 40)
+    assert len(pieces) == math.floor((reference.FALLEN - 0.3) / (3.0 * WIDTH))
 
 
 def test_pieces_scale_with_the_leg_and_gravity() -> None:
-    assert count_of_pieces(0.8, 1.0, 9.81) == 16
-    assert count_of_pieces(0.8 * 2, 4.0, 9.81) == 16
-    assert count_of_pieces(0.801, 1.0, 9.81) == 17
+    for period, length, pieces in ((0.8, 1.0, 16), (1.6, 4.0, 16), (0.801, 1.0, 17)):
+        assert reference.count_of_pieces(period, length, 9.81) == pieces

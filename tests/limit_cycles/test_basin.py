@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, KneedController, PassiveController
-from mjbiped.errors import GaitError, InputError
+from controllers import AdaptiveController, Controller, KneedController
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.limit_cycles import basin as basins
 from mjbiped.limit_cycles.basin import Basin, BasinInterrupted, Fate, basin_of_attraction, basin_of_control
@@ -57,11 +56,6 @@ def assert_fate(fate: Fate, steps: int, goal: Array, walked: Array, outcome: str
     settled = bool(inside.any())
     expected = ("settled", first + inside.argmax()) if settled else (outcome, len(walked) - 1 + first)
     assert (fate.name.lower(), steps) == expected
-
-
-@pytest.fixture(scope="module")
-def passive() -> Basin:
-    return basin_of(COMPASS)
 
 
 @pytest.mark.parametrize("case", [COMPASS, pytest.param(KNEED, marks=slow)], ids=["compass", "kneed"])
@@ -144,25 +138,3 @@ def test_interrupt_keeps_the_rows(robot: mjbiped.Compass, monkeypatch: pytest.Mo
     with pytest.raises(BasinInterrupted) as caught:
         basin_of_attraction(robot, SLOPE, stance_rates=STANCE, swing_rates=np.linspace(-0.5, 1.5, 400), threads=1)
     assert 4 <= (caught.value.basin.fates != Fate.UNDECIDED).any(axis=1).sum() < 400
-
-
-@pytest.mark.parametrize(
-    ("robot", "options"),
-    [
-        (mjbiped.Compass(), {"stance_rates": [1.0, 0.5]}),
-        (mjbiped.Compass(), {"swing_rates": []}),
-        (mjbiped.Compass(), {"limit": 0}),
-        (mjbiped.Compass(), {"threads": 0}),
-        (mjbiped.KneedBiped(), {"scuffing": mjbiped.ScuffingRule(reach=0.3)}),
-    ],
-)
-def test_bad_input_is_refused(robot: Any, options: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=next(iter(options))):
-        basin_of_attraction(robot, KNEED.slope, **options)
-
-
-def test_what_has_no_gait_has_no_basin(robot: mjbiped.Compass) -> None:
-    with pytest.raises(GaitError):
-        basin_of_attraction(robot, -0.1)
-    with pytest.raises(InputError, match="imitates no gait"):
-        basin_of_control(PassiveController())

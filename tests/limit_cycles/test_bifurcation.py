@@ -2,18 +2,15 @@
 
 import math
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 
-from mjbiped.errors import GaitError, InputError
+from mjbiped.errors import InputError
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import follow
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.robots.robot import Robot
-from mjbiped.robots.round import RimlessWheel
 from mjbiped.rules.scuffing import ScuffingRule
 
 TABLE_ONE = Compass()
@@ -93,9 +90,9 @@ def test_counts_are_the_least_after_which_steps_repeat_themselves() -> None:
 def test_robot_is_lost_beyond_the_aperiodic_walks() -> None:
     assert 3.54 < math.degrees(diagram().lost) < 3.61  # this grid's steps; docs/gaits.md has a finer one
     after = diagram().slopes >= diagram().lost
-    assert all(outcome == "fell" for outcome, lost in zip(diagram().outcomes, after, strict=True) if lost)
-    assert np.isnan(diagram().states[after]).all()
-    assert not np.isnan(diagram().states[~after]).any()
+    assert set(np.array(diagram().outcomes)[after]) == {"fell"}
+    np.testing.assert_array_equal(np.isnan(diagram().states).all(axis=(1, 2)), after)
+    np.testing.assert_array_equal(np.isnan(diagram().states).any(axis=(1, 2)), after)
 
 
 def test_rule_is_the_engines_unless_given() -> None:
@@ -104,28 +101,6 @@ def test_rule_is_the_engines_unless_given() -> None:
         bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5)
     free = bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5, scuffing=ScuffingRule(0.0, 0.0))
     assert free.outcomes == ("walking",)
-
-
-@pytest.mark.parametrize(
-    ("robot", "slopes", "options", "message"),
-    [
-        (TABLE_ONE, [], {}, "at least one"),
-        (TABLE_ONE, [0.0, 0.1], {}, "0.0 in it: must be numbers from 1e-12"),
-        (TABLE_ONE, [0.05, 0.04], {}, "ascend"),
-        (TABLE_ONE, [0.05], {"keep": 2.5}, "keep = 2.5: must be"),
-        (TABLE_ONE, [0.05], {"steps": 10, "keep": 11}, "not be more than the 10"),
-        (RimlessWheel(), [0.03], {}, "a RimlessWheel has no swing leg"),
-        (KneedBiped(), [0.04], {"scuffing": ScuffingRule(reach=0.3)}, "scuffing is for straight legs"),
-    ],
-)
-def test_bad_input_is_refused(robot: Robot, slopes: list[float], options: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        bifurcation_diagram(robot, slopes, **options)
-
-
-def test_robot_without_a_gait() -> None:
-    with pytest.raises(GaitError, match=r"0\.1 degrees"):
-        find_cascade(Compass(leg_inertia=50.0))
 
 
 @pytest.mark.slow

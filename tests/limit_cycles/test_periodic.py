@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 
 import mjbiped
-from mjbiped.errors import GaitError, InputError
+from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.limit_cycles.periodic import (
-    PeriodicGait,
-    find_periodic_gait,
-    first_gait,
-    follow,
-    places_of,
-    step_lengths,
-)
+from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, step_lengths
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -30,17 +23,16 @@ def settled(degrees: float, count: int) -> PeriodicGait:
     return find_periodic_gait(TABLE_ONE, slope, ReturnMap(TABLE_ONE, slope).walk(start, 2000).states[-count:])
 
 
+WITH_KNEES = [
+    (mjbiped.KneedBiped(), math.radians(2.5)),
+    (mjbiped.KneedBiped(sole=(0.1, 0.1)), math.radians(2.5)),
+    (mjbiped.RoundKneed(), 0.0456),
+]
+
+
 @pytest.mark.parametrize(
     ("robot", "slope"),
-    [(TABLE_ONE, math.radians(2.0))]
-    + [
-        pytest.param(robot, slope, marks=pytest.mark.slow)
-        for robot, slope in (
-            (mjbiped.KneedBiped(), math.radians(2.5)),
-            (mjbiped.KneedBiped(sole=(0.1, 0.1)), math.radians(2.5)),
-            (mjbiped.RoundKneed(), 0.0456),
-        )
-    ],
+    [(TABLE_ONE, math.radians(2.0)), *(pytest.param(*case, marks=pytest.mark.slow) for case in WITH_KNEES)],
 )
 def test_period_one_is_the_gait_of_the_boundary_value_problem(robot: Robot, slope: float) -> None:
     """Two programs: SciPy's integrator and root finder, and the compiled return map with Newton's method."""
@@ -84,29 +76,6 @@ def test_branch_ends_where_gaits_end() -> None:
     """Table I has none on 28 degrees, as `find_passive_gait` says."""
     found = list(follow(first_gait(TABLE_ONE, math.radians(5)), np.radians([20.0, 28.0, 29.0]).tolist()))
     assert len(found) == 1
-
-
-def test_errors_say_why() -> None:
-    with pytest.raises(InputError, match=r"shape \(n, 4\)"):
-        find_periodic_gait(TABLE_ONE, 0.03, [0, 0, 0, 0])
-    with pytest.raises(GaitError, match="falls or stalls"):
-        find_periodic_gait(TABLE_ONE, 0.03, [[-0.2, 0.2, 0.0, 0.0]])
-    start = mjbiped.find_passive_gait(TABLE_ONE, 0.03).start
-    with pytest.raises(GaitError, match="repeats itself sooner"):
-        find_periodic_gait(TABLE_ONE, 0.03, [start, start])
-
-
-@pytest.mark.parametrize("robot", [mjbiped.Compass(), mjbiped.KneedBiped()])
-def test_a_state_is_told_by_one_angle_and_two_rates(robot: Robot) -> None:
-    places = np.random.default_rng(0).uniform(-0.5, 0.5, (5, 4, 3))
-    states, n = robot.after_touchdown(places), len(robot.angles)
-    assert states.shape == (5, 4, 2 * n)
-    np.testing.assert_array_equal(places_of(states), places)
-    # both feet stand on the plane
-    np.testing.assert_allclose(robot.swing_foot(states[..., :n])[..., 1], 0.0, atol=1e-15)
-    # and the swing leg is one
-    assert not np.diff(states[..., 1:n]).any()
-    assert not np.diff(states[..., n + 1 :]).any()
 
 
 def test_step_lengths_are_distances_of_the_feet(robot: mjbiped.Compass) -> None:

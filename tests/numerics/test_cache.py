@@ -1,13 +1,13 @@
 """Machine code on disk: damaged files, folders that cannot be written to, processes at once, and its size."""
 
 import os
-import subprocess
-import sys
 import zlib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from command_line import python
 from command_line import run as command
 
 from mjbiped.numerics import cache
@@ -31,23 +31,11 @@ def program(tmp_path: Path) -> Path:
     return file
 
 
-def start(program: Path, **environment: str) -> subprocess.Popen[str]:
-    folder = {"NUMBA_CACHE_DIR": str(program.parent / "cache"), **environment}
-    return subprocess.Popen(
-        [sys.executable, str(program)],
-        env={**os.environ, **folder},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def run(program: Path, **environment: str) -> tuple[bool, list[str]]:
+def run(program: Path, cache: str = "") -> tuple[bool, list[str]]:
     """Whether a process has compiled the function, and its warnings."""
-    process = start(program, **environment)
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (0, "2.5\n"), err
-    return "compiling it" in err, [line for line in err.splitlines() if "Warning" in line]
+    done = python(program, cwd=program.parent, NUMBA_CACHE_DIR=cache or str(program.parent / "cache"))
+    assert (done.returncode, done.stdout) == (0, "2.5\n"), done.stderr
+    return "compiling it" in done.stderr, [line for line in done.stderr.splitlines() if "Warning" in line]
 
 
 def flip(data: bytes) -> bytes:
@@ -70,7 +58,7 @@ def test_damaged_files_cost_a_compilation(program: Path, damage: Callable[[bytes
 @pytest.mark.slow
 def test_where_nothing_can_be_written_it_is_said_once(program: Path) -> None:
     for _ in range(2):
-        compiled, (warning,) = run(program, NUMBA_CACHE_DIR="/dev/null/cache")
+        compiled, (warning,) = run(program, "/dev/null/cache")
         assert compiled
         assert "cannot be kept in /dev/null/cache" in warning
         assert "NUMBA_CACHE_DIR" in warning
@@ -78,11 +66,8 @@ def test_where_nothing_can_be_written_it_is_said_once(program: Path) -> None:
 
 @pytest.mark.slow
 def test_processes_that_start_at_once_do_not_disturb_each_other(program: Path) -> None:
-    started = [start(program) for _ in range(4)]
-    for process in started:
-        out, err = process.communicate(timeout=120)
-        assert out == "2.5\n"
-        assert "Warning" not in err
+    with ThreadPoolExecutor(4) as pool:
+        assert [warnings for _, warnings in pool.map(run, [program] * 4)] == [[]] * 4
     assert run(program) == (False, [])
 
 

@@ -8,19 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import GroundWindows
 from mjbiped.robots.footed import FootedCompass
 
 ROBOT = FootedCompass(hip_mass=3.0, lower_length=0.6, upper_length=0.4, sole=(0.08, 0.13), foot_mass=0.2)
 ANGLES = st.floats(-0.6, 0.6)
-
-
-def model_of(robot: FootedCompass) -> mujoco.MjModel:
-    ground = Ground(mjbiped.Terrain.level(), reach=1.0)
-    return GroundWindows(robot, ground, timestep=1e-4, margin=1.0).about(0.0).model
 
 
 def test_a_leg_and_its_foot_are_the_leg_of_a_compass() -> None:
@@ -33,7 +27,7 @@ def test_a_leg_and_its_foot_are_the_leg_of_a_compass() -> None:
     assert leg.inertia + masses @ (below_hip - centre) ** 2 == pytest.approx(ROBOT.leg_inertia, rel=1e-14)
 
 
-MODEL = model_of(ROBOT)
+MODEL = build_scene(ROBOT, mjbiped.Terrain.level(), timestep=1e-4, reach=1.0).model
 
 
 @given(q1=ANGLES, q2=ANGLES, slope=st.floats(-0.2, 0.2), stance=st.sampled_from((0, 1)))

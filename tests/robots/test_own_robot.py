@@ -133,9 +133,8 @@ def test_a_trunk_walks_and_keeps_its_momenta_at_touchdowns(tmp_path: Path) -> No
     ground = mjbiped.Terrain.incline(3.0)
     walk = mjbiped.walk(Upright(), ground, engine="hybrid", initial=start, steps=30)
     assert walk.outcome == "finished"
-    columns = walk.touchdowns
     for before, rates_before, after, rates in zip(
-        columns["q_before"], columns["dq_before"], columns["q"], columns["dq"], strict=True
+        *(walk.touchdowns[name] for name in ("q_before", "dq_before", "q", "dq")), strict=True
     ):
         kept = momenta(before, rates_before, landed=False)
         np.testing.assert_allclose(momenta(after, rates, landed=True), kept, rtol=1e-9, atol=1e-9)

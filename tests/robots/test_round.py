@@ -52,21 +52,6 @@ def test_a_hip_over_large_feet_has_not_fallen(engine: str) -> None:
     assert (walk.outcome, walk.steps) == ("finished", 2)
 
 
-def test_a_straight_leg_of_the_stop_is_that_of_the_equations() -> None:
-    """From the drawn points: hip over the arc's centre, both centres level while the legs' angles are opposite."""
-    robot = RoundKneed()
-    qpos = [0.0, 1.0, -0.3, 0.3, 0.0, 0.0]
-    lines, limbs = robot.outline(qpos), robot.limbs(qpos)
-    shank = (limbs[:, 2] - limbs[:, 1]) / robot.shank_length
-    centres = limbs[:, 2] - robot.foot_radius * shank
-    length = robot.leg_length - robot.foot_radius
-    wanted = np.array([[length * math.sin(0.3), 1.0 - length * math.cos(0.3)]]) * [[1.0, 1.0], [-1.0, 1.0]]
-    np.testing.assert_allclose(centres, wanted, atol=1e-15)
-    np.testing.assert_allclose(np.linalg.norm(lines[:, 3:] - centres[:, None], axis=-1), robot.foot_radius, rtol=1e-12)
-    bend = np.arctan2(*(limbs[:, 1] - limbs[:, 2]).T) - np.arctan2(*(limbs[:, 0] - limbs[:, 1]).T)
-    np.testing.assert_allclose(bend, -robot.stop_angle, atol=1e-15)  # the shank is ahead
-
-
 def test_states_after_a_touchdown_are_those_that_a_heel_strike_leaves() -> None:
     """With a knee that opens, and with one that the stop holds."""
     robot, opened = RoundKneed(), []
@@ -108,35 +93,6 @@ def test_the_steady_rate_is_the_textbooks() -> None:
     for robot in (HUB, HEAVY, ODD):
         steady = robot.rolling_rate(WHEEL_SLOPE)
         assert rate_after(robot, steady) == pytest.approx(steady, rel=1e-14)
-
-
-def test_the_equations_are_a_pendulums() -> None:
-    q, dq, torque = 0.2, 1.3, 0.4
-    robot = HEAVY
-    inertia = 3.0 * 0.8**2 + 0.7
-    ddq = np.linalg.solve(
-        robot.mass_matrix([q]), robot.input_matrix @ [torque] - robot.gravity_vector([q], WHEEL_SLOPE)
-    )
-    assert ddq == pytest.approx([(torque + 3.0 * 3.7 * 0.8 * math.sin(q + WHEEL_SLOPE)) / inertia], rel=1e-14)
-    assert robot.energy([q], [dq], WHEEL_SLOPE) == pytest.approx(
-        0.5 * inertia * dq**2 + 3.0 * 3.7 * 0.8 * math.cos(q + WHEEL_SLOPE), rel=1e-14
-    )
-    assert not robot.coriolis_matrix([q], [dq]).any()
-    # the hub's acceleration, and gravity
-    forward, upward = robot.ground_force([q], [dq], [torque], WHEEL_SLOPE)
-    sine, cosine = math.sin(q + WHEEL_SLOPE), math.cos(q + WHEEL_SLOPE)
-    assert forward == pytest.approx(3.0 * 0.8 * (cosine * ddq[0] - sine * dq**2), rel=1e-12)
-    assert upward == pytest.approx(3.0 * (3.7 - 0.8 * (sine * ddq[0] + cosine * dq**2)), rel=1e-12)
-
-
-def test_limbs_lead_to_the_next_foot() -> None:
-    for stance in range(HEAVY.spokes):
-        qpos = HEAVY.posture((0.3, 0.1), stance, [0.2])
-        feet = HEAVY.limbs(qpos)[:, -1]
-        assert feet[stance] == pytest.approx([0.3, 0.1], abs=1e-14)
-        ahead = feet[(stance + 1) % HEAVY.spokes] - feet[stance]
-        assert ahead == pytest.approx(HEAVY.swing_foot([0.2]), abs=1e-14)
-        assert HEAVY.centre_of_mass(qpos) == pytest.approx(qpos[:2])
 
 
 def test_steady_rolling_is_a_gait() -> None:

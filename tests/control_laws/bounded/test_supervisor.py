@@ -4,46 +4,60 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
 
 import mjbiped
-from controllers import BoundedAnkleController, SupervisedController
+from controllers import AdaptiveController, BoundedAnkleController, Controller, LibraryController, SupervisedController
 from mjbiped.analysis.replay import replayed
 from mjbiped.controllers.bounded import recovery, supervisor
 from mjbiped.controllers.bounded.identifier import SLOPE
-from mjbiped.controllers.bounded.prediction import (
-    FRICTION,
-    GRID,
-    STEP,
-    State,
-    nominal_steps,
-    plan_nominal,
-    step_ahead,
-)
+from mjbiped.controllers.bounded.prediction import FRICTION, GRID, STEP, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import SUPERVISION
 from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.gaits.optimised import OptimisedGait
 
-
-@pytest.fixture(scope="module")
-def robot() -> mjbiped.Compass:
-    return mjbiped.Compass(sole=(0.08, 0.08))
-
-
-@pytest.fixture(scope="module")
-def gait(robot: mjbiped.Compass) -> OptimisedGait:
-    return mjbiped.find_reference(robot, clearance=0.077, retraction=False)
-
-
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
 
 
+@cache
+def short() -> SupervisedController:
+    """On a sole that bears little."""
+    robot = mjbiped.Compass(sole=(0.08, 0.08))
+    return SupervisedController(robot, mjbiped.find_reference(robot, clearance=0.077, retraction=False))
+
+
+@cache
+def long() -> SupervisedController:
+    """On a sole on which most steps are tracked."""
+    robot = mjbiped.Compass(sole=(0.12, 0.12))
+    return SupervisedController(robot, mjbiped.find_reference(robot, clearance=0.06))
+
+
+def memory_of(law: SupervisedController, *, slope: float = 0.0) -> list[float]:
+    memory = [0.0] * law.memory_size
+    memory[SLOPE] = slope
+    return memory
+
+
+def state_of(law: SupervisedController, *factors: float) -> State:
+    """The gait's first state, with its angles and rates times these."""
+    return State(*(law.gait.start * (factors or (1.0,))).tolist())
+
+
 @pytest.mark.slow
-def test_on_level_ground_it_is_the_tracking_law(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
-    laws = (SupervisedController(robot, gait), BoundedAnkleController(robot, gait))
+@pytest.mark.parametrize("supervised", [False, True])
+def test_on_level_ground_it_is_the_law_that_it_extends(supervised: bool) -> None:
+    """So is the law with two references."""
+    laws: tuple[Controller, Controller] = short(), BoundedAnkleController(short().robot, short().gait)
+    if not supervised:
+        robot = mjbiped.Compass()
+        gait = mjbiped.find_reference(robot, clearance=0.04)
+        laws = LibraryController(robot, gait), AdaptiveController(robot, gait, replanning="additive")
     walks = [mjbiped.walk(each, mjbiped.Terrain.level(), engine="hybrid", steps=5) for each in laws]
     for name in ("time", "q", "torque"):
         assert (walks[0].samples[name] == walks[1].samples[name]).all()  # the same operations
@@ -51,27 +65,19 @@ def test_on_level_ground_it_is_the_tracking_law(robot: mjbiped.Compass, gait: Op
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_it_climbs_stairs_on_which_the_tracking_law_falls(
-    robot: mjbiped.Compass, gait: OptimisedGait, engine: str
-) -> None:
-    supervised, tracking = (
-        mjbiped.walk(each, STAIRS, engine=engine, steps=14)
-        for each in (SupervisedController(robot, gait), BoundedAnkleController(robot, gait))
-    )
-    assert tracking.outcome == "fell"
+def test_it_climbs_stairs_on_which_the_tracking_law_falls(engine: str) -> None:
+    law, tracking = short(), BoundedAnkleController(short().robot, short().gait)
+    supervised, tracked = (mjbiped.walk(each, STAIRS, engine=engine, steps=14) for each in (law, tracking))
+    assert tracked.outcome == "fell"
     assert supervised.verdict == "finished"
-    made = [memory[RECOVERING] for _, memory in replayed(supervised, SupervisedController(robot, gait))]
-    assert 0 < sum(made) < 10
+    assert 0 < sum(memory[RECOVERING] for _, memory in replayed(supervised, law)) < 10
 
 
 @pytest.mark.parametrize(("support", "recovers"), [((0.0, 0.0), False), ((0.08, 0.08), False), ((0.005, 0.08), True)])
-def test_it_foresees_with_what_bears_the_foot(
-    robot: mjbiped.Compass, gait: OptimisedGait, support: tuple[float, float], recovers: bool
-) -> None:
+def test_it_foresees_with_what_bears_the_foot(support: tuple[float, float], recovers: bool) -> None:
     """A slow step is tracked on the whole sole, not where the ground ends half a centimetre behind the ankle."""
-    law = SupervisedController(robot, gait)
-    start = gait.start - [0.0, 0.0, 0.1, 0.0]
-    memory = [0.0] * law.memory_size
+    law, memory = short(), memory_of(short())
+    start = law.gait.start - [0.0, 0.0, 0.1, 0.0]
     law.start(memory, start[:2].tolist(), start[2:].tolist())
     memory[SUPPORT], memory[SUPPORT_AHEAD] = support
     supervisor.choose(law.parameters, memory, State(*start.tolist()))
@@ -79,56 +85,36 @@ def test_it_foresees_with_what_bears_the_foot(
     assert (memory[SUPPORT], memory[SUPPORT + 1]) == support  # it lasts for all of the step
 
 
-def test_the_best_of_the_grid_is_chosen(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
+def test_the_best_of_the_grid_is_chosen() -> None:
     """Early ends of the search change nothing: against all costs, each computed to its end."""
-    law = SupervisedController(robot, gait)
-    state = State(*(gait.start * [1.0, 1.0, 0.72, 0.8]).tolist())
-    memory = [0.0] * law.memory_size
+    law, memory, state = short(), memory_of(short()), state_of(short(), 1.0, 1.0, 0.72, 0.8)
     few, grid = list(law.parameters), int(law.parameters[SUPERVISION]) + GRID
     few[grid + 2], few[grid + 5] = 2.0, 3.0
-    times, halves, retractions = (supervisor.Range(*few[at : at + 3]) for at in range(grid, grid + 9, 3))
+    ranges = (supervisor.Range(*few[at : at + 3]) for at in range(grid, grid + 9, 3))
+    steps = product(*([each.first + k * each.step for k in range(int(each.number))] for each in ranges))
     found, step = supervisor.cheapest(few, memory, state)
-    costs = {
-        (i, j, k): supervisor.cost(
-            few,
-            memory,
-            state,
-            Step(
-                times.first + i * times.step,
-                halves.first + j * halves.step,
-                retractions.first + k * retractions.step,
-            ),
-            math.inf,
-        )
-        for i in range(2)
-        for j in range(3)
-        for k in range(int(retractions.number))
-    }
-    best = min(costs, key=lambda index: costs[index])
-    assert found == costs[best]
-    assert step.half == halves.first + best[1] * halves.step
+    costs = {step: supervisor.cost(few, memory, state, Step(*step), math.inf) for step in steps}
+    best = min(costs, key=lambda each: costs[each])
+    assert (found, step.half, len(costs) % 6) == (costs[best], best[1], 0)
     assert sum(cost < math.inf for cost in costs.values()) > 1
 
 
 @pytest.mark.slow  # it searches for references of another robot
-def test_it_scales_with_the_robot(gait: OptimisedGait) -> None:
+def test_it_scales_with_the_robot() -> None:
     """Legs of half the length and a third of the mass: times shrink by the root, and the same stairs are climbed."""
     small = mjbiped.Compass(leg_mass=5 / 3, lower_length=0.25, upper_length=0.25, sole=(0.06, 0.06))
-    law = SupervisedController(
-        small, mjbiped.find_reference(small, speed=0.494 / math.sqrt(2), clearance=0.0385, retraction=False)
-    )
+    gait = mjbiped.find_reference(small, speed=0.494 / math.sqrt(2), clearance=0.0385, retraction=False)
     stairs = mjbiped.Terrain.from_segments([(0.65, 0.0, 0.0), *[(0.9, 0.0, 0.02)] * 6])
-    assert mjbiped.walk(law, stairs, engine="hybrid", steps=14).verdict == "finished"
+    assert mjbiped.walk(SupervisedController(small, gait), stairs, engine="hybrid", steps=14).verdict == "finished"
 
 
 @pytest.mark.slow
-def test_figures_show_what_it_tracks(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
-    law = SupervisedController(robot, gait)
-    walk = mjbiped.walk(law, STAIRS, engine="hybrid", steps=6)
-    recovering = [memory for _, memory in replayed(walk, law) if memory[RECOVERING]]
-    assert recovering
-    for _, memory in replayed(walk, law):
-        tracked = law.climbing_gait if memory[CLIMBING] else gait
+def test_figures_show_what_it_tracks() -> None:
+    law = short()
+    memories = [list(memory) for _, memory in replayed(mjbiped.walk(law, STAIRS, engine="hybrid", steps=6), law)]
+    assert any(memory[RECOVERING] for memory in memories)
+    for memory in memories:
+        tracked = law.climbing_gait if memory[CLIMBING] else law.gait
         assert tracked is not None
         after = 0.9 * tracked.period  # past the transition
         q, dq = law.tracked(memory, after)
@@ -137,54 +123,34 @@ def test_figures_show_what_it_tracks(robot: mjbiped.Compass, gait: OptimisedGait
 
 
 @pytest.mark.slow
-def test_after_a_step_it_lifts_its_feet_for_some_steps(robot: mjbiped.Compass, gait: OptimisedGait) -> None:
-    law = SupervisedController(robot, gait, climbing_steps=2)
+@pytest.mark.parametrize(("rise", "expected"), [(0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)])
+def test_after_a_step_it_lifts_its_feet_for_some_steps(rise: float, expected: list[float]) -> None:
+    law = replace(short(), climbing_gait=None, climbing_steps=2)
     assert isinstance(law.climbing_gait, OptimisedGait)
     assert (law.climbing_gait.goal.clearance, law.climbing_gait.goal.retraction) == (0.14, False)
-    for rise, expected in ((0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)):
-        ground = mjbiped.Terrain.from_segments([(0.5 * gait.step_length, 0.0, 0.0), (50.0, 0.0, rise)])
-        walk = mjbiped.walk(law, ground, engine="hybrid", steps=4)
-        assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
+    ground = mjbiped.Terrain.from_segments([(0.5 * law.gait.step_length, 0.0, 0.0), (50.0, 0.0, rise)])
+    walk = mjbiped.walk(law, ground, engine="hybrid", steps=4)
+    assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
 
 
-@pytest.fixture(scope="module")
-def tracking() -> SupervisedController:
-    robot = mjbiped.Compass(sole=(0.12, 0.12))
-    return SupervisedController(robot, mjbiped.find_reference(robot, clearance=0.06))
-
-
-def prepared(law: SupervisedController, state: State, slope: float = 0.0) -> list[float]:
-    memory = [0.0] * law.memory_size
-    memory[SLOPE] = slope
+def foreseen(law: SupervisedController, state: State, slope: float, limit: int, times: float) -> tuple[float, State]:
+    """The step ahead that is tracked, with one of the limits of simulations times a number."""
+    given, memory = list(law.parameters), memory_of(law, slope=slope)
+    given[int(given[SUPERVISION]) + limit] *= times
     plan_nominal(law.parameters, memory, state)
-    return memory
-
-
-def changed(given: list[float], limit: int, value: float) -> list[float]:
-    """Parameters with another number among the limits of simulations."""
-    other = list(given)
-    other[int(given[SUPERVISION]) + limit] = value
-    return other
+    return step_ahead(given, memory, state, 0.0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("slope_deg", "off"), [(0.0, 0.0), (0.0, 0.15), (2.0, -0.1), (-3.0, 0.1)])
-def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(
-    tracking: SupervisedController, slope_deg: float, off: float
-) -> None:
-    slope = math.radians(slope_deg)
-    start = tracking.gait.start + np.array([0.0, 0.0, off, 0.0])
-    state = State(*start.tolist())
-    knowing = replace(tracking, initial_slope_estimate=slope)
-    ground = mjbiped.Terrain.incline(slope_deg)
-    walk = mjbiped.walk(knowing, ground, engine=mjbiped.Hybrid(tolerance=1e-10), steps=1, initial=tuple(start))
+def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(slope_deg: float, off: float) -> None:
+    slope, start = math.radians(slope_deg), long().gait.start + np.array([0.0, 0.0, off, 0.0])
+    knowing, engine = replace(long(), initial_slope_estimate=slope), mjbiped.Hybrid(tolerance=1e-10)
+    walk = mjbiped.walk(knowing, mjbiped.Terrain.incline(slope_deg), engine=engine, steps=1, initial=tuple(start))
     after = np.concatenate([walk.touchdowns["q"][0], walk.touchdowns["dq"][0]])
     errors = []
-    for times in (1.0, 2.0, 4.0):
-        given = changed(
-            tracking.parameters, STEP, tracking.parameters[int(tracking.parameters[SUPERVISION]) + STEP] / times
-        )
-        work, found = step_ahead(given, prepared(tracking, state, slope), state, 0.0)
+    for times in (1.0, 0.5, 0.25):
+        work, found = foreseen(long(), State(*start.tolist()), slope, STEP, times)
         assert 0.0 < work < 20.0
         errors.append(np.abs(np.array(found) - after).max())
     # the midpoint rule is of the second order; kinks where the sole begins to bound, and the touchdown between two
@@ -193,21 +159,18 @@ def test_a_step_is_foreseen_as_the_hybrid_engine_walks_it(
     assert errors[2] < 0.5 * errors[0]
 
 
-def test_on_the_limit_cycle_steps_go_on(tracking: SupervisedController) -> None:
-    state = State(*tracking.gait.start.tolist())
-    count, work = nominal_steps(tracking.parameters, prepared(tracking, state), state, 5)
+def test_on_the_limit_cycle_steps_go_on_and_steps_that_fall_are_foreseen_to_fall() -> None:
+    law, memory, state = long(), memory_of(long()), state_of(long())
+    plan_nominal(law.parameters, memory, state)
+    count, work = nominal_steps(law.parameters, memory, state, 5)
     assert count == 5
-    weight = tracking.robot.total_mass * tracking.robot.gravity
-    cost = work / (weight * 5 * tracking.gait.step_length)
-    assert isinstance(tracking.gait, OptimisedGait)
-    assert cost == pytest.approx(tracking.gait.cost_of_transport, rel=5e-3)  # of sums over 130 steps of 6 ms
-
-
-def test_steps_that_fall_are_foreseen_to_fall(tracking: SupervisedController) -> None:
-    slow = State(*(tracking.gait.start * [1.0, 1.0, 0.2, 0.2]).tolist())
-    count, _ = nominal_steps(tracking.parameters, prepared(tracking, slow), slow, 3)
-    assert count < 3
-    lazy = Step(0.35, 0.3, 0.0)
-    memory = prepared(tracking, slow)
-    recovery.begin(memory, lazy, slow[:2], slow[2:])
-    assert step_ahead(changed(tracking.parameters, FRICTION, 0.05), memory, slow, 0.0)[0] == math.inf
+    assert isinstance(law.gait, OptimisedGait)
+    cost = work / (law.robot.weight * 5 * law.gait.step_length)
+    assert cost == pytest.approx(law.gait.cost_of_transport, rel=5e-3)  # of sums over 130 steps of 6 ms
+    slow, memory = state_of(law, 1.0, 1.0, 0.2, 0.2), memory_of(law)
+    plan_nominal(law.parameters, memory, slow)
+    assert nominal_steps(law.parameters, memory, slow, 3)[0] < 3
+    recovery.begin(memory, Step(0.35, 0.3, 0.0), slow[:2], slow[2:])
+    icy = list(law.parameters)
+    icy[int(icy[SUPERVISION]) + FRICTION] = 0.05
+    assert step_ahead(icy, memory, slow, 0.0)[0] == math.inf

@@ -101,9 +101,16 @@ class FreeRobot:
         return complex(sum(mass * centre.jacobian(qpos) @ v for mass, _, centre, _ in self.parts))
 
     def rates(self, qpos: Array, stance: int, dq: Any, slope: float) -> Array:
-        """Rates of the posture that an engine's rates make, while the stance foot rests or rolls on a slope."""
+        """Rates of the posture that an engine's rates make, while the stance foot rests or rolls on a slope.
+
+        Rates of four segments begin with that of the stance shank, whose knee is then free.
+        """
         v = np.zeros(len(qpos))
-        dq = np.asarray(dq, dtype=float)
+        lowest, *dq = np.asarray(dq, dtype=float)
+        if len(dq) < 3:
+            dq = [lowest, *dq]
+        else:
+            v[4 + stance] = lowest - dq[0]
         if len(qpos) == 3:
             v[2] = dq[0]
         else:
@@ -113,7 +120,7 @@ class FreeRobot:
             elif len(qpos) == 6:  # feet stay parallel to the ground
                 v[4:] = -v[2:4]
         end = self.ends[stance % len(self.ends)]
-        foot = self.radius * dq[0] * np.exp(-1j * slope) - end.jacobian(qpos) @ v
+        foot = self.radius * lowest * np.exp(-1j * slope) - end.jacobian(qpos) @ v
         v[:2] = foot.real, foot.imag
         return v
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from engines.conformance.cases import parametrised, steps_of, walk_of
-from golden_walks import ENGINES, GROUNDS, ROBOTS, Case
+from golden_walks import GROUNDS, ROBOTS, Case
 
 import mjbiped
 from controllers import PassiveController
@@ -29,32 +29,16 @@ class Scale(NamedTuple):
 
     def robot(self, robot: Robot) -> Robot:
         """The robot in other units."""
-        changed: dict[str, Any] = {}
-        for name in robot.numbers():
-            value = getattr(robot, name)
-            if name == "gravity":
-                changed[name] = value * self.gravity
-            elif "mass" in name:
-                changed[name] = value * self.mass
-            elif "inertia" in name:
-                changed[name] = value * self.mass * self.length**2
-            elif name not in ("stop_angle", "spokes"):
-                changed[name] = value * self.length
+        units = {"gravity": self.gravity, "inertia": self.mass * self.length**2, "mass": self.mass}
+        units |= {"angle": 1.0, "spokes": 1, "length": self.length, "centre": self.length}
+        units |= {"offset": self.length, "radius": self.length}
+        changed = {name: getattr(robot, name) * units[name.split("_")[-1]] for name in robot.numbers()}
         return dataclasses.replace(robot, **changed)  # type: ignore[type-var]  # subclasses
 
 
 SCALES = {"larger and denser": Scale(2.0, 4.0, 4.0), "small on the moon": Scale(0.5, 0.25, 0.16)}
-PASSIVE = [
-    Case(robot, "passive", ground, engine)
-    for robot, ground in (
-        ("compass", "2 down"),
-        ("kneed", "3 down"),
-        ("round", "2 down"),
-        ("round kneed", "2 down"),
-        ("wheel", "8 down"),
-    )
-    for engine in ("hybrid", "mujoco")
-]
+GROUND_OF = {"compass": "2 down", "kneed": "3 down", "round": "2 down", "round kneed": "2 down", "wheel": "8 down"}
+PASSIVE = [Case(robot, "passive", GROUND_OF[robot], engine) for robot in GROUND_OF for engine in ("hybrid", "mujoco")]
 
 
 @parametrised(PASSIVE)
@@ -64,32 +48,22 @@ def test_passive_walks(case: Case, name: str) -> None:
     scale, here = SCALES[name], walk_of(case)
     robot, exact = scale.robot(ROBOTS[case.robot]), case.engine == "hybrid"
     start = [*here.samples["q"][0], *(here.samples["dq"][0] / scale.time)]
-    engine = ENGINES[case.engine]
-    if not exact:
-        engine = mjbiped.Mujoco(timestep=1e-3 * scale.time, contact_timestep=1e-5 * scale.time)
+    engine = mjbiped.Mujoco(timestep=1e-3 * scale.time, contact_timestep=1e-5 * scale.time)
     rule = None if robot.collides_from_lift_off else mjbiped.ScuffingRule(delay=0.1 * scale.time)
     there = mjbiped.walk(
         PassiveController(),
         GROUNDS[case.ground],
-        engine=engine,
+        engine="hybrid" if exact else engine,
         robot=robot,
         initial=start,
         steps=steps_of(case),
         scuffing=rule,
     )
     assert there.steps == here.steps
-    force = scale.mass * scale.gravity
-    units = {
-        "time": scale.time,
-        "x": scale.length,
-        "q": 1.0,
-        "dq": 1.0 / scale.time,
-        "normal_force": force,
-        "friction": 1.0,
-    }
+    force, rate = scale.mass * scale.gravity, 1.0 / scale.time
+    units = {"time": scale.time, "x": scale.length, "q": 1.0, "dq": rate, "normal_force": force, "friction": 1.0}
     for column, unit in units.items():
-        size = np.abs(here.touchdowns[column]).max()
-        limit = size * ((1e-6 if exact else 2e-3) if column not in ("normal_force", "friction") else 0.03)
-        np.testing.assert_allclose(
-            there.touchdowns[column] / unit, here.touchdowns[column], rtol=0, atol=limit, err_msg=column
-        )
+        limit = 0.03 if column in ("normal_force", "friction") else 1e-6 if exact else 2e-3
+        wanted = here.touchdowns[column]
+        found, atol = there.touchdowns[column] / unit, limit * np.abs(wanted).max()
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=atol, err_msg=column)

@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from engines.conformance.free_bodies import FreeRobot
 from numpy.typing import NDArray
 from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
 import mjbiped
 from mjbiped import KneedBiped, RoundKneed, Terrain
-from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee, bent_leg
+from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import lands, note_face
@@ -19,25 +20,26 @@ from mjbiped.rules.termination import Outcome
 ROBOT = KneedBiped()
 
 
+def swung(ground: Terrain, start: tuple[float, ...]) -> tuple[mjbiped.Walk, NDArray[np.float64], NDArray[np.float64]]:
+    """A passive step, the swing foot's way, shape (samples, 2), and its height over the ground, m."""
+    walk = mjbiped.walk(Plain(), ground, robot=ROBOT, engine="hybrid", initial=start, sample_period=1e-3, steps=1)
+    feet = ROBOT.limbs(walk.samples["qpos"])[:-1, 1, -1]
+    return walk, feet, feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+
+
 def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
     """A stub behind the stance foot is no end: one impact, then contact without friction or work, then a step."""
     rising, falling = (Terrain((-5.0, -0.39), (0.0, 0.0), (0.0, math.radians(angle))) for angle in (-1.0, 1.0))
     for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
-        start = (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5)
-        simulation = hybrid_simulation(ground, start, sample_period=1e-3, steps=1)
-        simulation.go()
-        assert simulation.outcome is Outcome.FINISHED
-        recorder = simulation.recorder
-        samples = recorder.samples()
-        foot = ROBOT.limbs(samples["qpos"])[:-1, 1, -1]
-        height = foot[:, 1] - [ground.height_at(x) for x in foot[:, 0]]
+        walk, _, height = swung(ground, (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5))
+        assert walk.outcome == "finished"
         slides = np.flatnonzero(height < 1e-9)
         assert len(slides) >= slid
         assert (np.diff(slides) == 1).all()
         assert np.abs(height[slides]).max() < 1e-10  # 8th order in steps of 2 ms, which hold accelerations
-        assert recorder.touchdowns()["stubs"][0] == stubs
+        assert walk.touchdowns["stubs"][0] == stubs
         slope = ground.slope_at(0.0)
-        energy = [ROBOT.energy(q, dq, slope) for q, dq in zip(samples["q"], samples["dq"], strict=True)]
+        energy = [ROBOT.energy(q, dq, slope) for q, dq in zip(walk.samples["q"], walk.samples["dq"], strict=True)]
         assert energy[slides[0]] < energy[0] - 1e-4
         if stubs == 1 and slid > 1:
             assert np.ptp(energy[slides[0] : slides[-1]]) < 1e-8
@@ -78,39 +80,26 @@ def test_a_sliding_foot_ahead_whose_knee_strikes_takes_the_robot_over() -> None:
     assert 0.0 < touched["knee_strike"][0] == touched["time"][0] < 1e-3
 
 
-H = 1e-6
-
-
-def rise_of_the_old_foot(robot: KneedBiped, q: NDArray[np.float64], dq: NDArray[np.float64], bent: float) -> float:
-    """Rate at which the foot that stood leaves the new stance foot upwards after the impact, m/s."""
-    after = robot.rates_after_touchdown(q, dq, bent)  # of the leg that struck, and of the other one
-    _, lean = bent_leg(robot.thigh_length, robot.shank_length, bent)
-    segments = np.array([q[0] + lean, q[0] + lean - bent, q[1], q[2]])
-    rates = np.array([after[1], after[1], after[0], after[0]])
-    ends = [robot.swing_foot(segments + side * H * rates)[1] for side in (-1, 1)]
-    return float(ends[0] - ends[1]) / (2 * H)
-
-
 @pytest.mark.parametrize("robot", [KneedBiped(), UNEQUAL])
 def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: KneedBiped) -> None:
     simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0), robot=robot)
     c, w, draw = simulation.constants, simulation.state, np.random.default_rng(1)
-    w.foot_x, seen = 0.4, []
+    bodies, seen = FreeRobot(robot), []
     for _ in range(400):
         # the swing leg is ahead of the other one, or behind it, and comes down at any rates
         bent, flexion = draw.choice([0.0, draw.uniform(0.05, 0.8)]), draw.choice([0.0, draw.uniform(0.05, 0.8)])
-        line, thigh = draw.uniform(-0.1, 0.5), draw.uniform(-0.7, 0.2)
-        q, dq = np.array([line, thigh, thigh + flexion]), draw.uniform(-3.0, 3.0, 3)
+        q, dq = draw.uniform([-0.1, -0.7, 0.0], [0.5, 0.2, 0.0]), draw.uniform(-3.0, 3.0, 3)
+        q[2] = q[1] + flexion
         locked = flexion == 0.0
         dq[2] = dq[1] if locked else dq[2]
         w.y[:6] = [*q, *dq]
         w.locked, w.stance_flexion = LOCKED if locked else FREE, bent
         bend_stance_knee(w, c.upper, c.lower, bent)
         enter_mode(c, w)
-        length, _ = bent_leg(robot.thigh_length, robot.shank_length, bent)
-        ahead = length * math.sin(line) - robot.thigh_length * math.sin(thigh) - robot.shank_length * math.sin(q[2]) > 0
-        straight = locked and bent == 0.0
-        takes = ahead and (straight or rise_of_the_old_foot(robot, q, dq, bent) > 0.0)
+        qpos = np.array(robot.posture((0.0, 0.0), 0, q, bent))
+        ahead, straight = bodies.ends[1].place(qpos).real > 0.0, locked and bent == 0.0
+        after = bodies.rates(qpos, 1, robot.rates_after_touchdown(q, dq, bent), 0.0)
+        takes = ahead and (straight or (bodies.ends[0].jacobian(qpos) @ after).imag > 0.0)
         assert lands(c, w) == takes
         seen.append((ahead, ahead and straight, takes))
     # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
@@ -121,27 +110,19 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
 EDGE = -0.45
 BACKWARDS = (-0.2, 0.201, 0.201, -2.0, 1.0, 1.0)
 """The swing foot, 0.4 m behind the other one and barely above level ground, comes down and goes backwards."""
-SLOPE = math.radians(1.0)
-BEHIND = {
-    "down a step": Terrain((-5.0, EDGE), (-0.02, 0.0), (0.0, 0.0)),
-    "down a slope": Terrain((-5.0, EDGE), (-math.tan(SLOPE) * (5.0 + EDGE), 0.0), (-SLOPE, 0.0)),
-    "up a slope": Terrain((-5.0, EDGE), (math.tan(SLOPE) * (5.0 + EDGE), 0.0), (SLOPE, 0.0)),
-}
 
 
-@pytest.mark.parametrize("name", BEHIND)
-def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(name: str) -> None:
-    ground = BEHIND[name]
-    simulation = hybrid_simulation(ground, BACKWARDS, sample_period=1e-3, steps=1)
-    simulation.go()
-    feet = KneedBiped().limbs(simulation.recorder.samples()["qpos"])[:, 1, -1]
-    above = feet[:, 1] - [ground.height_at(x) for x in feet[:, 0]]
+@pytest.mark.parametrize(("rise", "degrees"), [(0.02, 0.0), (0.0, -1.0), (0.0, 1.0)], ids=["down", "falling", "rising"])
+def test_a_foot_that_slides_backwards_over_an_edge_is_on_what_lies_behind_it(rise: float, degrees: float) -> None:
+    slope = math.radians(degrees)
+    ground = Terrain((-5.0, EDGE), (math.tan(slope) * (5.0 + EDGE) - rise, 0.0), (slope, 0.0))
+    _, feet, above = swung(ground, BACKWARDS)
     assert above.min() > -1e-7  # ground that a foot slides on is met again at 1e-8 m below it
     before = np.flatnonzero((feet[:, 0] > EDGE) & (above < 1e-9))
     beyond = np.flatnonzero(feet[:, 0] < EDGE)
     assert len(before) > 5
     assert beyond[0] == before[-1] + 1  # it slid up to the edge
-    assert above[beyond[0]] == pytest.approx(-ground.height_at(EDGE - 1e-9) if name == "down a step" else 0.0, abs=1e-3)
+    assert above[beyond[0]] == pytest.approx(rise, abs=1e-3)
 
 
 @pytest.mark.parametrize("robot", [KneedBiped(gravity=400.0), KneedBiped(gravity=400.0, sole=(0.05, 0.15))])

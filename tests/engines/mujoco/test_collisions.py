@@ -115,9 +115,5 @@ def test_bits_are_the_rule(name: str, ground: str) -> None:
                         rule = may_collide(c, u, number, (x, z), piece, riser)
                         assert bool(bits) == rule, (seed, number, x, z, piece, riser)
                         seen.append((riser, rule))
-    assert {(riser, rule): seen.count((riser, rule)) > 50 for riser in (False, True) for rule in (False, True)} == {
-        (False, False): True,
-        (False, True): True,
-        (True, False): True,
-        (True, True): name != "boxes",
-    }
+    often = {each for each in set(seen) if seen.count(each) > 50}  # of risers or not, and whether they may collide
+    assert often == {(False, False), (False, True), (True, False), *([(True, True)] if name != "boxes" else [])}

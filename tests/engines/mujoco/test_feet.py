@@ -12,17 +12,11 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, SupervisedController
 from mjbiped.engines.mujoco import feet
-from mjbiped.engines.mujoco.feet import Felt, felt
+from mjbiped.engines.mujoco.feet import felt
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 from mjbiped.robots.footed import FootedCompass
 
-ROBOT = FootedCompass()
-GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
-
-
-def on(ground: mjbiped.Terrain, steps: int = 4, robot: FootedCompass = ROBOT, **more: Any) -> mjbiped.Walk:
-    law = BoundedAnkleController(robot, GAIT)
-    return mjbiped.walk(law, ground, engine="mujoco", steps=steps, **more)
+GAIT = mjbiped.find_passive_gait(FootedCompass(), math.radians(2.0))
 
 
 def test_a_foot_on_an_edge_tells_no_slope_unless_the_next_one_says_the_same() -> None:
@@ -43,7 +37,8 @@ def test_a_law_that_asks_for_more_than_the_sole_bears_tips_the_foot() -> None:
 def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
     """From the ankle to the edge, within contacts' softness: 0.1 mm; the walk's phase lets a foot land across it."""
     robot, edge = FootedCompass(underside="box"), 1.1
-    walk = on(mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (5.0, 0.0, 0.01)]), robot=robot, steps=3)
+    ground = mjbiped.Terrain.from_segments([(edge, 0.0, 0.0), (5.0, 0.0, 0.01)])
+    walk = mjbiped.walk(BoundedAnkleController(robot, GAIT), ground, engine="mujoco", steps=3)
     x, behind, ahead = (walk.touchdowns[name] for name in ("x", "support_behind", "support_ahead"))
     across = int(np.argmin(abs(x - edge - 0.05)))
     assert edge + 1e-3 < x[across] < edge + 0.11
@@ -73,21 +68,8 @@ def test_a_law_is_told_what_the_record_tells(engine: str, delay: float) -> None:
 
 
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
-slots = st.lists(st.tuples(st.booleans(), st.floats(-0.7, 0.7), forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
-
-
-def reading(found: bool, tilt: float, force: tuple[float, float], distance: float) -> list[float]:
-    """A slot as MuJoCo fills it: force in the contact's frame, of which the lateral axis is the second."""
-    normal = [math.sin(tilt), 0.0, -math.cos(tilt)]
-    return [float(found), force[0], 17.0, force[1], distance, 0.0, 0.0, 0.0, *normal]
-
-
-def felt_in(readings: list[float], before: int = 0) -> Felt:
-    """What a foot under a straight leg feels whose readings begin behind others."""
-    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
-    c: Any = SimpleNamespace(slots=len(readings) - before)
-    u: Any = SimpleNamespace(q=[0.0] * 4)
-    return felt(c, u, readings, leg)
+tilts = st.one_of(st.floats(-0.7, 0.7), st.just(math.radians(91.0)))  # of the ground, and of faces
+slots = st.lists(st.tuples(st.booleans(), tilts, forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
 
 
 @given(slots, st.integers(0, 3))
@@ -95,27 +77,26 @@ def felt_in(readings: list[float], before: int = 0) -> Felt:
 def test_forces_of_all_contacts_are_added_as_vectors(
     contacts: list[tuple[bool, float, tuple[float, float], float]], before: int
 ) -> None:
-    """The third axis of a contact's frame is the cross product of the other two: the normal and the lateral axis."""
-    readings = [9.0] * before + [number for contact in contacts for number in reading(*contact)]
-    found = felt_in(readings, before)
-    touching = [contact for contact in contacts if contact[0]]
-    total = np.zeros(3)
-    for _, tilt, (pressed, rubbed), _ in touching:
+    """By slots as MuJoCo fills them: the force in the contact's frame, of which the lateral axis is the second.
+
+    The third axis is the cross product of the normal and the lateral axis. A face presses; what else it feels is none
+    of the ground's.
+    """
+    readings, total, depths, shear, found_face = [9.0] * before, np.zeros(3), [0.0], 0.0, False
+    for found, tilt, (pressed, rubbed), distance in contacts:
         normal = np.array([math.sin(tilt), 0.0, -math.cos(tilt)])
-        total += pressed * normal + rubbed * np.cross(normal, [0.0, 1.0, 0.0])
-    assert [found.forward, -found.downward] == pytest.approx(total[[0, 2]].tolist(), abs=1e-12 * 1e3)
-    assert found.pressure == pytest.approx(sum(contact[2][0] for contact in touching))
-    assert found.depth == max([0.0, *(-contact[3] for contact in touching)])
-    assert (found.ground, found.face) == (bool(touching), False)
-
-
-def test_a_face_presses_and_is_no_ground() -> None:
-    """Its forces are none of the ground's, and its depth neither."""
-    face = reading(True, math.radians(91.0), (50.0, 20.0), -1e-3)
-    tread = reading(True, 0.0, (100.0, 30.0), -1e-6)
-    assert felt_in(face + tread)[:6] == pytest.approx((150.0, 30.0, 100.0, 1e-6, True, True), abs=1e-12)
-    assert felt_in(face)[:6] == (50.0, 0.0, 0.0, 0.0, False, True)
-    assert (felt_in(face).shear, felt_in(face + tread + tread).shear) == (0.0, 60.0)
+        readings += [float(found), pressed, 17.0, rubbed, distance, 0.0, 0.0, 0.0, *normal]
+        found_face |= found and tilt > 1.0
+        if found and tilt < 1.0:
+            total += pressed * normal + rubbed * np.cross(normal, [0.0, 1.0, 0.0])
+            depths.append(-distance)
+            shear += rubbed
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    c: Any = SimpleNamespace(slots=len(readings) - before)
+    foot = felt(c, SimpleNamespace(q=[0.0] * 4), readings, leg)  # type: ignore[arg-type]
+    assert [foot.forward, -foot.downward, foot.shear] == pytest.approx([*total[[0, 2]], shear], abs=1e-12 * 1e3)
+    assert foot.pressure == pytest.approx(sum(contact[2][0] for contact in contacts if contact[0]))
+    assert (foot.depth, foot.ground, foot.face) == (max(depths), len(depths) > 1, found_face)
 
 
 SOLE = (0.12, 0.12)

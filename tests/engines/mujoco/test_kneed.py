@@ -1,61 +1,24 @@
-"""The biped with knees in MuJoCo: stubs, faces, gaps, and what its stance knee bears, by a lock or by a motor."""
+"""The biped with knees in MuJoCo: friction, gaps, and what its stance knee bears, by a lock or by a motor."""
 
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from simulations import started
 
 import mjbiped
 from controllers import KneedController, PassiveController
-from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.step_size import Lengths, sooner
 from mjbiped.errors import InputError
 from mjbiped.records import loads, measures
 from mjbiped.robots.kneed import stance_knee_torque
-from mjbiped.rules.termination import Outcome
 
 ROBOT = mjbiped.KneedBiped()
 
 
-def walked(steps: int, terrain: mjbiped.Terrain | None = None, **settings: Any) -> mjbiped.Walk:
-    engine = settings.pop("engine", mjbiped.Mujoco())
-    ground = mjbiped.Terrain.incline(2.5) if terrain is None else terrain
-    return mjbiped.walk(PassiveController(), ground, robot=ROBOT, engine=engine, steps=steps, **settings)
-
-
-def test_a_stubbed_toe_is_physics() -> None:
-    """A riser in the swing foot's way stops it; it slides down the face, takes over there, and is stopped as it stands.
-
-    Without motors the robot falls; nothing passes through the step.
-    """
-    ground = mjbiped.Terrain.from_segments([(0.7, 2.5, 0.0), (20.0, 2.5, 0.035)])
-    found = walked(3, ground)
-    assert (found.outcome, found.steps) == ("fell", 2)
-    assert found.touchdowns["strikes"][1] == 1
-    feet = ROBOT.limbs(found.samples["qpos"])[:, :, -1]
-    inside = ground.height(feet[..., 0]) - feet[..., 1]
-    # but the last 1e-3 m beside its face, where a foot is on the lower ground
-    edge = np.abs(feet[..., 0] - ground.x[1]) < 2e-3
-    assert inside[~edge].max() < 1e-4
-
-
-def test_a_foot_that_slides_down_a_face_does_so_in_sixteenths_of_a_step() -> None:
-    """Contact steps lead it to the face; in such steps alone, the way down would take six thousand of them."""
-    controller = make_controller("adaptive", ROBOT, {})
-    simulation = started(controller, mjbiped.Terrain.stairs(tread=1.2, rise=0.02), steps=8)
-    lengths = []
-    while not simulation.over:
-        simulation.advance(1)
-        lengths.append(simulation.model.opt.timestep)
-    assert simulation.outcome is Outcome.FINISHED
-    assert np.isclose(lengths, 1e-3 / 16.0).sum() > 500
-    assert np.isclose(lengths, 1e-5).sum() < 2000
-
-
 def test_friction_is_the_feets() -> None:
-    assert walked(2, disturbances=mjbiped.Disturbances(friction=0.05)).outcome == "slipped"
+    ground, icy = mjbiped.Terrain.incline(2.5), mjbiped.Disturbances(friction=0.05)
+    assert mjbiped.walk(PassiveController(), ground, robot=ROBOT, steps=2, disturbances=icy).outcome == "slipped"
 
 
 def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> None:
@@ -66,32 +29,25 @@ def test_a_gap_that_stays_open_cuts_no_step_short_that_closes_the_other() -> Non
     assert sooner(closing, ending, 1e-5) == sooner(ending, closing, 1e-5) == ending
 
 
-ROBOT = mjbiped.KneedBiped()
 LAW = KneedController(ROBOT, mjbiped.find_kneed_gait(ROBOT, math.radians(2.5)))
 
 
-STAIRS = mjbiped.Terrain.stairs(rise=0.02, first=0.7)
-
-
-def on_stairs(stance_knee: str, **settings: Any) -> mjbiped.Walk:
-    return mjbiped.walk(LAW, STAIRS, engine=mjbiped.Mujoco(stance_knee=stance_knee), steps=6, **settings)
+def on_stairs(**settings: Any) -> mjbiped.Walk:
+    stairs, motor = mjbiped.Terrain.stairs(rise=0.02, first=0.7), mjbiped.Mujoco(stance_knee="motor")
+    return mjbiped.walk(LAW, stairs, engine=motor, steps=6, **settings)
 
 
 @pytest.fixture(scope="module")
 def held() -> mjbiped.Walk:
-    return on_stairs("motor", sample_period=1e-3)
+    return on_stairs(sample_period=1e-3)
 
 
 def test_the_servo_gives_what_the_lock_bore(held: mjbiped.Walk) -> None:
     """Its torque against the equations of the locked knee, at each sample but those of 0.1 s after each impact."""
-    samples, touched = held.samples, held.touchdowns
+    samples, touched, bent = held.samples, held.touchdowns, loads.flexion(held)
     assert held.outcome == "finished"
-    needed = stance_knee_torque(
-        ROBOT,
-        *(samples[name] for name in ("q", "dq", "torque", "slope")),
-        locked=samples["locked"],
-        stance_flexion=(bent := loads.flexion(held)),
-    )
+    state = (samples[name] for name in ("q", "dq", "torque", "slope"))
+    needed = stance_knee_torque(ROBOT, *state, locked=samples["locked"], stance_flexion=bent)
     events_at = np.concatenate([[0.0], touched["time"], np.append(0.0, touched["time"][:-1]) + touched["knee_strike"]])
     since = samples["time"][:, None] - events_at
     quiet = ~((since >= -1e-9) & (since < 0.1)).any(axis=1)
@@ -109,14 +65,15 @@ def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
     samples, touched = held.samples, held.touchdowns
     peaks = np.abs(samples["stance_knee_torque"]).max()
     assert touched["stance_knee_torque"].max() == pytest.approx(peaks, rel=0.02)  # of all steps, of samples
-    work = np.abs(0.5 * (samples["stance_knee_torque"][1:] + samples["stance_knee_torque"][:-1])
-                  * np.diff(loads.flexion(held)))[np.diff(samples["stance"]) == 0].sum()  # fmt: skip
+    steps = np.split(np.arange(len(samples["time"])), np.flatnonzero(np.diff(samples["stance"])) + 1)
+    bent, torque = loads.flexion(held), samples["stance_knee_torque"]
+    work = sum(np.abs(0.5 * (torque[at][1:] + torque[at][:-1]) * np.diff(bent[at])).sum() for at in steps)
     assert touched["stance_knee_work"][-1] == pytest.approx(work, rel=0.02)
     summary = measures.summary(held)
     assert summary["peak_stance_knee_torque_Nm"] == pytest.approx(peaks, rel=0.02)
     part = touched["stance_knee_work"][-1] / (ROBOT.weight * held.distance)
     assert summary["cost_of_transport_stance_knee"] == part > 0.0
-    bare = on_stairs("motor", sample_period=None)
+    bare = on_stairs(sample_period=None)
     told = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
     assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
 

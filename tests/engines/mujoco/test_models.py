@@ -1,4 +1,4 @@
-"""The MJCF files by themselves: every part is named, and MuJoCo's stages, of which steps are made, are `mj_step`."""
+"""The MJCF files by themselves: every part is named, and they are the default robots."""
 
 from typing import Any, cast
 
@@ -8,20 +8,11 @@ import pytest
 from simulations import build_scene
 
 import mjbiped
-from mjbiped.engines.mujoco import step
 from mjbiped.engines.mujoco.scene import models_folder
 from mjbiped.robots.robot import Robot
 
-OBJECTS = {
-    "body": mujoco.mjtObj.mjOBJ_BODY,
-    "geom": mujoco.mjtObj.mjOBJ_GEOM,
-    "jnt": mujoco.mjtObj.mjOBJ_JOINT,
-    "sensor": mujoco.mjtObj.mjOBJ_SENSOR,
-    "cam": mujoco.mjtObj.mjOBJ_CAMERA,
-    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
-    "key": mujoco.mjtObj.mjOBJ_KEY,
-    "eq": mujoco.mjtObj.mjOBJ_EQUALITY,
-}
+OBJECTS = {"body": "body", "geom": "geom", "jnt": "joint", "sensor": "sensor", "cam": "camera", "tendon": "tendon"}
+OBJECTS |= {"key": "key", "eq": "equality"}
 FILES = ("compass.xml", "kneed.xml", "scene.xml", "kneed_scene.xml")
 
 
@@ -34,11 +25,12 @@ def test_loads_and_steps_without_warning_and_everything_is_named(name: str) -> N
         mujoco.mj_step(model, data, nstep=200)
         assert not data.warning.number.any()
         assert np.isfinite(data.qpos).all()
-    for kind in ("body", "geom", "jnt", "sensor", "cam", "tendon", "key", "eq"):
-        assert all(mujoco.mj_id2name(model, OBJECTS[kind], k) for k in range(getattr(model, f"n{kind}"))), kind
+    for short, kind in OBJECTS.items():
+        object_kind = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+        assert all(mujoco.mj_id2name(model, object_kind, k) for k in range(getattr(model, f"n{short}"))), kind
 
 
-FIELDS = ("body_mass", "body_ipos", "body_pos", "jnt_range", "jnt_solref", "eq_solref", "body_inertia")
+FIELDS = ("body_mass", "body_ipos", "body_pos", "jnt_range", "jnt_solref", "eq_solref")
 """Of the model; and of the geoms of the robot's feet and joints "size", "pos", "solref" and "friction"."""
 
 
@@ -49,9 +41,8 @@ def test_a_file_is_the_default_robot(file: str, robot: Robot) -> None:
     filled = build_scene(robot, mjbiped.Terrain.level(), timestep=1e-4, reach=2.0).model
     for name in FIELDS:
         mine, theirs = (getattr(each, name) for each in (filled, model))
-        if name == "body_inertia":
-            mine, theirs = mine[1:, 1], theirs[1:, 1]
         np.testing.assert_allclose(mine, theirs, rtol=1e-15, atol=1e-18, err_msg=name)
+    np.testing.assert_allclose(filled.body_inertia[1:, 1], model.body_inertia[1:, 1], rtol=1e-15)
     for name in ("left_foot", "right_foot"):
         for what in ("size", "pos", "solref", "friction"):
             mine, theirs = (getattr(each.geom(name), what) for each in (filled, model))
@@ -86,37 +77,3 @@ def test_runs_in_dm_control() -> None:
     physics.step(nstep=50)
     assert np.isfinite(physics.named.data.qpos["left"]).all()
     assert physics.named.data.sensordata["clock"] == pytest.approx(50 * physics.timestep())
-
-
-STAGES = [name for name in step.step.__code__.co_names if name.startswith("mj_")]
-
-
-@pytest.mark.parametrize("name", ["scene.xml", "kneed_scene.xml", "footed_scene.xml"])
-def test_stages_are_bitwise_a_step_and_ask_for_control_once(name: str) -> None:
-    """While it stumbles and falls: with contacts, limits and locks."""
-    model = mujoco.MjModel.from_xml_path(str(models_folder() / name))
-    whole, staged = mujoco.MjData(model), mujoco.MjData(model)
-    rates = 0.3 * np.random.default_rng(0).standard_normal(model.nv)
-    calls: list[mujoco.MjData] = []
-
-    def control(_: mujoco.MjModel, data: mujoco.MjData) -> None:
-        calls.append(data)
-        data.ctrl[:] = np.sin(7.0 * data.time + np.arange(model.nu))
-
-    mujoco.set_mjcb_control(control)
-    try:
-        for data in (whole, staged):
-            mujoco.mj_resetDataKeyframe(model, data, 0)
-            data.qvel[:] += rates
-        touched = 0
-        for _ in range(3000):
-            mujoco.mj_step(model, whole)
-            for stage in STAGES:
-                getattr(mujoco, stage)(model, staged, *((step.VELOCITY, 0) if stage == "mj_forwardSkip" else ()))
-            touched += staged.ncon > 0
-    finally:
-        mujoco.set_mjcb_control(None)
-    assert touched > 500
-    assert [calls.count(data) for data in (whole, staged)] == [3000, 3000]
-    for field in ("time", "qpos", "qvel", "qacc", "qacc_warmstart", "sensordata"):
-        np.testing.assert_array_equal(getattr(staged, field), getattr(whole, field), err_msg=field)

@@ -1,7 +1,6 @@
-"""The MuJoCo engine as a machine: machine code, memory, resuming, outcomes."""
+"""The MuJoCo engine as a machine: its steps, forward calls between them, resuming."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -9,10 +8,8 @@ import pytest
 from simulations import assert_resumes, started, state_of
 
 import mjbiped
-from controllers import AdaptiveController, Controller, KneedController, Memory, PassiveController
-from mjbiped.control.controller import Law
+from controllers import AdaptiveController, Controller, KneedController
 from mjbiped.engines.mujoco.simulation import Simulation
-from mjbiped.numerics.cache import raises
 
 Terrain = mjbiped.Terrain
 
@@ -22,49 +19,6 @@ def test_steps_can_be_made_until_a_time(controller: AdaptiveController) -> None:
     assert simulation.advance(10**6, 0.1) == 100
     assert simulation.data.time == pytest.approx(0.1, abs=1e-9)
     assert simulation.advance(10**6, 0.1) == 0
-
-
-def late_error(parameters: Any, memory: Memory, t: float, q: Any, dq: Any, out: Any) -> None:
-    if t > 0.01:
-        raise ValueError("late")
-    out[0], out[1] = 0.0, 0.0
-
-
-def out_of_range(parameters: Any, memory: Memory, t: float, q: Any, dq: Any, out: Any) -> None:
-    out[0], out[1] = (0.0, 1.0)[int(100.0 * t)], 0.0
-
-
-def with_torque(function: Any, *, in_python: bool = False) -> Controller:
-    """A controller whose law has this torque."""
-
-    class Wrong(PassiveController):
-        def law(self) -> Law:
-            return super().law()._replace(torque=function)
-
-        if in_python:
-
-            def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-                out = [0.0, 0.0]
-                function([], memory, t, q, dq, out)
-                return out
-
-    return Wrong()
-
-
-@pytest.mark.compiled
-def test_an_exception_in_compiled_code_stops_the_walk() -> None:
-    with pytest.raises(mjbiped.WalkStopped, match=r"Wrong failed at .* a compiled law raised an exception") as stopped:
-        mjbiped.walk(with_torque(out_of_range), Terrain.incline(2.0), steps=1)
-    assert stopped.value.walk.outcome == "interrupted"
-    assert 0.0199 < stopped.value.walk.end[0] < 0.0215  # the first step of 1 ms behind it
-
-
-@pytest.mark.compiled
-def test_a_law_that_raises_of_itself_runs_in_python() -> None:
-    """A C function could not."""
-    assert raises((late_error,))
-    with pytest.raises(mjbiped.WalkStopped, match="ValueError: late"):
-        mjbiped.walk(with_torque(late_error, in_python=True), Terrain.incline(2.0), steps=1)
 
 
 def test_forward_calls_between_steps_change_nothing(controller: AdaptiveController) -> None:

@@ -1,6 +1,4 @@
-"""Exported scenes in plain MuJoCo: masses, ground, and a passive step without any of this package's callbacks."""
-
-from __future__ import annotations
+"""Exported scenes and URDF in plain MuJoCo and in the parser of ROS, without any of this package's callbacks."""
 
 import dataclasses
 import math
@@ -10,31 +8,25 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from foreign_models import LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
+from foreign_models import DOWNHILL, LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
 from numpy.typing import NDArray
 from simulations import build_scene
+from urdf_parser_py.urdf import URDF
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
-from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
 from mjbiped.gaits.described import passive_gait_of
+from mjbiped.exchange.ros import export_urdf, urdf_of
 from mjbiped.robots.robot import Robot
 
-WALKS = {
-    "compass": (mjbiped.Compass(), 2.0),
-    "kneed": (mjbiped.KneedBiped(), 2.5),
-    "wheel": (mjbiped.RimlessWheel(), 4.0),
-}
 NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own
 
 
-def exported(
-    folder: Path, robot: Robot, terrain: mjbiped.Terrain, **given: Any
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def exported(folder: Path, robot: Robot, terrain: mjbiped.Terrain, **given: Any) -> tuple[Any, Any]:
     """An exported scene as plain MuJoCo opens it, of its text alone, at its start."""
     path = folder / "scene.xml"
     export_scene(robot, terrain, path, **given)
@@ -45,7 +37,7 @@ def exported(
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_mass_matrix_is_that_of_the_equations(name: str, tmp_path: Path) -> None:
+def test_mass_matrix_in_scenes(name: str, tmp_path: Path) -> None:
     robot = ROBOTS[name]
     model, _ = exported(tmp_path, robot, LEVEL, initial="rest")
     seen = robot
@@ -58,9 +50,7 @@ def test_mass_matrix_is_that_of_the_equations(name: str, tmp_path: Path) -> None
         assert mass_matrix_in(model, robot, q) == pytest.approx(seen.mass_matrix(q), rel=1e-12, abs=1e-12)
 
 
-def postures(
-    model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, times: NDArray[np.float64], halved: int
-) -> NDArray[np.float64]:
+def postures(model: Any, data: Any, robot: Robot, times: NDArray[np.float64], halved: int) -> NDArray[np.float64]:
     """Postures at given times in plain steps of TIMESTEP / halved."""
     length = TIMESTEP / halved
     model.opt.timestep = length
@@ -75,7 +65,7 @@ def postures(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
-    robot, slope_deg = WALKS[name]
+    robot, slope_deg = DOWNHILL[name]
     terrain = mjbiped.Terrain.incline(slope_deg)
     walk = mjbiped.walk(Unpowered(), terrain, steps=2, robot=robot)
     touchdown = walk.touchdowns["time"][0]
@@ -116,16 +106,12 @@ def test_first_states_are_those_of_walks(tmp_path: Path) -> None:
     walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
     _, data = exported(tmp_path, walk.robot, walk.terrain, initial=walk.settings["initial"])
     assert data.qpos == pytest.approx(walk.samples["qpos"][0], abs=1e-15)
-    with pytest.raises(InputError, match="four finite numbers q1, q2, dq1, dq2"):
+    with pytest.raises(mjbiped.InputError, match="four finite numbers q1, q2, dq1, dq2"):
         exported(tmp_path, walk.robot, walk.terrain, initial=[0.0])
-    with pytest.raises(GaitError, match="--initial rest"):
+    with pytest.raises(mjbiped.InputError, match=r"ends at x = 0\.1 m"):
+        exported(tmp_path, walk.robot, dataclasses.replace(LEVEL, end=0.1), initial="rest")
+    with pytest.raises(mjbiped.GaitError, match="--initial rest"):
         exported(tmp_path, mjbiped.RimlessWheel(), LEVEL)
-
-
-def test_refuses_ground_that_ends_before_a_step(tmp_path: Path) -> None:
-    short = dataclasses.replace(LEVEL, end=0.1)
-    with pytest.raises(InputError, match=r"ends at x = 0\.1 m"):
-        export_scene(mjbiped.Compass(), short, tmp_path / "scene.xml", initial="rest")
 
 
 def test_straight_legs_land_from_the_reach_of_the_scuffing_rule_on(tmp_path: Path) -> None:
@@ -150,3 +136,41 @@ def test_a_scene_in_space_moves_as_the_equations_do(robot: Robot, tmp_path: Path
     mujoco.mj_step(model, data, 2000)
     qpos = [float(data.joint(name).qpos[0]) for name in robot.places]
     assert qpos == pytest.approx(walked.samples["qpos"][2].tolist(), abs=2e-4)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_mass_matrix_in_urdf(name: str) -> None:
+    robot = ROBOTS[name]
+    model = mujoco.MjModel.from_xml_string(urdf_of(robot))
+    # slider and hip without mass have so much of the robot's, which are at the hip
+    added = 2 * SMALLEST_HIP_MASS * robot.total_mass * robot.leg_length**2
+    for q in some_angles(robot):
+        assert mass_matrix_in(model, robot, q) == pytest.approx(robot.mass_matrix(q), rel=1e-12, abs=added)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_feet_are_where_the_robot_has_them(name: str) -> None:
+    robot = ROBOTS[name]
+    model = mujoco.MjModel.from_xml_string(urdf_of(robot))
+    data = mujoco.MjData(model)
+    q = np.random.default_rng(1).uniform(0.1, 0.5, len(robot.places))
+    data.qpos[addresses(model, robot)] = q
+    mujoco.mj_forward(model, data)
+    upper, ends = np.moveaxis(robot.limbs(q)[:, -2:], 1, 0)
+    centres = ends + robot.radius / robot.bodies.leg[-1].length * (upper - ends)
+    assert data.geom_xpos[:, [0, 2]] == pytest.approx(centres, abs=1e-12)
+    assert model.geom_size[:, 0].tolist() == [robot.radius + FOOT_RADIUS] * len(robot.bodies.limbs)
+
+
+def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:
+    robot = mjbiped.KneedBiped(shank_mass=1 / 7)
+    export_urdf(robot, tmp_path / "kneed.urdf")
+    read = URDF.from_xml_string((tmp_path / "kneed.urdf").read_bytes())
+    assert (read.name, read.get_root()) == ("mjbiped_kneed", "world")
+    assert sorted(read.joint_map) == sorted(robot.places)
+    assert read.get_chain("world", "right_shank", links=False) == ["hip_x", "hip_z", "right", "right_knee"]
+    shank, knee = read.link_map["left_shank"], read.joint_map["left_knee"]
+    assert (shank.inertial.mass, shank.inertial.inertia.iyy) == (1 / 7, robot.shank_inertia)
+    assert shank.inertial.origin.xyz == [0.0, 0.0, -0.09]
+    assert (knee.type, knee.origin.xyz, knee.limit.lower) == ("revolute", [0.0, 0.0, -0.5], 0.0)
+    assert [each.geometry.length for each in shank.visuals if hasattr(each.geometry, "length")] == [0.5]
