@@ -19,8 +19,8 @@ from mjbiped.control.controller import Unpowered
 from mjbiped.engines.mujoco.ground import FOOT_RADIUS
 from mjbiped.engines.mujoco.scene import SMALLEST_HIP_MASS
 from mjbiped.exchange.mjcf import START, TIMESTEP, export_scene
-from mjbiped.gaits.described import passive_gait_of
 from mjbiped.exchange.ros import export_urdf, urdf_of
+from mjbiped.gaits.described import passive_gait_of
 from mjbiped.robots.robot import Robot
 
 NAMES = ["compass", "kneed", pytest.param("wheel", marks=pytest.mark.slow)]  # which compiles engines of its own

@@ -174,6 +174,8 @@ def test_force_and_touchdown_become_those_of_the_plane(robot: InSpace) -> None:
     if n == 3:
         q[2], dq[2] = q[1], dq[1]  # the knee is locked
     angles, turning, motors = (np.append(each, 0.0) for each in (q, dq, torque))
-    assert narrow.ground_force(angles, turning, motors, 0.1) == pytest.approx(flat.ground_force(q, dq, torque, 0.1), rel=1e-6)
+    assert narrow.ground_force(angles, turning, motors, 0.1) == pytest.approx(
+        flat.ground_force(q, dq, torque, 0.1), rel=1e-6
+    )
     rates = narrow.rates_after_touchdown(angles, turning)
     assert rates == pytest.approx(np.append(flat.rates_after_touchdown(q, dq), 0.0), abs=1e-6)
