@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mjbiped.analysis.replay import drawn_gait, drawn_transitions
 from mjbiped.analysis.survival import Survival
 from mjbiped.plotting import width
-from mjbiped.plotting.style import C_MT, GUIDE, look, told_apart, widen, zero_line
+from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, SHADE, look, told_apart, widen, zero_line
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import Lines, Signal, Values, signals_of
 from mjbiped.robots.three_d import InSpace
@@ -169,6 +169,16 @@ def paths_from_above(walk: Walk, keep: Kept = slice(None)) -> tuple[Values, Valu
     begun = np.append(0, steps)
     hip = qpos[:, [robot.places.index(name) for name in ("hip_x", "hip_y")]]
     return swing, hip, feet[begun, stance[begun]]
+
+
+def draw_paths(axes: Axes, walk: Walk) -> None:
+    """Draw the paths of the hip and of the swing foot of a robot in space over the ground, and where it stood."""
+    swing, hip, stood = paths_from_above(walk)
+    axes.plot(*swing.T, color=ORANGE, linewidth=1.0, label="swing foot")
+    axes.plot(*hip.T, color=SHADE, linewidth=1.2, label="middle of the hip")
+    axes.plot(*stood.T, "o", color=BLUE, markersize=4, markeredgewidth=0, label="stance foot", zorder=4)
+    axes.set_ylabel("y (m)")
+    axes.margins(y=0.12)
 
 
 class Portrait(NamedTuple):

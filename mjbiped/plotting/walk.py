@@ -20,11 +20,11 @@ from mjbiped.errors import RenderError
 from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, style, width
 from mjbiped.plotting.panels import (
     draw_over_time,
+    draw_paths,
     head,
     labelled,
     legend_above,
     legend_below,
-    paths_from_above,
     plain,
     portraits,
     titled,
@@ -45,7 +45,6 @@ _BELOW = 0.24  # room for texts under the lowest ground of a row, inches
 _ABOVE = 0.08  # room over the highest hip, m
 _LETTER = 0.055  # width of a small letter, inches
 _BETWEEN_ROWS = 0.25  # inches
-_ROOM = 0.15  # of ground before the first and behind the last place of a walk, m
 
 
 def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[str] | None = None) -> Figure:
@@ -94,6 +93,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
     def draw_above(part: FigureBase) -> None:
         axes = part.subplots()
         draw_paths(axes, walk)
+        axes.set_xlim(rows[0].start, rows[-1].stop)
         titled(axes, next(letters), "Paths seen from above, the left side up")
         labelled(axes, "x (m);  y is drawn larger than x")
         legend_above(axes)
@@ -173,21 +173,6 @@ def _draw_phases(figure: FigureBase, walk: Walk, letters: Iterator[str], across:
     legend_below(figure, [entries[entry] for entry in order], order)
 
 
-def draw_paths(axes: Axes, walk: Walk) -> None:
-    """Draw the paths of the hip and of the swing foot of a robot in space over the ground, and where it stood."""
-    swing, hip, stood = paths_from_above(walk)
-    axes.plot(*swing.T, color=style.ORANGE, linewidth=1.0, label="swing foot")
-    axes.plot(*hip.T, color=SHADE, linewidth=1.2, label="middle of the hip")
-    axes.plot(*stood.T, "o", color=style.BLUE, markersize=4, markeredgewidth=0, label="stance foot", zorder=4)
-    axes.set(xlim=_ends(np.append(swing[np.isfinite(swing[:, 0]), 0], stood[:, 0])), ylabel="y (m)")
-    axes.margins(y=0.12)
-
-
-def _ends(x: Values) -> tuple[float, float]:
-    """Ends of the ground that pictures of a walk show, of the places x (m) that it reached."""
-    return float(x.min()) - _ROOM, float(x.max()) + _ROOM
-
-
 class Row(NamedTuple):
     """Piece of the ground on one line of the figure.
 
@@ -222,7 +207,7 @@ def rows_of(walk: Walk) -> list[Row]:
     qpos, wide = walk.samples["qpos"], width().inches - _BESIDE
     limbs = walk.robot.limbs(qpos)
     reached, tops = limbs[..., 0], limbs[..., 1].max(axis=(1, 2))
-    start, stop = _ends(reached)
+    start, stop = float(reached.min()) - 0.15, float(reached.max()) + 0.15
     # half as wide, a row holds 0.7 times the ground, so that the robot is 0.7 times as large
     usual = _ROW * math.sqrt(wide / (WIDTHS[DEFAULT_WIDTH].inches - _BESIDE))
     count = min(_MOST_ROWS, max(1, math.ceil((stop - start) / usual)))
@@ -306,7 +291,7 @@ def _draw_ground(axes: Axes, terrain: Terrain, row: Row) -> None:
         begins_here = index > 0 and terrain.x[index] > row.start
         start = terrain.x[index] if begins_here else row.start
         stop = min(terrain.x[index + 1], row.stop) if index + 1 < len(terrain.x) else row.stop
-        labels = [f"{math.degrees(terrain.angle[index]) + 0.0:.1f}°"]
+        labels = [f"{math.degrees(terrain.angle[index]) + 0.0:.1f}°"] if terrain.surface is None else []
         rise, height = terrain.rises[index], terrain.z[index]
         if begins_here:
             axes.plot([start] * 2, [row.low, height], color=SHADE, linewidth=0.5, linestyle=":", zorder=2)

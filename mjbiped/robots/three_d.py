@@ -118,6 +118,23 @@ class InSpace(Robot):
         angles = np.asarray(q, dtype=np.float64)
         return self._linkage(angles).touchdown(angles, np.asarray(dq, dtype=np.float64))
 
+    def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
+        """Rates after the plastic impact of a touchdown on the same plane, in the legs' new roles, rad/s."""
+        straight = [self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq)]
+        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(straight[0], straight[1])[1])
+
+    def ground_force(
+        self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
+    ) -> tuple[float, float]:
+        """Force of the ground on the stance foot, forward and upward, N, on ground that is level across the heading.
+
+        See `Robot.ground_force`.
+        """
+        angles, rates, motors = (np.asarray(each, dtype=np.float64) for each in (q, dq, torque))
+        ahead, _, normal = self.force_on_foot(angles, rates, motors, pull_of(slope), locked=locked).tolist()
+        cosine, sine = np.cos(slope), np.sin(slope)
+        return float(ahead * cosine + normal * sine), float(normal * cosine - ahead * sine)
+
     def swing_foot(self, q: ArrayLike) -> Array:
         """The swing foot from the stance foot, shape (3,), m: forward, to the swing side, along the ground's normal."""
         angles = np.asarray(q, dtype=np.float64)

@@ -163,3 +163,19 @@ def test_gravity_s_direction() -> None:
     np.testing.assert_allclose(pull_of(0.1), [math.sin(0.1), math.cos(0.1), 0.0], rtol=0, atol=1e-15)
     assert np.linalg.norm(pull_of(0.1, -0.2)) == pytest.approx(1.0, abs=1e-15)
     assert pull_of(0.1, -0.2)[2] < 0.0
+
+
+@each_robot
+def test_force_and_touchdown_become_those_of_the_plane(robot: InSpace) -> None:
+    """With the legs together, without roll, at any slope along the heading."""
+    narrow, flat = robot.set_apart(1e-9), robot.planar
+    n = len(flat.angles)
+    q, dq, torque = (np.random.default_rng(7).normal(0.0, 0.3, n) for _ in range(3))
+    if n == 3:
+        q[2], dq[2] = q[1], dq[1]  # the knee is locked
+    angles, turning, motors = (np.append(each, 0.0) for each in (q, dq, torque))
+    assert narrow.ground_force(angles, turning, motors, 0.1) == pytest.approx(
+        flat.ground_force(q, dq, torque, 0.1), rel=1e-6
+    )
+    rates = narrow.rates_after_touchdown(angles, turning)
+    assert rates == pytest.approx(np.append(flat.rates_after_touchdown(q, dq), 0.0), abs=1e-6)
