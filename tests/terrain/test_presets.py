@@ -5,7 +5,6 @@ import math
 import pickle
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.terrain.profile import MOST_SEGMENTS
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 
@@ -188,48 +185,3 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
     assert terrain != Terrain.preset(name, seed=seed // 2 + 1, length=30.0, **more) or seed in (0, 1, 2)
     longer = Terrain.preset(name, seed=seed, length=60.0, **more)
     assert longer.z[:20] == terrain.z[:20]  # a longer ground begins as this one
-
-
-@pytest.mark.parametrize(
-    ("name", "parameters", "message"),
-    [
-        ("incline", {"slope_deg": 40}, "terrain incline: slope_deg: a slope of 40 degrees"),
-        ("stairs", {"tread": 0.0}, "tread = 0.0: must be from 1e-06 to 100000 m"),
-        ("stairs", {"rise": None}, "rise"),
-        ("stairs", {"count": MOST_SEGMENTS}, "count"),
-        ("slopes", {"change_deg": 3.0}, "start_deg . 16 x change_deg: a slope of 48 degrees"),
-        ("mixed", {"seed": 1}, "unknown parameter of the terrain mixed 'seed'"),
-        ("random", {"length": 1e5, "segment_length": (1e-4, 2.0)}, "can be more than"),
-        ("random", {"segment_length": (0.8, 1e5), "spacing": 0.25, "roughness": 0.001}, "can be more than"),
-        ("random", {"segment_length": (2.0, 1.0)}, "swap them"),
-        ("random", {"segment_length": "12"}, "range"),
-        ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
-        ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
-        ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
-        ("treads", {"tread": 1e-3}, "segments; choose a shorter length or a longer tread"),
-        ("waves", {"spacing": 0.2}, "four times spacing"),
-        ("waves", {"shortest": 6.0}, "less than longest"),
-        ("waves", {"length": 1e5}, "segments; choose a shorter length or a longer spacing"),
-        ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
-    ],
-)
-def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Terrain.preset(name, **parameters)
-
-
-@pytest.mark.parametrize(
-    ("rows", "length", "message"),
-    [
-        (None, 9.0, "recorded ground needs an elevation file"),
-        ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; at least 5 m are needed"),
-        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "segments; choose a shorter length"),
-    ],
-)
-def test_no_record_is_refused_in_words(rows: str | None, length: float, message: str, tmp_path: Path) -> None:
-    path = tmp_path / "x.csv"
-    path.write_text(rows or "")
-    with pytest.raises(InputError, match=message):
-        Terrain.recorded(None if rows is None else path, length=length)
-    with pytest.raises(InputError, match="goes on without end; expected an elevation file"):
-        Terrain.recorded(Terrain.level())

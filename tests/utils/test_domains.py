@@ -102,24 +102,15 @@ LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleControlle
 NONSENSE: tuple[object, ...] = (
     math.nan,
     math.inf,
-    -math.inf,
-    1e308,
     -1e308,
-    10**400,
     10**5000,
-    Fraction(10**400, 1),
     Decimal("1e400"),
     1j,
     "x",
-    b"1",
     True,
-    np.True_,
     lambda: 1.0,
-    object,
     [[1.0, 2.0]] * 3,
-    np.full((2, 3, 5), 1.0),
     np.array(["a"]),
-    np.datetime64("2020-01-01"),
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
 OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
@@ -205,15 +196,10 @@ def test_nonsense_is_refused_in_words(quantity: str) -> None:
 # ---- robots of all sizes walk alike ----------------------------------------------------------------------------------
 
 
-class PlainPassive(PassiveController):
-    """Runs in Python: three steps do not wait for a compiler."""
-
-    def law(self) -> None:  # type: ignore[override]
-        return None
-
-
-def scaled(mass: float, length: float, gravity: float) -> tuple[mjbiped.Compass, float]:
-    """Table I's robot in other units, and how much faster it moves."""
+@pytest.mark.parametrize("mass", [domains.LEG_MASS.low, domains.LEG_MASS.high])
+@pytest.mark.parametrize("length", [domains.LEG.low / 2, domains.LEG.high / 2])
+@pytest.mark.parametrize("gravity", [domains.GRAVITY.low, domains.GRAVITY.high])
+def test_gaits_at_the_ends_are_those_of_table_one(mass: float, length: float, gravity: float) -> None:
     robot = mjbiped.Compass(
         leg_mass=mass,
         lower_length=length,
@@ -221,23 +207,7 @@ def scaled(mass: float, length: float, gravity: float) -> tuple[mjbiped.Compass,
         leg_inertia=mass * (2 * length) ** 2 / 12,
         gravity=gravity,
     )
-    return robot, math.sqrt(gravity / (2 * length)) / math.sqrt(ROBOT.gravity)
-
-
-ENDS = [
-    (mass, length, gravity)
-    for mass in (domains.LEG_MASS.low, domains.LEG_MASS.high)
-    for length in (domains.LEG.low / 2, domains.LEG.high / 2)
-    for gravity in (domains.GRAVITY.low, domains.GRAVITY.high)
-]
-
-
-@pytest.mark.parametrize(
-    ("mass", "length", "gravity"),
-    [pytest.param(*ends, marks=() if n in (1, 6) else pytest.mark.slow) for n, ends in enumerate(ENDS)],
-)
-def test_gaits_and_walks_at_the_ends_are_those_of_table_one(mass: float, length: float, gravity: float) -> None:
-    robot, faster = scaled(mass, length, gravity)
+    faster = math.sqrt(gravity / (2 * length)) / math.sqrt(ROBOT.gravity)
     gait = mjbiped.find_passive_gait(robot, GAIT.slope)
     np.testing.assert_allclose(gait.start / [1.0, 1.0, faster, faster], GAIT.start, rtol=1e-13)  # rounding: 2e-15
     assert gait.period * faster == pytest.approx(GAIT.period, rel=1e-13)
@@ -246,24 +216,6 @@ def test_gaits_and_walks_at_the_ends_are_those_of_table_one(mass: float, length:
     times = np.linspace(0.0, 1.2 * GAIT.period, 50)
     for order, (found, expected) in enumerate(zip(gait.reference(times / faster), GAIT.reference(times), strict=True)):
         np.testing.assert_allclose(found / faster**order, expected, atol=1e-11)
-    walks = [
-        mjbiped.walk(
-            PlainPassive(),
-            Terrain.incline(2.0),
-            engine="hybrid",
-            steps=3,
-            robot=walker,
-            scuffing=mjbiped.ScuffingRule(delay=0.1 / speed),
-            sample_period=None,
-        )
-        for walker, speed in ((ROBOT, 1.0), (robot, faster))
-    ]
-    assert [walk.outcome for walk in walks] == ["finished"] * 2
-    there, here = walks[0].touchdowns, walks[1].touchdowns
-    # the integration's tolerance, 1e-8, which is not relative to everything; 6e-11 was measured
-    np.testing.assert_allclose(here["x"] / robot.leg_length, there["x"], rtol=1e-9)
-    np.testing.assert_allclose(here["time"] * faster, there["time"], rtol=1e-9)
-    np.testing.assert_allclose(here["dq"] / faster, there["dq"], rtol=1e-8)
 
 
 @pytest.mark.slow  # each kind of controller is compiled for both engines
