@@ -31,7 +31,7 @@ from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multiplie
 from mjbiped.plotting.style import C_MT, drawn, new_figure, save_figure, styled
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.studies import figures as sweep_figures
-from mjbiped.studies.cell import MEASURES
+from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.plan import FINISHED, plan
 from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 
@@ -78,27 +78,26 @@ def test_figures_are_legible(draw: Callable[[Get], Figure], name: str, get: Get)
 
 @pytest.mark.parametrize("name", NARROW)
 @pytest.mark.parametrize(
-    ("text", "count"),
+    "text",
     [
-        ("controller = { position_gain = [2, 4, 8], replanning_delay = [0.6, 0.8] }\n", 1),
-        ('controller = { velocity_gain = [2, 4, 8] }\nengine = ["mujoco", "hybrid"]\n', 1),
-        ('[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n', 1),
+        "controller = { position_gain = [2, 4, 8], replanning_delay = [0.6, 0.8] }\n",
+        'controller = { velocity_gain = [2, 4, 8] }\nengine = ["mujoco", "hybrid"]\n',
+        '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n',
     ],
     ids=["map", "lines", "histograms"],
 )
-def test_figures_of_studies(name: str, text: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_of_studies(name: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     figures: list[Figure] = []
     monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: figures.append(figure))
     study = plan(tmp_path / "study.toml", tomllib.loads(text))
-    rows = []
-    for cell in study.cells:
-        row: dict[str, Any] = {**dict.fromkeys(study.varied), **cell.values, "cell": cell.index}
-        rows.append({**row, **dict.fromkeys(MEASURES, 0.01 * cell.index), "outcome": FINISHED})
+    rows: list[Row] = [
+        {**cell.values, "cell": cell.index, "outcome": FINISHED, **dict.fromkeys(MEASURES, 0.01 * cell.index)}
+        for cell in study.cells
+    ]
     with figure_width(name):
         sweep_figures.draw(study, rows, tmp_path)
-    assert len(figures) == count
-    for figure in figures:
-        assert_legible(figure, name, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
+    [figure] = figures
+    assert_legible(figure, name, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
 
 
 def test_a_width_holds_in_its_block_alone() -> None:
@@ -184,9 +183,8 @@ def test_same_figure_is_the_same_file(
     assert b"Date" not in paths[0].read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("name", "dots"), [("page", 160), ("single", 300)]
-)  # a screen's; journals ask for 300 per inch
+# a screen's; journals ask for 300 per inch
+@pytest.mark.parametrize(("name", "dots"), [("page", 160), ("single", 300)])
 def test_files_have_the_dots_that_their_use_asks_for(name: str, dots: int, tmp_path: Path) -> None:
     with figure_width(name), drawn(tmp_path / "empty.PNG") as figure:
         figure.set_figheight(1.0)
