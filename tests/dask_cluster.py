@@ -1,7 +1,5 @@
 """A Dask cluster on this machine, for tests of `--scheduler`."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

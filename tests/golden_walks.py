@@ -9,8 +9,6 @@ search then ends elsewhere within its own tolerance: walks of several processors
 `python tests/golden_walks.py moved` measures this alone, and keeps the columns.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Lagrange's equations from the places of masses, by SymPy: the derivation that the project's own is held against."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

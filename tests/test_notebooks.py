@@ -1,7 +1,5 @@
 """The notebooks of docs/: executed, small, and their cells run."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """Walks drawn from a seed (robots, grounds, controllers, starts), and what no record of a walk can be."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any

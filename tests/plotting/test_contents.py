@@ -1,7 +1,5 @@
 """What figures show is what the records, gaits and studies hold."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Every figure at every width: as wide as it says, legible, and the same file each time; what is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import tomllib
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Pictures and videos of a walk show the recorded posture, the ground and what explains them."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import subprocess

@@ -3,8 +3,6 @@
 `make test-browser` runs them; MJBIPED_SCREENSHOTS names a folder that is to have pictures of the pages.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import time

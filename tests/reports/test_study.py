@@ -1,7 +1,5 @@
 """The report of a study: its rows, its figures, and folders that hold none."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

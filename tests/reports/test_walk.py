@@ -1,7 +1,5 @@
 """The report of a walk: what stands in the page, and that it needs nothing else."""
 
-from __future__ import annotations
-
 import base64
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """The fits to Table II: the gains that are tried, how one is chosen, and what is stored for the page."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """The stored policies are those of the page: they load, walk, and reach what its tables say."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

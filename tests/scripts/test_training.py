@@ -1,7 +1,5 @@
 """The training: the same seed gives the same policy to the last bit, broken off or not."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from itertools import islice
 from pathlib import Path

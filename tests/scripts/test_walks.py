@@ -1,7 +1,5 @@
 """The studies of laws for a bounded ankle: their wrong models, their rivals, and grounds that nobody else uses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

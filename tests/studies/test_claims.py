@@ -1,7 +1,5 @@
 """Claims about the paper: its own numbers fulfil every one, and each fails on numbers that contradict it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,5 @@
 """What figures and summaries of a study show, on rows worked out by hand."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

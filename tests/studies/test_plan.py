@@ -1,7 +1,5 @@
 """Study files: the walks that they ask for, and what is refused before anything walks."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The committed report: it says what its table says, the table says what is walked, and the prose is true of it."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

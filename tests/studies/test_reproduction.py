@@ -1,7 +1,5 @@
 """The reproduction: its grounds, what is measured of its walks, the reading that fits, its figures, and kept walks."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

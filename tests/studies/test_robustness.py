@@ -1,7 +1,5 @@
 """Robustness studies: what their files ask for, what is refused, and what is found of rows."""
 
-from __future__ import annotations
-
 import json
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Studies: the same table however they are walked, however often they are broken off; tables on disk."""
 
-from __future__ import annotations
-
 import csv
 import math
 import os

@@ -1,7 +1,5 @@
 """What a study file says of a quantity: read as meant, drawn as said, or refused in words."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Every number that a user can give has a domain with both ends, in which robots of all sizes walk alike."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Packages of extras that are missing are named with a remedy; `controllers` has a second name that nothing hides."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Long work: workers do it, none is left behind; its progress is a bar on a terminal, and lines elsewhere."""
 
-from __future__ import annotations
-
 import io
 import multiprocessing
 import os
