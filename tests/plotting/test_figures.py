@@ -1,7 +1,6 @@
 """Every figure at every width: as wide as it says, legible, and the same file each time; what is refused."""
 
 import dataclasses
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -28,9 +27,6 @@ from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
 from mjbiped.plotting.style import C_MT, drawn, new_figure, save_figure, styled
 from mjbiped.plotting.walk import plot_walk
-from mjbiped.studies import figures as sweep_figures
-from mjbiped.studies.cell import MEASURES, Row
-from mjbiped.studies.plan import FINISHED, plan
 from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 
 Get = Callable[[str], Any]
@@ -72,30 +68,6 @@ def get(request: pytest.FixtureRequest) -> Get:
 def test_figures_are_legible(draw: Callable[[Get], Figure], name: str, get: Get) -> None:
     with figure_width(name):
         assert_legible(draw(get), name)
-
-
-@pytest.mark.parametrize("name", NARROW)
-@pytest.mark.parametrize(
-    "text",
-    [
-        "controller = { position_gain = [2, 4, 8], replanning_delay = [0.6, 0.8] }\n",
-        'controller = { velocity_gain = [2, 4, 8] }\nengine = ["mujoco", "hybrid"]\n',
-        '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n',
-    ],
-    ids=["map", "lines", "histograms"],
-)
-def test_figures_of_studies(name: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    figures: list[Figure] = []
-    monkeypatch.setattr(plot_style, "save_figure", lambda figure, _: figures.append(figure))
-    study = plan(tmp_path / "study.toml", tomllib.loads(text))
-    rows: list[Row] = [
-        {**cell.values, "cell": cell.index, "outcome": FINISHED, **dict.fromkeys(MEASURES, 0.01 * cell.index)}
-        for cell in study.cells
-    ]
-    with figure_width(name):
-        sweep_figures.draw(study, rows, tmp_path)
-    [figure] = figures
-    assert_legible(figure, name, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
 
 
 def test_a_width_holds_in_its_block_alone() -> None:

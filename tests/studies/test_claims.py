@@ -8,15 +8,7 @@ from reproduction_rows import changed as altered
 from reproduction_rows import fallen, made_row
 
 from mjbiped.studies.reproduction.cell import COSTS
-from mjbiped.studies.reproduction.claims import (
-    BLIND,
-    FITTED,
-    FOUND,
-    GROUPS,
-    UNFITTED,
-    Answer,
-    checks,
-)
+from mjbiped.studies.reproduction.claims import BLIND, FITTED, FOUND, GROUPS, UNFITTED, Answer, checks
 from mjbiped.studies.reproduction.results import Choice, Results, Row
 from mjbiped.studies.reproduction.section_5 import ADAPTATION_GAINS, START_ESTIMATES, TABLE_3
 from mjbiped.studies.reproduction.section_5 import TABLE_2 as PAPER

@@ -12,12 +12,7 @@ from mjbiped.studies.reproduction.cell import row as row_as_walked
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import TABLE
 from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
-from mjbiped.studies.reproduction.section_5 import (
-    PRINTED,
-    SLOPES,
-    STAIRS,
-    TABLE_3,
-)
+from mjbiped.studies.reproduction.section_5 import PRINTED, SLOPES, STAIRS, TABLE_3
 from mjbiped.studies.reproduction.tables import TABLES, distance, render
 from mjbiped.terrain.profile import GROUND_FRICTION
 from scripts.pages import without_tables

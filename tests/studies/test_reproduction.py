@@ -14,11 +14,10 @@ from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
-from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.studies.reproduction.figures import plot_figure_5
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
 
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
@@ -281,15 +280,3 @@ def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
             for line in lines:
                 np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
             assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
-
-
-def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
-    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
-    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
-    assert "no re-planning" in titles[2]
-    low, high = figure.axes[1].get_ylim()
-    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
-    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
-    labels = [line.get_label() for line in figure.axes[0].lines]
-    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)
