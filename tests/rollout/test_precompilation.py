@@ -61,18 +61,13 @@ def test_a_walk_after_it_compiles_nothing(engine: str, law: str, robot: str, tmp
 TOES = "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
 
 
-@pytest.mark.parametrize(
-    ("controller", "engine", "words"),
-    [
+def test_what_cannot_be_compiled_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "toes.py").write_text(TOES)
+    monkeypatch.chdir(tmp_path)
+    for controller, engine, words in (
         ("adaptif", "hybrid", "adaptive"),
         ("adaptive", "mj", "hybrid"),
         ("toes.py:Toes", "hybrid", "drives toe: robots have ankle and hip and knee, or ankle and hip"),
-    ],
-)
-def test_what_cannot_be_compiled_is_refused(
-    controller: str, engine: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "toes.py").write_text(TOES)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=words):
-        precompile([controller], engines=[engine])
+    ):
+        with pytest.raises(InputError, match=words):
+            precompile([controller], engines=[engine])
