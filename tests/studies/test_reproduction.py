@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,16 +63,13 @@ def test_slopes(ground: str, change: float, first: float, pattern: str, slopes: 
 
 
 def test_every_input_has_its_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    usual = {"steps": 7, "engine": "hybrid"}
-    made = [
-        cells.cell(DOWN, LAW, **usual),
-        cells.cell(DOWN, LAW, steps=7, engine="mujoco"),
-        cells.cell(DOWN, paper.adaptive(0.8, adaptation_gain=0.4), **usual),
-        cells.cell(mjbiped.Terrain.stairs(rise=-0.021), LAW, **usual),
-        *(cells.cell(DOWN, LAW, **usual, **more) for more in ({"initial": "rest"}, {"record": True})),
-        cells.cell(DOWN, LAW, steps=8, engine="hybrid"),
-        cells.cell(DOWN, LAW, distance=3.0, engine="hybrid"),
+    usual: dict[str, Any] = {"terrain": DOWN, "law": LAW, "engine": "hybrid", "steps": 7}
+    changes: list[dict[str, Any]] = [
+        *({}, {"engine": "mujoco"}, {"law": paper.adaptive(0.8, adaptation_gain=0.4)}, {"steps": 8}),
+        *({"terrain": mjbiped.Terrain.stairs(rise=-0.021)}, {"initial": "rest"}, {"record": True}),
+        {"distance": 3.0},
     ]
+    made = [cells.cell(**{**usual, **change}) for change in changes]
     keys = [*map(cells.key, made)]
     assert len(set(keys)) == len(keys)
     assert cells.key(dataclasses.replace(made[0])) == keys[0]

@@ -85,7 +85,7 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
     rows, table, *_ = run(study, tmp_path / "out", workers=1)
     assert table == tmp_path / "out" / "study.csv"
     assert [row["cell"] for row in rows] == list(range(24))
-    for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
+    for row, cell in [*zip(rows, study.cells, strict=True)][::7]:
         done = mjbiped.walk(cell.controller(), cell.terrain(), engine="hybrid", steps=6, sample_period=1.0)
         summary = measures.summary(done)
         assert {name: row[name] for name in MEASURES} == {name: summary[name] for name in MEASURES}  # bit by bit
