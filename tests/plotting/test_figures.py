@@ -99,21 +99,6 @@ def test_the_cost_of_transport_is_never_broken(words: list[str]) -> None:
             assert all(len(line.replace(C_MT, "cmt")) <= width().letters() for line in lines)
 
 
-@pytest.mark.parametrize("name", WIDTHS)
-def test_titles_and_legends_fit(name: str) -> None:
-    with figure_width(name), drawn(None) as figure:
-        figure.set_figheight(4.0)
-        axes = figure.subplots(2, 1)
-        for panel, letter in zip(axes, "ab", strict=True):
-            for number in range(4):
-                panel.plot([0, 1], [number, 1], label=f"a line of the number {number}")
-            panels.titled(panel, letter, "A title of as many words as would not go on a single line in a column")
-            panels.legend_above(panel)
-        panels.legend_below(figure, *axes[0].get_legend_handles_labels())
-    assert_legible(figure, name)
-    assert len(figure.legends[0].get_texts()) == 4
-
-
 def figure_with_panels() -> Figure:
     with styled():
         figure = new_figure(3.0)
