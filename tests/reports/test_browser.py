@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped.rendering.gl import gl_available
 from mjbiped.reports.study import report_study
 from mjbiped.reports.walk import report_walk
@@ -80,11 +79,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
         )
         yield Opened(context.pages[0])
         context.close()
-
-
-@pytest.fixture(scope="module")
-def walk(controller: AdaptiveController) -> mjbiped.Walk:
-    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=6)
 
 
 @pytest.fixture(scope="module")

@@ -93,10 +93,11 @@ def test_roughness_is_added_to_the_same_ground() -> None:
     assert rough.angle[-1] == smooth.angle[-1]
 
 
-def test_the_first_random_terrain_is_this_one() -> None:
+def test_the_first_random_terrains_are_these() -> None:
     terrain = Terrain.random(seed=0)
     assert terrain.x[1:5] == pytest.approx((1.0, 2.563899453479, 4.338165032399, 5.789007906733), abs=1e-11)
     assert terrain.rises[1:5] == pytest.approx((-0.018975661902, 0.0, 0.000396338853, -0.001758613839), abs=1e-11)
+    assert Terrain.waves(seed=0).z[100] == pytest.approx(-0.000420995788, abs=1e-11)
 
 
 def test_treads_have_the_named_depth_steps_and_slopes() -> None:
@@ -156,6 +157,7 @@ def test_recorded_ground_is_the_record_to_and_fro_without_its_trend(trail: Terra
     off = np.abs(heights - wanted) > 1e-9  # rounding, of angles of segments and of sums over a hundred metres
     assert off.sum() <= 2  # at a step, rounding may put a place on its other side
     assert (terrain.x[1], terrain.z[0], terrain.rises[1]) == (2.0, 0.0, 0.0)
+    assert terrain.x[-1] <= length + 1e-9
     assert np.abs(np.array(terrain.rises)[np.array(terrain.rises) != 0.0]) == pytest.approx(0.03, abs=2e-6)
 
 
