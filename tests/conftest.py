@@ -13,6 +13,7 @@ import stored_references
 
 import mjbiped
 from controllers import AdaptiveController, KneedController
+from mjbiped.engines.base import Run
 from mjbiped.engines.compiling import VARIABLE
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -76,6 +77,11 @@ def kneed() -> mjbiped.Walk:
     law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
     ground = mjbiped.Terrain.from_segments([(0.7, -2.0), (9.0, 5.0)])
     return mjbiped.walk(law, ground, engine="hybrid", steps=3)
+
+
+@pytest.fixture
+def nothing_walks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Run, "go", lambda *_, **__: pytest.fail("it walks"))
 
 
 @pytest.fixture

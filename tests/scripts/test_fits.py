@@ -12,12 +12,11 @@ from reproduction_rows import read_grounds
 
 import mjbiped
 from mjbiped import Terrain
-from mjbiped.studies.cell import Row
 from mjbiped.studies.reproduction.cell import cell
 from mjbiped.studies.reproduction.claims import walks_of
 from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE
 from mjbiped.studies.reproduction.results import Results, read_rows
-from mjbiped.studies.reproduction.section_5 import BLIND, BLIND_SOURCE, FITTED, GROUNDS, TABLE_3, gains_told
+from mjbiped.studies.reproduction.section_5 import BLIND, BLIND_SOURCE, FITTED, GROUNDS, gains_told
 from mjbiped.studies.reproduction.tables import FITS, distance, turned
 from scripts.paper import gain_scan, placebo
 from scripts.paper import search_table_3 as search
@@ -118,16 +117,6 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table(results:
     assert results.sources[0] != BLIND_SOURCE
 
 
-def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
-    paper = np.log([0.034, 0.036])
-    found = placebo.placebo(
-        paper, np.stack([paper, paper + 1.0]), paper + np.array([[0.1, 0.1], [0.5, 0.5], [1.0, 0.9]])
-    )
-    assert (found.numbers, found.tried, found.distance, found.share) == (2, 2, 0.0, 0.0)
-    # the nearest of both settings, by the root mean square: 0.1, 0.5 either way, and 0.1 of one number of two
-    assert found.random == pytest.approx(0.1, rel=1e-12)
-
-
 def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
     """Of rows drawn as the random ones are, the share is uniform: a fit of nothing is no evidence."""
     generator = np.random.default_rng(5)
@@ -174,19 +163,6 @@ def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_
     assert found[0].torques == pytest.approx(some[0].torques, rel=2e-5)
     assert found[0].costs == pytest.approx(some[0].costs, rel=2e-5)
     assert found[1] == dataclasses.replace(some[1])
-
-
-def multiples(factor: float = 1.0, outcome: str = "finished") -> list[Row]:
-    """Walks whose torques and c_mt are the paper's times a factor."""
-    return [
-        {"outcome": outcome, "steps": 1, "ankle": factor * torque, "hip": 1.0, "absolute_end": factor * cost}
-        for torque, cost in TABLE_3.values()
-    ]
-
-
-@pytest.mark.parametrize("factor", [0.5, 1.1, 3.0])
-def test_distance_of_a_multiple_is_its_logarithm(factor: float) -> None:
-    assert search.distance(multiples(factor)) == pytest.approx(abs(math.log(factor)), rel=1e-12)
 
 
 @pytest.mark.slow
