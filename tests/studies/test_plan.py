@@ -6,6 +6,7 @@ from pathlib import Path
 
 import own_controllers
 import pytest
+from documentation import ROOT, blocks
 
 import mjbiped
 from controllers import AdaptiveController, PassivityController
@@ -21,9 +22,8 @@ def test_grid_in_order() -> None:
     study = planned("""
         engine = ["hybrid", "mujoco"]
         steps = 7
-        [controller]
-        position_gain = { from = 2, to = 8, count = 3 }
-        replanning_delay = [0.5, "none"]
+        controller.position_gain = { from = 2, to = 8, count = 3 }
+        controller.replanning_delay = [0.5, "none"]
     """)
     assert study.varied == ("engine", "controller.position_gain", "controller.replanning_delay")
     assert [cell.index for cell in study.cells] == list(range(12))
@@ -37,20 +37,16 @@ def test_whole_grid_for_each_sample() -> None:
     text = """
         seed = 5
         samples = {samples}
-        [controller]
-        position_gain = [2, 8]
-        [robot]
-        hip_mass = {{ uniform = [5, 15] }}
-        [terrain]
-        name = "random"
-        seed = {{ integer = [0, 1000000] }}
-        slope_deg = {{ plus_minus = {{ log_uniform = [0.1, 5] }} }}
+        controller.position_gain = [2, 8]
+        robot.hip_mass = {{ uniform = [5, 15] }}
+        terrain.name = "random"
+        terrain.seed = {{ integer = [0, 1000000] }}
+        terrain.slope_deg = {{ plus_minus = {{ log_uniform = [0.1, 5] }} }}
     """
     study = planned(text.format(samples=4))
     assert study.drawn == {"robot.hip_mass", "terrain.seed", "terrain.slope_deg.plus_minus"} < {*study.varied}
-    assert [(cell.sample, cell.values["controller.position_gain"]) for cell in study.cells] == [
-        (sample, gain) for sample in range(4) for gain in (2, 8)
-    ]
+    samples = [(cell.sample, cell.values["controller.position_gain"]) for cell in study.cells]
+    assert samples == [(sample, gain) for sample in range(4) for gain in (2, 8)]
     for first, second in zip(study.cells[::2], study.cells[1::2], strict=True):
         assert (first.robot(), first.terrain()) == (second.robot(), second.terrain())
     half = study.cells[0].values["terrain.slope_deg.plus_minus"]
@@ -124,12 +120,8 @@ def test_file_is_looked_for_beside_the_study(tmp_path: Path) -> None:
 
 def test_the_scuffing_rule_can_vary() -> None:
     """A riser of 45 mm, 0.15 leg lengths ahead of a foothold, is met with a short reach and passed with a long one."""
-    study = planned("""
-        steps = 3
-        engine = "hybrid"
-        scuffing = { reach = [0.1, 0.2] }
-        terrain = { name = "stairs", rise = 0.045, first = 0.532, count = 1, tread = 9 }
-    """)
+    stairs = 'terrain = { name = "stairs", rise = 0.045, first = 0.532, count = 1, tread = 9 }'
+    study = planned(f'steps = 3\nengine = "hybrid"\nscuffing.reach = [0.1, 0.2]\n{stairs}')
     assert [cell.row()["strikes"] for cell in study.cells] == [1, 0]
 
 
@@ -164,11 +156,9 @@ def test_refused_in_words(text: str, words: str) -> None:
 
 
 def test_example_is_the_one_that_is_described(tmp_path: Path) -> None:
-    root = Path(__file__).parents[2]
-    path = root / "scripts" / "studies" / "random_ground.toml"
+    path = ROOT / "scripts" / "studies" / "random_ground.toml"
     assert len(read_study(path).cells) == 1000
-    blocks = (root / "docs" / "studies.md").read_text(encoding="utf-8").split("```toml\n")[1:]
-    described, own = (tomllib.loads(block.split("```")[0]) for block in blocks[:2])
+    described, own = [tomllib.loads(block.code) for block in blocks("docs/studies.md") if block.language == "toml"][:2]
     assert described == tomllib.loads(path.read_text(encoding="utf-8"))
     own_controllers.write(tmp_path, "spread.py", own_controllers.SPREAD)
     assert len(plan(tmp_path / "study.toml", own).cells) == 7
