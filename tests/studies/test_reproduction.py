@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -28,35 +29,34 @@ GROUND = mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (3.0, 2.0, -0.02)])
 # grounds, against profiles written down from the paper's sentence
 
 
-@pytest.mark.parametrize(
-    ("pattern", "heights"),
-    [("descending", [0, -1, -2, -3]), ("ascending", [0, 1, 2, 3]), ("alternating, down first", [0, -1, 0, -1]),
-     ("alternating, up first", [0, 1, 0, 1])],
-)  # fmt: skip
-@pytest.mark.parametrize("first", [0.9, 1.8])
-def test_stairs(pattern: str, heights: list[float], first: float) -> None:
-    terrain = paper.terrain_of(paper.Place("stair 2", pattern, first))
-    for k, height in enumerate(heights):
-        for x in (0.01, first - 0.01) if k == 0 else (first + 1.8 * (k - 1) + 0.01, first + 1.8 * k - 0.01):
-            assert terrain.height(x) == pytest.approx(0.06 * height, abs=1e-12)
-            assert terrain.slope(x) == 0.0
+STAIRS = {
+    "descending": [0, -1, -2, -3], "ascending": [0, 1, 2, 3],
+    "alternating, down first": [0, -1, 0, -1], "alternating, up first": [0, 1, 0, 1],
+}  # fmt: skip
+"""Heights of the first treads, of 6 cm."""
+SLOPES = {
+    "accumulating downhill": [0, 1, 2, 3], "accumulating uphill": [0, -1, -2, -3],
+    "level and downhill in turn": [0, 1, 0, 1], "level and uphill in turn": [0, -1, 0, -1],
+    "down and up in turn, ±Δ": [1, -1, 1, -1], "up and down in turn, ±Δ": [-1, 1, -1, 1],
+    "down and up in turn, ±Δ/2": [0.5, -0.5, 0.5, -0.5], "up and down in turn, ±Δ/2": [-0.5, 0.5, -0.5, 0.5],
+}  # fmt: skip
+"""Slopes of the first segments, by the change from one to the next."""
 
 
+@pytest.mark.parametrize("first", [0.9, 1.5])
 @pytest.mark.parametrize(
-    ("pattern", "slopes"),
-    [("accumulating downhill", [0, 1, 2, 3]), ("accumulating uphill", [0, -1, -2, -3]),
-     ("level and downhill in turn", [0, 1, 0, 1]), ("level and uphill in turn", [0, -1, 0, -1]),
-     ("down and up in turn, ±Δ", [1, -1, 1, -1]), ("up and down in turn, ±Δ", [-1, 1, -1, 1]),
-     ("down and up in turn, ±Δ/2", [0.5, -0.5, 0.5, -0.5]), ("up and down in turn, ±Δ/2", [-0.5, 0.5, -0.5, 0.5])],
-)  # fmt: skip
-@pytest.mark.parametrize(("ground", "change", "first"), [("slope 1", 0.3, 1.5), ("slope 2", 1.0, 0.9)])
-def test_slopes(ground: str, change: float, first: float, pattern: str, slopes: list[float]) -> None:
-    terrain, x = paper.terrain_of(paper.Place(ground, pattern, first)), 0.0
-    for k, factor in enumerate(slopes):
-        length = (1.5 if k else first) * math.cos(math.radians(factor * change))
-        assert math.degrees(terrain.slope(x + 0.5 * length)) == pytest.approx(factor * change, abs=1e-12)
-        x += length
-    assert not any(terrain.rises)  # slopes meet without a step
+    ("ground", "pattern"), [*product(["stair 2"], STAIRS), *product(["slope 1", "slope 2"], SLOPES)]
+)
+def test_grounds(ground: str, pattern: str, first: float) -> None:
+    """Treads of 1.8 m, segments of 1.5 m along the ground."""
+    if ground == "stair 2":
+        rows = [(1.8, 0.0, rise) for rise in 0.06 * np.diff(STAIRS[pattern], prepend=0)]
+    else:
+        rows = [(1.5, {"slope 1": 0.3, "slope 2": 1.0}[ground] * factor, 0.0) for factor in SLOPES[pattern]]
+    expected = mjbiped.Terrain.from_segments([(first, *rows[0][1:]), *rows[1:]])
+    places = np.arange(0.01, first + 4.4, 0.05)
+    terrain = paper.terrain_of(paper.Place(ground, pattern, first))
+    np.testing.assert_allclose(terrain.height(places), expected.height(places), atol=1e-12)
 
 
 # one walk
