@@ -112,9 +112,7 @@ def figure_with_panels() -> Figure:
 
 
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
-def test_same_figure_is_the_same_file(
-    suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_same_figure_same_file(suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where matplotlib's layout solver took its equations in another order, as it does from run to run."""
     laid_out, rounding = ConstrainedLayoutEngine.execute, np.random.default_rng(0)
 

@@ -233,9 +233,7 @@ class Parts:
         (lambda r: r.arrays.update({"samples/more": np.zeros(2)}), "samples/'more'.* rows of numbers"),
     ],
 )  # fmt: skip
-def test_damaged_records_are_refused(
-    walk: Walk, tmp_path: Path, change: Callable[[Parts], object], message: str
-) -> None:
+def test_damaged_records_are_refused(walk: Walk, tmp_path: Path, change: Any, message: str) -> None:
     parts = Parts(walk, tmp_path / "walk.npz")
     change(parts)
     with pytest.raises(RecordError, match=message):
@@ -252,9 +250,7 @@ def test_further_columns_and_settings_that_readers_only_show_stay(walk: Walk, tm
 
 @pytest.mark.parametrize("walker", ["walk", "kneed"])
 @pytest.mark.parametrize("version", ADDED)
-def test_a_record_of_a_version_is_read(
-    version: int, walker: str, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
+def test_a_version_is_read(version: int, walker: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     walk: Walk = request.getfixturevalue(walker)
     parts = Parts(walk, tmp_path / "walk.npz")
     later = {name for since, names in ADDED.items() if since > version for name in names}

@@ -95,9 +95,7 @@ def test_no_foot_is_long_enough_where_the_ground_must_pull() -> None:
 
 @pytest.mark.parametrize(("engine", "rel"), [("hybrid", 0.01), ("mujoco", 0.02)])
 @pytest.mark.parametrize("terrain", [LEVEL, STAIRS], ids=["level", "stairs"])
-def test_engines_keep_what_the_samples_tell(
-    engine: str, rel: float, terrain: Terrain, controller: AdaptiveController
-) -> None:
+def test_engines_tell_the_same(engine: str, rel: float, terrain: Terrain, controller: AdaptiveController) -> None:
     """By the equations of motion: at the stages of integration steps, or from forces that are averaged over 5 ms."""
     walk = mjbiped.walk(controller, terrain, engine=engine, steps=4, sample_period=1e-3)
     sampled = centre_of_pressure(walk)

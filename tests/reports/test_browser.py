@@ -171,9 +171,8 @@ def test_a_narrow_window_scrolls_only_downwards(browser: Opened, page: Path) -> 
         ("histograms", {"samples": 20, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}),
     ],
 )
-def test_a_study_is_drawn_without_a_word(
-    name: str, content: dict[str, object], browser: Opened, tmp_path: Path
-) -> None:
+def test_studies(name: str, content: dict[str, object], browser: Opened, tmp_path: Path) -> None:
+    """The page of a study is drawn without a word, and asks the network for nothing."""
     run(plan(tmp_path / "study.toml", {"engine": "hybrid", "steps": 3, **content}), tmp_path / name, workers=1)
     page = tmp_path / name / "report.html"
     report_study(tmp_path / name, page)

@@ -51,9 +51,7 @@ def test_texts_of_a_record_are_escaped(walk: mjbiped.Walk, tmp_path: Path) -> No
     assert "(2 times)" in page
 
 
-def test_a_long_walk_is_thinned_out_and_keeps_its_steps_ends(
-    walk: mjbiped.Walk, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_walks_keep_their_steps_ends(walk: mjbiped.Walk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "MOST_SAMPLES", 300)
     keep = figures.shown_samples(walk)
     assert 200 < len(keep) <= 300 + 2 * walk.steps + 1  # some, and both ends of each step
@@ -62,9 +60,8 @@ def test_a_long_walk_is_thinned_out_and_keeps_its_steps_ends(
     assert any("every 4th is drawn" in figure.note for figure in figures.walk_figures(walk))
 
 
-def test_without_samples_steps_or_opengl_there_is_still_a_page(
-    walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_there_is_always_a_page(walk: mjbiped.Walk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without samples, steps or OpenGL as well."""
     ground = mjbiped.Terrain.level()
     bare = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1, initial="rest", sample_period=None)
     assert "holds no samples" in report(bare, tmp_path / "bare.html")

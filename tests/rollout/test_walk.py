@@ -92,9 +92,8 @@ class Failing(Controller):
         (wrapped_interrupt(), mjbiped.WalkInterrupted, "interrupted"),
     ],
 )
-def test_broken_off_walk_is_not_lost(
-    engine: str, error: BaseException, expected: type[BaseException], words: str
-) -> None:
+def test_broken_off(engine: str, error: BaseException, expected: type[BaseException], words: str) -> None:
+    """What was walked before a controller failed, or Ctrl-C, is not lost."""
     with pytest.raises(expected, match=words) as caught:
         mjbiped.walk(Failing(error), Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8), engine=engine)
     walk: mjbiped.Walk = caught.value.walk  # type: ignore[attr-defined]

@@ -47,9 +47,7 @@ def tried() -> list[Tried]:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
-def test_committed_table_is_of_the_settings_and_can_be_walked_again(
-    results: Results, tried: list[Tried], tmp_path: Path
-) -> None:
+def test_committed_table_can_be_walked_again(results: Results, tried: list[Tried], tmp_path: Path) -> None:
     """The chosen settings and a few others on the reading of the committed report; what was walked is kept."""
     assert [each.variant for each in tried] == settings()
     assert write_tried(tried) == (DOCS / GAINS_TABLE).read_text(encoding="utf-8")
@@ -62,9 +60,7 @@ def test_committed_table_is_of_the_settings_and_can_be_walked_again(
         assert fresh.cost == pytest.approx(known[fresh.variant].cost, rel=2e-5, nan_ok=True)
 
 
-def test_stored_results_are_those_of_the_committed_walks(
-    results: Results, tried: list[Tried], grounds: list[RandomGround]
-) -> None:
+def test_stored_results_are_of_the_walks(results: Results, tried: list[Tried], grounds: list[RandomGround]) -> None:
     assert json.loads((STORED / FITS).read_text(encoding="utf-8")) == sections(results, tried, grounds)
     assert {method: each.variant for method, each in fitted(tried).items()} == FITTED
     for name in SEARCHED:

@@ -165,9 +165,8 @@ CONTRADICTIONS += [(words, BLIND, where, change) for words, group, where, change
 
 
 @pytest.mark.parametrize(("words", "group", "where", "change"), CONTRADICTIONS)
-def test_each_claim_fails_on_numbers_that_contradict_it(
-    words: str, group: str, where: dict[str, object], change: Change
-) -> None:
+def test_contradictions(words: str, group: str, where: dict[str, object], change: Change) -> None:
+    """Each claim holds for the paper's numbers and fails for numbers that contradict it."""
     assert asked(paper_s(), words, group).holds is True
     answer = asked(changed(where, change), words, group)
     assert answer.holds is False

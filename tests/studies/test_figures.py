@@ -53,9 +53,8 @@ def rows_of(text: str) -> tuple[Study, list[Row]]:
         (BASELINE, "line_controller.position_gain"),
     ],
 )
-def test_figures_are_drawn_legibly(
-    text: str, name: str, width: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_legible(text: str, name: str, width: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study's figure is the same file each time, legible at each width, and another where nothing finished."""
     study, rows = rows_of(text)
     figures: list[Figure] = []
     save = style.save_figure

@@ -15,6 +15,7 @@ from typing import Any
 import own_controllers
 import pandas as pd
 import pytest
+from command_line import environment
 from command_line import run as command
 from dask_cluster import two_workers
 
@@ -30,7 +31,6 @@ from mjbiped.studies.plan import plan, read_study
 from mjbiped.studies.run import columns_of, digest, machinery, run
 from mjbiped.studies.store import FILE, opened, read_table
 
-ROOT = Path(__file__).parents[2]
 STUDY = """
 engine = "hybrid"
 steps = 6
@@ -74,9 +74,8 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
     """Run a study in a process of its own, as a user does."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     program = [sys.executable, "-m", "mjbiped", "sweep", *map(str, (folder / "study.toml", "--quiet", *words))]
-    return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
+    return subprocess.Popen(program, env=environment(), start_new_session=True)
 
 
 @in_threads
@@ -96,9 +95,8 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
 
 @in_threads
 @pytest.mark.parametrize("trajectories", [False, True])
-def test_cells_are_walked_once_and_a_study_broken_off_goes_on(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trajectories: bool
-) -> None:
+def test_broken_off(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trajectories: bool) -> None:
+    """A study that is broken off goes on where it was, and walks no cell twice."""
     study, name = read_study(file), FILE if trajectories else "study.csv"
     run(study, tmp_path / "whole", workers=2, trajectories=trajectories)
     walked: list[int] = []

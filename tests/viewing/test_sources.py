@@ -144,9 +144,7 @@ def test_a_robot_with_knees_is_watched_too(watch: Watch) -> None:
     assert same(seen_to_its_end(live), mjbiped.walk(law, Terrain.level(), steps=2))
 
 
-def test_whatever_the_window_does_to_what_it_shows_the_walk_goes_on(
-    watch: Watch, controller: AdaptiveController
-) -> None:
+def test_the_window_does_nothing_to_the_walk(watch: Watch, controller: AdaptiveController) -> None:
     live = watch(controller)
     while not live.ended:
         live.go_to(live.time + 0.3)
