@@ -21,7 +21,7 @@ from controllers import AdaptiveController
 from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
-from mjbiped.records.arrays import LONGEST_HEADER, MOST_MEMBERS, read_arrays, write_arrays
+from mjbiped.records.arrays import LONGEST_HEADER, MOST_MEMBERS, parsed, read_arrays, write_arrays
 from mjbiped.records.record import Walk
 from mjbiped.records.schema import ADDED, FORMAT_VERSION
 
@@ -277,3 +277,9 @@ def test_whatever_an_engine_records_can_be_loaded_and_drawn(engine: str, law: Ru
     assert again == walk
     measures.summary(again)
     plot_walk(again)
+
+
+def test_texts_nested_without_end_are_refused() -> None:
+    assert parsed("[" * 41 + "]" * 41)
+    with pytest.raises(ValueError, match="nested more than 40 times"):
+        parsed("[" * 60 + "]" * 60)

@@ -37,6 +37,7 @@ def test_stairs_are_the_papers() -> None:
     assert terrain.rises[1:] == pytest.approx([-0.06] * 20)
     assert set(terrain.angle) == {0.0}
     assert Terrain.stairs(first=0.5, count=1).x == (0.0, 0.5)
+    assert (Terrain.level().z, Terrain.level().angle) == ((0.0,), (0.0,))
 
 
 def test_slopes_change_by_the_same_angle() -> None:
