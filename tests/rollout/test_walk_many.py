@@ -62,28 +62,20 @@ def test_a_clock_in_python_is_put_aside_meanwhile(controller: AdaptiveController
 
 
 def test_one_of_a_kind_serves_all(controller: AdaptiveController) -> None:
-    given: dict[str, Any] = {"engine": "hybrid", "steps": 3}
-    terrains = (Terrain.random(seed=seed) for seed in (4, 5))  # any iterable
-    walks = mjbiped.walk_many(controller, terrains, **given)
-    assert walks == [mjbiped.walk(controller, Terrain.random(seed=seed), **given) for seed in (4, 5)]
-    softer = replace(controller, position_gain=4.0)
-    walks = mjbiped.walk_many([controller, softer], Terrain.mixed(), **given)
-    assert walks == [mjbiped.walk(each, Terrain.mixed(), **given) for each in (controller, softer)]
-    assert mjbiped.walk_many(controller, Terrain.mixed(), **given) == walks[:1]
-    assert mjbiped.walk_many(controller, [], **given) == []
-
-
-def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
     given: dict[str, Any] = {"engine": "hybrid", "steps": 2}
-    state = (-0.19, 0.19, 1.1, 0.8)
-    starts: list[Any] = ["rest", state, "gait", np.array(state)]  # four of them, and no state
-    walks = mjbiped.walk_many(controller, Terrain.level(), initial=starts, **given)
-    assert walks == [mjbiped.walk(controller, Terrain.level(), initial=start, **given) for start in starts]
-    terrains = [Terrain.level()] * 2
-    assert mjbiped.walk_many(controller, terrains, initial=state, **given) == [walks[1]] * 2
+    state, softer = (-0.19, 0.19, 1.1, 0.8), replace(controller, position_gain=4.0)
+    grounds = [Terrain.random(seed=4), Terrain.mixed()]
+    laws, starts = [controller, softer], ["rest", state, "gait", np.array(state)]  # four of them, and no state
+    expected = [mjbiped.walk(controller, Terrain.mixed(), initial=start, **given) for start in starts]
+    assert mjbiped.walk_many(controller, Terrain.mixed(), initial=starts, **given) == expected
+    assert mjbiped.walk_many(laws, Terrain.mixed(), initial=state, **given)[0] == expected[1]
     assert (
-        mjbiped.walk_many(controller, Terrain.level(), initial=list(np.array([state] * 3)), **given) == [walks[1]] * 3
+        mjbiped.walk_many(controller, Terrain.mixed(), initial=[*np.array([state] * 3)], **given) == [expected[1]] * 3
     )
+    assert mjbiped.walk_many(controller, Terrain.mixed(), **given) == [expected[2]]
+    assert mjbiped.walk_many(controller, iter(grounds), **given)[1] == expected[2]
+    assert mjbiped.walk_many(laws, Terrain.mixed(), **given)[1] == mjbiped.walk(softer, Terrain.mixed(), **given)
+    assert mjbiped.walk_many(controller, [], **given) == []
 
 
 @pytest.mark.parametrize(

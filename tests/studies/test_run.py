@@ -255,12 +255,7 @@ def test_every_file_that_a_number_depends_on_is_in_the_digest(place: str, tmp_pa
     assert machinery()["sources"] == digest(house, [laws], scene.models_folder())
 
 
-GAINS = [{"name": "adaptive", "gain": 5}, {"name": "passive"}]
-IDENTITY = {
-    "study": {"steps": 3, "robot": {"hip_mass": [5, 10]}, "controller": GAINS},
-    "versions": {"numpy": "2.4"},
-    "sources": "abc",
-}
+IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
 COLUMNS = columns_of(plan(Path("study.toml"), {"robot": {"hip_mass": [5, 10, 15]}}))
 
 
