@@ -14,6 +14,7 @@ from matplotlib import cbook
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
+from reproduction_rows import made_row
 
 import mjbiped
 from mjbiped.analysis.survival import Survival
@@ -25,12 +26,18 @@ from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.comparison import plot_comparison, plot_stability, plot_survival
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
-from mjbiped.plotting.style import C_MT, drawn, new_figure, save_figure, styled
+from mjbiped.plotting.style import C_MT, drawn
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.studies.reproduction.section_5 import TABLE_3
 
 Get = Callable[[str], Any]
 
+WALKED = [
+    made_row(cost, part="table 3", ground=ground, ankle=torque, delay=zeta)
+    for ground in ("mixed", "found")
+    for zeta, (torque, cost) in TABLE_3.items()
+]
 CURVES = [(start, update) for start in (-3.0, 3.0) for update in (True, False)]
 FIGURES: dict[str, Callable[[Get], Figure]] = {
     "walk": lambda get: plot_walk(get("walk")),
@@ -52,7 +59,7 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "survival": lambda _: plot_survival({"one": Survival((5, 9), (True, False)), "$^": Survival((9,), (False,))}),
     "figure 5": lambda get: plot_figure_5({gain: {curve: get("walk") for curve in CURVES} for gain in (0.3, 3.0)}),
     "figure 6": lambda get: plot_figure_6({delay: get("walk") for delay in (0.6, None)}),
-    "table 3": lambda _: plot_table_3([]),
+    "table 3": lambda _: plot_table_3(WALKED),
 }
 NARROW = [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
 """Where letters find least room; the other widths are slow."""
@@ -99,20 +106,10 @@ def test_the_cost_of_transport_is_never_broken(words: list[str]) -> None:
             assert all(len(line.replace(C_MT, "cmt")) <= width().letters() for line in lines)
 
 
-def figure_with_panels() -> Figure:
-    with styled():
-        figure = new_figure(3.0)
-        parts: Any = figure.subfigures(2, 1)
-        left, right = parts[0].subplots(1, 2)
-        left.plot([0.0, 1.0, 2.0], [0.1, -0.3, 0.2], label="a line")
-        left.legend()
-        figure.colorbar(right.imshow(np.eye(3)), ax=right)
-        parts[1].subplots(1, 1).set(xlabel="time (s)", ylabel="slope (°)")
-    return figure
-
-
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
-def test_same_figure_same_file(suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_same_figure_same_file(
+    walk: mjbiped.Walk, suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Also where matplotlib's layout solver took its equations in another order, as it does from run to run."""
     laid_out, rounding = ConstrainedLayoutEngine.execute, np.random.default_rng(0)
 
@@ -128,9 +125,9 @@ def test_same_figure_same_file(suffix: str, start: bytes, tmp_path: Path, monkey
         return result
 
     paths = [tmp_path / f"{name}{suffix}" for name in ("calm", "other")]
-    save_figure(figure_with_panels(), paths[0])
+    plot_walk(walk, paths[0])
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", execute)
-    save_figure(figure_with_panels(), paths[1])
+    plot_walk(walk, paths[1])
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert paths[0].read_bytes().startswith(start)
     assert b"Date" not in paths[0].read_bytes()
