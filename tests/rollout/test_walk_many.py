@@ -154,7 +154,7 @@ def test_what_cannot_be_sent_to_a_process_is_refused() -> None:
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_ctrl_c_keeps_what_was_walked(workers: int) -> None:
     """One fell before it, one is under way, one had not begun."""
-    controllers = [PassiveController(), Counting(KeyboardInterrupt()), Counting(KeyboardInterrupt())]
+    controllers = [PassiveController(), Counting(KeyboardInterrupt()), Counting()]
     terrains = [FALLS, Terrain.incline(2.0), Terrain.incline(2.0)]
     given: dict[str, Any] = {"engine": "hybrid", "steps": 3, "workers": workers, "summaries": True}
     with pytest.raises(mjbiped.WalksInterrupted) as caught:
