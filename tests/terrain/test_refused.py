@@ -12,6 +12,7 @@ from mjbiped.errors import InputError
 from mjbiped.terrain.profile import MOST_SEGMENTS, STEEPEST_SLOPE
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
+MANY_SAMPLES = Terrain((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0,) * 5, end=5.0)
 PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
     ("incline", {"slope_deg": 40}, "terrain incline: slope_deg: a slope of 40 degrees"),
     ("stairs", {"tread": 0.0}, "tread = 0.0: must be from 1e-06 to 100000 m"),
@@ -32,7 +33,7 @@ PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
     ("recorded", {}, "recorded ground needs an elevation file"),
     ("recorded", {"file": Terrain.level()}, "goes on without end; expected an elevation file"),
     ("recorded", {"file": Terrain((0.0,), (0.0,), (0.0,), end=3.0)}, "is a record of 3 m; at least 5 m are needed"),
-    ("recorded", {"file": Terrain(range(5), [0] * 5, [0] * 5, end=5.0), "length": 1e5}, "choose a shorter length"),
+    ("recorded", {"file": MANY_SAMPLES, "length": 1e5}, "choose a shorter length"),
 ]
 TEXTS = [
     ("stair:tread=1.8", "did you mean 'stairs'.*path of a terrain file"),

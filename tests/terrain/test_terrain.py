@@ -119,8 +119,8 @@ def test_captions_name_what_the_terrain_was_made_with() -> None:
 def test_text_on_the_command_line() -> None:
     assert parse_terrain("  level ") == Terrain.level()
     assert parse_terrain("stairs: tread = 2 , count=3") == Terrain.stairs(tread=2.0, count=3)
-    ranges = {"segment_length": (0.5, 1.5), "rise": (-0.01, 0.0)}
-    assert parse_terrain("random:segment_length=.5..1.5,rise=-1e-2..0") == Terrain.random(**ranges)
+    ranges = parse_terrain("random:segment_length=.5..1.5,rise=-1e-2..0")
+    assert ranges == Terrain.random(segment_length=(0.5, 1.5), rise=(-0.01, 0.0))
 
 
 # ---- files ----------------------------------------------------------------------------------------------------------
