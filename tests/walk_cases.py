@@ -66,7 +66,11 @@ def some_ground(draw: np.random.Generator, leg: float) -> Terrain:
         roughness = min(steepest * spacing, 0.5)
         return Terrain.random(seed=seed, length=max(1.0, 60.0 * leg), roughness=roughness, spacing=spacing)
 
-    ranges = {"segment_length": (0.1 * leg, 2.0 * leg), "slope_deg": (-20.0, 20.0), "rise": (-highest, highest)}
+    ranges: dict[str, Any] = {
+        "segment_length": (0.1 * leg, 2.0 * leg),
+        "slope_deg": (-20.0, 20.0),
+        "rise": (-highest, highest),
+    }
     kinds: tuple[Callable[[], Terrain], ...] = (
         Terrain.level,
         lambda: Terrain.incline(draw.uniform(-15.0, 15.0)),
