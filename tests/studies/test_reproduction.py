@@ -34,7 +34,7 @@ STAIRS = {
     "alternating, down first": [0, -1, 0, -1], "alternating, up first": [0, 1, 0, 1],
 }  # fmt: skip
 """Heights of the first treads, of 6 cm."""
-SLOPES = {
+SLOPES: dict[str, list[float]] = {
     "accumulating downhill": [0, 1, 2, 3], "accumulating uphill": [0, -1, -2, -3],
     "level and downhill in turn": [0, 1, 0, 1], "level and uphill in turn": [0, -1, 0, -1],
     "down and up in turn, ±Δ": [1, -1, 1, -1], "up and down in turn, ±Δ": [-1, 1, -1, 1],
