@@ -1,7 +1,5 @@
 """The command line as tests run it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -25,23 +23,21 @@ def run(*words: object) -> Result:
     return result
 
 
-def run_process(*words: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def run_process(*words: object, cwd: Path, **more: str) -> subprocess.CompletedProcess[str]:
     """Run a command line in a process of its own, elsewhere than in the checkout."""
-    return python("-m", "mjbiped", *words, cwd=cwd, **environment)
+    return python("-m", "mjbiped", *words, cwd=cwd, **more)
 
 
-def python(*words: object, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run Python in a process of its own, which imports the checkout's packages."""
+def environment(**more: str) -> dict[str, str]:
+    """Of a process that imports the checkout's packages."""
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    return subprocess.run(
-        [sys.executable, *map(str, words)],
-        cwd=cwd,
-        env={**os.environ, "PYTHONPATH": path, **environment},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    return {**os.environ, "PYTHONPATH": path, **more}
+
+
+def python(*words: object, cwd: Path, **more: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a process of its own, which imports the checkout's packages."""
+    command, env = [sys.executable, *map(str, words)], environment(**more)
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=120, check=False)
 
 
 def complaints(result: Result | subprocess.CompletedProcess[str]) -> str:

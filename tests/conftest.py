@@ -1,4 +1,4 @@
-"""What many tests share: Table I's robot, its passive gait on 2 degrees, and the paper's controller."""
+"""What many tests share: Table I's robot, its passive gait on 2 degrees, the paper's controller, and two walks."""
 
 import math
 import os
@@ -12,7 +12,8 @@ import pytest
 import stored_references
 
 import mjbiped
-from controllers import AdaptiveController
+from controllers import AdaptiveController, KneedController
+from mjbiped.engines.base import Run
 from mjbiped.engines.compiling import VARIABLE
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -61,6 +62,26 @@ def gait(robot: mjbiped.Compass) -> mjbiped.PassiveGait:
 @pytest.fixture(scope="session")
 def controller(robot: mjbiped.Compass, gait: mjbiped.Gait) -> AdaptiveController:
     return AdaptiveController(robot, gait)
+
+
+@pytest.fixture(scope="session")
+def walk(controller: AdaptiveController) -> mjbiped.Walk:
+    """Six steps on mixed ground."""
+    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), engine="hybrid", steps=6)
+
+
+@pytest.fixture(scope="session")
+def kneed() -> mjbiped.Walk:
+    """Three steps with knees, uphill and steeply downhill."""
+    robot = mjbiped.KneedBiped()
+    law = KneedController(robot, mjbiped.find_kneed_gait(robot, math.radians(2.5)))
+    ground = mjbiped.Terrain.from_segments([(0.7, -2.0), (9.0, 5.0)])
+    return mjbiped.walk(law, ground, engine="hybrid", steps=3)
+
+
+@pytest.fixture
+def nothing_walks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Run, "go", lambda *_, **__: pytest.fail("it walks"))
 
 
 @pytest.fixture

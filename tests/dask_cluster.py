@@ -1,15 +1,13 @@
 """A Dask cluster on this machine, for tests of `--scheduler`."""
 
-from __future__ import annotations
-
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from command_line import environment
+
 _PROGRAM = """
 import sys
 from distributed import LocalCluster
@@ -35,10 +33,9 @@ def two_workers(folder: Path) -> Iterator[tuple[str, list[int]]]:
     """
     program = folder / "cluster.py"
     program.write_text(_PROGRAM)
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     with subprocess.Popen(
         [sys.executable, str(program)],
-        env={**os.environ, "PYTHONPATH": path},
+        env=environment(),
         stdin=subprocess.PIPE,  # closed, it ends the cluster
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,  # full of workers that are killed

@@ -1,7 +1,5 @@
 """The pages as tests read them: README.md, docs/, and the blocks of code in them."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterator

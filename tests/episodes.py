@@ -1,7 +1,5 @@
 """Episodes of environments, and the walks of `mjbiped.walk` that they are to be."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Robots as other programs have read them, beside their own equations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import mujoco

@@ -5,11 +5,9 @@ far each column moves where gravity differs by its last bits. Rounding decides n
 of the hybrid engine is rejected, after which peaks of forces are taken at other moments.
 
 Each also moves where gaits and references are searched for with the linear algebra of another processor, since the
-search then ends elsewhere within its own tolerance: walks of several processors are compared with one another.
+search then ends elsewhere within its own tolerance: walks of several processors are compared with those of this one.
 `python tests/golden_walks.py moved` measures this alone, and keeps the columns.
 """
-
-from __future__ import annotations
 
 import dataclasses
 import os
@@ -87,51 +85,42 @@ class Case(NamedTuple):
     disturbed: bool = False
 
 
-def _cases() -> list[Case]:
-    asked: list[tuple[str, str, tuple[str, ...], tuple[str, ...]]] = [
-        ("compass", "adaptive", ("level", "3 up", "mixed", "downstairs", "random"), BOTH),
-        ("compass", "passive", ("2 down", "3 down"), BOTH),
-        ("compass", "library", ("mixed",), BOTH),
-        ("compass", "policy", ("level",), BOTH),
-        ("compass", "passivity", ("level",), BOTH),
-        ("compass", "energy-constraint", ("level",), BOTH),
-        ("compass", "kinetic-energy", ("level",), BOTH),
-        ("compass", "limit-cycle", ("level",), BOTH),
-        ("compass", "adaptive", ("mixed",), ("4 ms", "plain", "boxes")),
-        ("heavy hip", "adaptive", ("3 down",), BOTH),
-        ("sole", "adaptive", ("level",), BOTH),
-        ("sole", "bounded-ankle", ("mixed",), BOTH),
-        ("sole", "supervised", ("mixed", "treads"), BOTH),
-        ("kneed", "adaptive", ("level", "mixed", "upstairs"), BOTH),
-        ("kneed", "adaptive", ("mixed",), ("motor",)),
-        ("kneed", "passive", ("3 down",), BOTH),
-        ("kneed on soles", "bounded-ankle", ("mixed",), BOTH),
-        ("footed", "bounded-ankle", ("level",), BOTH),
-        ("footed", "supervised", ("mixed",), BOTH),
-        ("boxes", "supervised", ("mixed",), BOTH),
-        ("round", "passive", ("2 down",), BOTH),
-        ("round kneed", "passive", ("2 down",), BOTH),
-        ("wheel", "passive", ("8 down",), BOTH),
-    ]
-    later: list[tuple[str, str, tuple[str, ...], tuple[str, ...]]] = [
-        ("compass", "adaptive", ("riser", "breaks"), BOTH),
-        ("kneed", "adaptive", ("early riser",), BOTH),
-        ("kneed", "adaptive", ("later riser", "breaks"), ("hybrid",)),
-        ("footed", "adaptive", ("downstairs",), ("hybrid",)),
-    ]
-    made, more = (
-        [
-            Case(robot, law, ground, engine)
-            for robot, law, grounds, engines in part
-            for ground in grounds
-            for engine in engines
-        ]
-        for part in (asked, later)
-    )
-    return [*made, *(Case("compass", "adaptive", "mixed", engine, True) for engine in BOTH), *more]
-
-
-CASES = _cases()
+_ASKED: list[tuple[Any, ...]] = [
+    ("compass", "adaptive", ("level", "3 up", "mixed", "downstairs", "random"), BOTH),
+    ("compass", "passive", ("2 down", "3 down"), BOTH),
+    ("compass", "library", ("mixed",), BOTH),
+    ("compass", "policy", ("level",), BOTH),
+    ("compass", "passivity", ("level",), BOTH),
+    ("compass", "energy-constraint", ("level",), BOTH),
+    ("compass", "kinetic-energy", ("level",), BOTH),
+    ("compass", "limit-cycle", ("level",), BOTH),
+    ("compass", "adaptive", ("mixed",), ("4 ms", "plain", "boxes")),
+    ("heavy hip", "adaptive", ("3 down",), BOTH),
+    ("sole", "adaptive", ("level",), BOTH),
+    ("sole", "bounded-ankle", ("mixed",), BOTH),
+    ("sole", "supervised", ("mixed", "treads"), BOTH),
+    ("kneed", "adaptive", ("level", "mixed", "upstairs"), BOTH),
+    ("kneed", "adaptive", ("mixed",), ("motor",)),
+    ("kneed", "passive", ("3 down",), BOTH),
+    ("kneed on soles", "bounded-ankle", ("mixed",), BOTH),
+    ("footed", "bounded-ankle", ("level",), BOTH),
+    ("footed", "supervised", ("mixed",), BOTH),
+    ("boxes", "supervised", ("mixed",), BOTH),
+    ("round", "passive", ("2 down",), BOTH),
+    ("round kneed", "passive", ("2 down",), BOTH),
+    ("wheel", "passive", ("8 down",), BOTH),
+    ("compass", "adaptive", ("mixed",), BOTH, True),
+    ("compass", "adaptive", ("riser", "breaks"), BOTH),
+    ("kneed", "adaptive", ("early riser",), BOTH),
+    ("kneed", "adaptive", ("later riser", "breaks"), ("hybrid",)),
+    ("footed", "adaptive", ("downstairs",), ("hybrid",)),
+]
+CASES = [
+    Case(robot, law, ground, engine, *disturbed)
+    for robot, law, grounds, engines, *disturbed in _ASKED
+    for ground in grounds
+    for engine in engines
+]
 
 
 def walked(case: Case, *, steps: int = STEPS, heavier: float = 0.0, **terms: Any) -> mjbiped.Walk:
@@ -157,22 +146,17 @@ def kept(walk: mjbiped.Walk) -> dict[str, NDArray[Any]]:
     }
 
 
-def moved(case: Case, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """How far each column of a walk moves with the last bits of gravity."""
-    found = {name: 0.0 for name, column in columns.items() if column.dtype.kind == "f"}
-    for bits in (-8.0, -4.0, 4.0, 8.0):
-        other = kept(walked(case, heavier=bits * np.finfo(float).eps))
-        for name in found:
-            both = np.isfinite(other[name]) & np.isfinite(columns[name])
-            found[name] = max(found[name], float(np.abs(other[name] - columns[name]).max(initial=0.0, where=both)))
-    return {f"moved {name}": np.array(each) for name, each in found.items()}
-
-
 def stored(case: Case) -> dict[str, NDArray[Any]]:
     """What the file holds of a case."""
     prefix = f"{CASES.index(case)}/"
     with np.load(FILE) as file:
         return {name.removeprefix(prefix): file[name] for name in file.files if name.startswith(prefix)}
+
+
+def walk_all(heavier: float = 0.0) -> dict[str, NDArray[Any]]:
+    """The columns of all walks, after the number of each."""
+    walks = (kept(walked(case, heavier=heavier)) for case in CASES)
+    return {f"{number}/{name}": column for number, walk in enumerate(walks) for name, column in walk.items()}
 
 
 def walked_elsewhere(kernel: str, folder: Path) -> dict[str, NDArray[Any]]:
@@ -184,48 +168,33 @@ def walked_elsewhere(kernel: str, folder: Path) -> dict[str, NDArray[Any]]:
         return dict(file)
 
 
-def moved_farther(stored: dict[str, NDArray[Any]], walks: list[dict[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """The contents of the file, with how far each column moves from one processor to another if that is more.
-
-    The walks are compared with one another and not with the stored ones, so that no change of the code counts.
-    """
-    farther, (first, *others) = dict(stored), walks
-    for other in others:
-        for name in first.keys() & other.keys() & stored.keys():
-            here, there = first[name], other[name]
-            if here.dtype.kind == "f" and here.shape == there.shape:
-                apart = np.abs(there - here).max(initial=0.0, where=np.isfinite(there) & np.isfinite(here))
-                moved = name.replace("/", "/moved ", 1)
-                farther[moved] = np.maximum(farther[moved], apart)
-    return farther
-
-
-def walk_all() -> dict[str, NDArray[Any]]:
-    """The columns of all walks, after the number of each."""
-    return {f"{n}/{name}": column for n, case in enumerate(CASES) for name, column in kept(walked(case)).items()}
-
-
-def with_gravity() -> dict[str, NDArray[Any]]:
-    """The contents of the file, made anew, as far as gravity's last bits move the columns."""
-    everything = walk_all()
-    for number, case in enumerate(CASES):
-        start = f"{number}/"
-        columns = {name.removeprefix(start): each for name, each in everything.items() if name.startswith(start)}
-        everything |= {start + name: each for name, each in moved(case, columns).items()}
-    return everything
+def moved(walks: dict[str, NDArray[Any]], others: list[dict[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """How far each column of walks moves in others."""
+    found = {}
+    for name, column in walks.items():
+        if column.dtype.kind == "f":
+            there = [other[name] for other in others if other[name].shape == column.shape]
+            finite = [np.isfinite(each) & np.isfinite(column) for each in there]
+            apart = [
+                np.abs(each - column).max(initial=0.0, where=both) for each, both in zip(there, finite, strict=True)
+            ]
+            found[name.replace("/", "/moved ", 1)] = np.array(max(apart, default=0.0))
+    return found
 
 
 def main(task: str = "", path: str = "") -> None:
     """Make the file anew; or measure how far its columns move elsewhere; or walk for such a measurement."""
+    here = walk_all()
     if task == "walks":
-        stored_references.put_away()
-        np.savez(path, allow_pickle=False, **walk_all())
+        np.savez(path, allow_pickle=False, **here)
         return
-    everything = dict(np.load(FILE)) if task == "moved" else with_gravity()
+    others = [walk_all(bits * np.finfo(float).eps) for bits in (-8.0, -4.0, 4.0, 8.0)]
     with tempfile.TemporaryDirectory() as folder:
-        everything = moved_farther(everything, [walked_elsewhere(kernel, Path(folder)) for kernel in KERNELS])
-    np.savez_compressed(FILE, allow_pickle=False, **everything)
+        others += [walked_elsewhere(kernel, Path(folder)) for kernel in KERNELS]
+    columns = dict(np.load(FILE)) if task == "moved" else here
+    np.savez_compressed(FILE, allow_pickle=False, **{**columns, **moved(here, others)})
 
 
 if __name__ == "__main__":
+    stored_references.put_away()
     main(*sys.argv[1:])

@@ -1,7 +1,5 @@
 """Whether a figure can be read where it is printed: what every test of a figure's layout asks."""
 
-from __future__ import annotations
-
 import re
 from itertools import combinations
 

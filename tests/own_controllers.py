@@ -1,7 +1,5 @@
 """Controllers as users write them into files of their own, for tests that load them by name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 SPREAD = """\

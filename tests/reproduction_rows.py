@@ -1,7 +1,5 @@
 """Rows of a reproduction that was never walked, for tests that know what should come of them; settings that were."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

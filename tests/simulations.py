@@ -1,7 +1,5 @@
 """Simulations of both engines, and MuJoCo scenes, by plain keyword arguments; robots to try them with."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields

@@ -3,8 +3,6 @@
 `python tests/stored_references.py` searches for all requests of the file again, and writes what is found into it.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

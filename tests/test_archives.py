@@ -1,7 +1,5 @@
 """What a release consists of: the archive of sources, and the wheel that others build from it."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -9,9 +9,8 @@ import mjbiped
 
 # an import costs (CPU time, ms): numba 700, the parts of scipy 400, matplotlib 250, tqdm 50, yaml 15
 LATER = (
-    "numba llvmlite matplotlib PIL mediapy dm_control gymnasium tqdm yaml scipy.integrate scipy.linalg scipy.ndimage "
-    "scipy.optimize "
-    "pandas pyarrow plotly jinja2"
+    "numba llvmlite matplotlib PIL mediapy dm_control gymnasium tqdm yaml pandas pyarrow plotly jinja2 "
+    "scipy.integrate scipy.linalg scipy.ndimage scipy.optimize"
 )
 
 

@@ -1,7 +1,5 @@
 """A time limit for what a test does."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator

@@ -1,9 +1,7 @@
 """Walks drawn from a seed (robots, grounds, controllers, starts), and what no record of a walk can be."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,6 @@ import numpy as np
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped import Compass, ScuffingRule, Terrain, Walk
-from mjbiped.robots.compass import legs_of, mass_terms
 from mjbiped.terrain.profile import height_of, segment_stood_on
 
 TABLE_ONE = Compass()
@@ -25,16 +22,15 @@ class Rude(Controller):
         self.kind, self.size, self.late = kind, size, late
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        size = self.size
-        if self.kind == 0:
-            return size, -size
-        if self.kind == 1:
-            return 0.0, math.copysign(size, q[1] - q[0])
-        if self.kind == 2:
-            return -size * dq[0], -size * (dq[1] - dq[0])
-        if self.kind == 3:
-            return size * math.sin(t / self.late), size * math.cos(t / self.late)
-        return (math.nan if self.late < t < 1.01 * self.late else 0.0), (math.inf if t > 3.0 * self.late else 0.0)
+        size, late = self.size, self.late
+        kinds = (
+            (size, -size),
+            (0.0, math.copysign(size, q[1] - q[0])),
+            (-size * dq[0], -size * (dq[1] - dq[0])),
+            (size * math.sin(t / late), size * math.cos(t / late)),
+            (math.nan if late < t < 1.01 * late else 0.0, math.inf if t > 3.0 * late else 0.0),
+        )
+        return kinds[self.kind]
 
 
 def _between(draw: np.random.Generator, low: float, high: float) -> float:
@@ -58,40 +54,33 @@ def some_robot(draw: np.random.Generator) -> Compass:
 
 def some_ground(draw: np.random.Generator, leg: float) -> Terrain:
     """Of any kind, its lengths in legs of the length given, m."""
-    highest = min(0.3 * leg, 0.5)
-    kind = draw.integers(7)
-    if kind == 0:
-        return Terrain.level()
-    if kind == 1:
-        return Terrain.incline(draw.uniform(-15.0, 15.0))
-    if kind == 2:
-        return Terrain.stairs(tread=leg * draw.uniform(0.1, 3.0), rise=draw.uniform(-highest, highest), count=40)
-    if kind == 3:
-        return Terrain.slopes(length=leg * draw.uniform(0.1, 3.0), change_deg=draw.uniform(-0.8, 0.8), count=30)
-    if kind == 4:
-        return Terrain.random(
-            seed=int(draw.integers(10**6)),
-            length=max(1.0, 25.0 * leg),
-            segment_length=(0.1 * leg, 2.0 * leg),
-            slope_deg=(-20.0, 20.0),
-            rise=(-highest, highest),
-        )
-    if kind == 5:  # up to some thousand segments
+    highest, seed = min(0.3 * leg, 0.5), int(draw.integers(10**6))
+
+    def segment() -> tuple[float, float, float]:
+        riser = draw.uniform(-highest, highest) * (draw.random() < 0.5)
+        return leg * draw.uniform(0.02, 1.5), draw.uniform(-30.0, 30.0), riser
+
+    def rough() -> Terrain:
+        """Of up to some thousand segments."""
         spacing, steepest = leg * float(draw.choice([0.02, 0.05, 0.25])), float(draw.choice([0.01, 0.1]))
-        return Terrain.random(
-            seed=int(draw.integers(10**6)),
-            length=max(1.0, 60.0 * leg),
-            roughness=min(steepest * spacing, 0.5),
-            spacing=spacing,
-        )
-    return Terrain.from_segments(
-        (
-            leg * draw.uniform(0.02, 1.5),
-            draw.uniform(-30.0, 30.0),
-            draw.uniform(-highest, highest) * (draw.random() < 0.5),
-        )
-        for _ in range(60)
+        roughness = min(steepest * spacing, 0.5)
+        return Terrain.random(seed=seed, length=max(1.0, 60.0 * leg), roughness=roughness, spacing=spacing)
+
+    ranges: dict[str, Any] = {
+        "segment_length": (0.1 * leg, 2.0 * leg),
+        "slope_deg": (-20.0, 20.0),
+        "rise": (-highest, highest),
+    }
+    kinds: tuple[Callable[[], Terrain], ...] = (
+        Terrain.level,
+        lambda: Terrain.incline(draw.uniform(-15.0, 15.0)),
+        lambda: Terrain.stairs(tread=leg * draw.uniform(0.1, 3.0), rise=draw.uniform(-highest, highest), count=40),
+        lambda: Terrain.slopes(length=leg * draw.uniform(0.1, 3.0), change_deg=draw.uniform(-0.8, 0.8), count=30),
+        lambda: Terrain.random(seed=seed, length=max(1.0, 25.0 * leg), **ranges),
+        rough,
+        lambda: Terrain.from_segments(segment() for _ in range(60)),
     )
+    return kinds[draw.integers(len(kinds))]()
 
 
 def some_controller(draw: np.random.Generator, robot: Compass) -> Controller:
@@ -160,11 +149,9 @@ def some_walk(seed: int, engine: str) -> Walk | None:
 
 def energy(robot: Compass, qpos: Sequence[float], q: Sequence[float], dq: Sequence[float]) -> float:
     """Of a robot whose stance foot rests, J: q and dq of stance and swing leg, qpos as in records."""
-    m11, m12, m22 = mass_terms(robot.constants, legs_of(q[0], q[1]))
-    swung = 0.5 * (m11 * dq[0] ** 2 + m22 * dq[1] ** 2) + m12 * dq[0] * dq[1]
-    height = robot.hip_mass * qpos[1] + sum(
-        robot.leg_mass * (qpos[1] - robot.upper_length * math.cos(leg)) for leg in qpos[2:]
-    )
+    swung = robot.kinetic_energy(q, dq)
+    height = robot.hip_mass * qpos[1]
+    height += sum(robot.leg_mass * (qpos[1] - robot.upper_length * math.cos(leg)) for leg in qpos[2:])
     return swung + robot.gravity * height
 
 

@@ -1,7 +1,5 @@
 """What figures show is what the records, gaits and studies hold."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import pairwise
@@ -59,17 +57,9 @@ def test_a_walk(walk: mjbiped.Walk) -> None:
         *(f"{C_MT} {walk.cost_of_transport:.4f}", f"{walk.peak_torque[1]:.2f} (hip)"),
     ):
         assert text in shown.replace("\n", " "), text
-    looks: dict[str, Any] = {
-        "stance leg": look("q_stance"),
-        "swing leg": look("q_swing"),
-        "ankle τ₁": look("torque_ankle"),
-    }
-    looks |= {
-        "estimate φ̂": ESTIMATE,
-        "true slope φ": TRUTH,
-        "re-planned reference": PLANNED,
-        "hip τ₂": look("torque_hip"),
-    }
+    looks: dict[str, Any] = {"estimate φ̂": ESTIMATE, "true slope φ": TRUTH, "re-planned reference": PLANNED}
+    signals = {"stance leg": "q_stance", "swing leg": "q_swing", "ankle τ₁": "torque_ankle", "hip τ₂": "torque_hip"}
+    looks |= {name: look(signal) for name, signal in signals.items()}
     assert len({style["color"] for style in (*looks.values(), MUJOCO, HYBRID)}) == len(looks) + 2
     found = {name: line.get_color() for axes in figure.axes for name, line in lines(axes).items()}
     assert {name: found[name] for name in looks} == {name: style["color"] for name, style in looks.items()}
@@ -125,11 +115,8 @@ def test_long_walks_are_split_into_rows_that_cover_them_in_one_scale(long_walk: 
 def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:
     figure = plot_walk(walk, panels=("phase", "angle"))
     titles = [axes.get_title("left") for axes in figure.axes]
-    assert [title[4:] for title in titles] == [
-        "Angle from the ground's normal",
-        "Phase portrait, stance leg",
-        "Phase portrait, swing leg",
-    ]
+    phases = ["Phase portrait, stance leg", "Phase portrait, swing leg"]
+    assert [title[4:] for title in titles] == ["Angle from the ground's normal", *phases]
     for name in ("stance leg q₁", "swing leg q₂"):  # no line joins the legs that change roles
         assert np.isnan(points(lines(figure.axes[0])[name])[:, 1]).sum() == walk.steps
     with figure_width("slide"):

@@ -8,15 +8,16 @@ import os
 import struct
 import tracemalloc
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from walk_cases import Rude
 
 import mjbiped
-from controllers import AdaptiveController, Controller
+from controllers import AdaptiveController
 from mjbiped.errors import RecordError
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
@@ -44,10 +45,6 @@ def archive_of(path: Path, *contents: bytes) -> Path:
     return path
 
 
-def header_of(descr: str, shape: str) -> str:
-    return f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}"
-
-
 def test_numbers_and_texts_come_back(tmp_path: Path) -> None:
     path = tmp_path / "arrays.npz"
     given: dict[str, Any] = {
@@ -68,10 +65,22 @@ def test_numbers_and_texts_come_back(tmp_path: Path) -> None:
             assert found[name].flags.writeable
 
 
-@pytest.mark.parametrize("shape", ["(962072674304,)", "(1099511627776, 8)", "(-1,)", "(5,)", f"({10**400},)"])
-def test_claimed_shapes_are_compared_before_anything_is_allocated(shape: str, tmp_path: Path) -> None:
+SHAPES = ("(962072674304,)", "(1099511627776, 8)", "(-1,)", "(5,)", f"({10**400},)")
+TYPES = ("<f4", "|O", "<c16", "<M8[s]", "|V8", "<U3")
+UNREADABLE = ("{", "[" * 1000, "(" * 60 + ")" * 60, "{'descr': 3}", "x" * 20_000, "'a': 0L,")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        *(f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}" for shape in SHAPES),
+        *(f"{{'descr': '{descr}', 'fortran_order': False, 'shape': (3,), }}" for descr in TYPES),
+        *UNREADABLE,
+    ],
+)
+def test_headers_are_judged_before_anything_is_allocated(header: str, tmp_path: Path) -> None:
     """A header that claimed 7 TiB ended in a MemoryError."""
-    path = archive_of(tmp_path / "huge.npz", array_file(np.zeros(3), header_of("<f8", shape)))
+    path = archive_of(tmp_path / "odd.npz", array_file(np.zeros(3), header))
     tracemalloc.start()
     try:
         with pytest.raises(RecordError, match="no walk's record"):
@@ -89,19 +98,6 @@ def test_claimed_sizes_of_members_are_compared_with_the_file(tmp_path: Path) -> 
     path.write_bytes(content)
     with pytest.raises(RecordError, match="claims to hold 4294967294 bytes"):
         read_arrays(path)
-
-
-@pytest.mark.parametrize("descr", ["<f4", "|O", "<c16", "<M8[s]", "|V8", "<U3"])
-def test_other_types_are_refused(descr: str, tmp_path: Path) -> None:
-    path = archive_of(tmp_path / "types.npz", array_file(np.zeros(3), header_of(descr, "(3,)")))
-    with pytest.raises(RecordError, match="expected numbers of 64 bits"):
-        read_arrays(path)
-
-
-@pytest.mark.parametrize("header", ["{", "[" * 5000, "(" * 60 + ")" * 60, "{'descr': 3}", "x" * 20_000, "'a': 0L,"])
-def test_headers_that_cannot_be_read(header: str, tmp_path: Path) -> None:
-    with pytest.raises(RecordError, match="no walk's record"):
-        read_arrays(archive_of(tmp_path / "header.npz", array_file(np.zeros(3), header)))
 
 
 def test_archives_of_many_members_are_refused(tmp_path: Path) -> None:
@@ -225,7 +221,6 @@ class Parts:
         (lambda r: r.settings.update(unfinished_step={"slip": 0.0}), "numbers for slip, friction"),
         (lambda r: r.settings.update(controller_source={"class": "a.py:B", "sha256": 1}), "a class and the digest"),
         (lambda r: r.settings.update(more="x" * LONGEST_HEADER), "too long"),
-        (lambda r: r.settings.update(more="\ud800"), "surrogates"),
         (lambda r: r.put("samples/q", lambda column: column[:, :1]), r"samples/q .*floats of shape \(2,\) a row"),
         (lambda r: r.put("samples/stance", lambda column: column * 1.0), "expected whole numbers"),
         (lambda r: r.put("samples/stance", lambda column: column + 1), "samples/stance .*whole ones from 0 to 1"),
@@ -239,9 +234,7 @@ class Parts:
         (lambda r: r.arrays.update({"samples/more": np.zeros(2)}), "samples/'more'.* rows of numbers"),
     ],
 )  # fmt: skip
-def test_damaged_records_are_refused(
-    walk: Walk, tmp_path: Path, change: Callable[[Parts], object], message: str
-) -> None:
+def test_damaged_records_are_refused(walk: Walk, tmp_path: Path, change: Any, message: str) -> None:
     parts = Parts(walk, tmp_path / "walk.npz")
     change(parts)
     with pytest.raises(RecordError, match=message):
@@ -258,9 +251,7 @@ def test_further_columns_and_settings_that_readers_only_show_stay(walk: Walk, tm
 
 @pytest.mark.parametrize("walker", ["walk", "kneed"])
 @pytest.mark.parametrize("version", ADDED)
-def test_a_record_of_a_version_is_read(
-    version: int, walker: str, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
+def test_a_version_is_read(version: int, walker: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     walk: Walk = request.getfixturevalue(walker)
     parts = Parts(walk, tmp_path / "walk.npz")
     later = {name for since, names in ADDED.items() if since > version for name in names}
@@ -278,38 +269,10 @@ def test_a_record_of_a_version_is_read(
     assert old.summary()["cost_of_transport"] == walk.summary()["cost_of_transport"]
 
 
-class Given(Controller):
-    """Torques as they are given, from 0.1 s after each touchdown on."""
-
-    states = ("state",)
-    memory_size = 1
-
-    def __init__(self, ankle: float, hip: float, rate: float = 0.0) -> None:
-        self.values = (ankle, hip, rate)
-
-    def torque(self, memory: Any, t: float, q: Any, dq: Any) -> Sequence[float]:
-        if t < 0.1:
-            return 0.0, 0.0, 0.0
-        if self.values[0] == 42.0:
-            raise ValueError("no torque")
-        return self.values
-
-    def slope_estimate(self, memory: Any) -> float:
-        return math.inf
-
-
-ODD = [(math.nan, 0.0), (0.0, math.inf), (1e9, -1e9), (0.0, 1e300), (3.0, 0.0, 1e200), (42.0, 0.0)]
-
-
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
-@pytest.mark.parametrize("values", ODD)
-def test_whatever_an_engine_records_can_be_loaded_and_drawn(
-    engine: str, values: tuple[float, ...], tmp_path: Path
-) -> None:
-    try:
-        walk = mjbiped.walk(Given(*values), mjbiped.Terrain.incline(2.0), engine=engine, steps=2, sample_period=0.02)
-    except mjbiped.WalkStopped as stop:
-        walk = stop.walk
+@pytest.mark.parametrize("law", [Rude(4, 0.0, 0.1), Rude(0, 1e9, 0.1), Rude(1, 1e300, 0.1)])
+def test_whatever_an_engine_records_can_be_loaded_and_drawn(engine: str, law: Rude, tmp_path: Path) -> None:
+    walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine=engine, steps=2, sample_period=0.02)
     walk.save(tmp_path / "walk.npz")
     again = Walk.load(tmp_path / "walk.npz")
     assert again == walk
@@ -317,8 +280,7 @@ def test_whatever_an_engine_records_can_be_loaded_and_drawn(
     plot_walk(again)
 
 
-@pytest.mark.parametrize("levels", [60, 100_000])
-def test_texts_nested_without_end_are_refused(levels: int) -> None:
+def test_texts_nested_without_end_are_refused() -> None:
     assert parsed("[" * 41 + "]" * 41)
     with pytest.raises(ValueError, match="nested more than 40 times"):
-        parsed("[" * levels + "]" * levels)
+        parsed("[" * 60 + "]" * 60)

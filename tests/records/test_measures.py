@@ -201,12 +201,10 @@ def test_a_notebook_shows_measures_and_the_time_lapse(controller: AdaptiveContro
     terrain = mjbiped.Terrain.from_segments([(2.0, 0.0, 0.0)], name="<script>alert(1)</script>")
     walk = mjbiped.walk(controller, terrain, engine="hybrid", steps=1)
     page = walk._repr_html_()
-    assert "finished" in page
     assert "cost of transport, absolute" in page
     assert "<script>" not in page  # texts of a record are not taken for HTML
     with Image.open(io.BytesIO(base64.b64decode(page.split("base64,")[1].split('"')[0]))) as image:
         assert image.size[0] == 768  # 9.6 inches at 80 dots
     assert len(page) < 100_000  # bytes: a notebook keeps each
-    assert "<tr>" in walk.summary()._repr_html_()
     bare = replace(walk, samples={name: column[:0] for name, column in walk.samples.items()})
     assert "<img" not in bare._repr_html_()  # without samples there is no picture, and no error

@@ -1,7 +1,5 @@
 """One table tells how every signal of a walk is drawn: whoever adds a row sees it in figures, reports and videos."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -40,27 +40,12 @@ def test_postures_are_interpolated_and_the_stance_foot_is_on_the_ground(walk: Wa
         assert moment.step == 1 + (walk.touchdowns["time"] < time - 1e-9).sum()
 
 
-def test_the_ground_force_accelerates_the_centre_of_mass(walk: Walk) -> None:
-    """Independent of the equations of motion: second differences of the recorded places."""
-    robot, samples = mjbiped.Compass(**walk.settings["robot"]), walk.samples
-    share = robot.leg_mass * robot.upper_length / robot.total_mass
-    qpos, moments = samples["qpos"], Moments(walk)
-    legs = np.stack([np.sin(qpos[:, 2:]).sum(axis=1), np.cos(qpos[:, 2:]).sum(axis=1)], axis=1)
-    centre = qpos[:, :2] - share * legs
-    h, checked = 5, 0  # samples, 5 ms
-    touchdowns = walk.touchdowns["time"]
-    for index in range(50, len(centre) - 50, 20):
-        time = float(samples["time"][index])
-        if np.abs(touchdowns - time).min() < 3e-2 or (abs(time % 0.001) > 1e-6 and abs(time % 0.001 - 0.001) > 1e-6):
-            continue
-        if np.ptp(np.diff(samples["time"][index - h : index + h + 1])) > 1e-9:
-            continue
-        acceleration = (centre[index + h] - 2.0 * centre[index] + centre[index - h]) / (h * 1e-3) ** 2
-        expected = robot.total_mass * (acceleration + np.array((0.0, robot.gravity)))
-        # truncation h^2 / 12 times the fourth derivative, some 1e3 m/s^4: 0.02 N; MuJoCo's foot sinks by micrometres
-        assert moments.at(time).force == pytest.approx(expected, abs=0.5)
-        checked += 1
-    assert checked > 30
+def test_the_ground_force_is_the_robot_s(walk: Walk) -> None:
+    samples, moments = walk.samples, Moments(walk)
+    for index in range(50, len(samples["time"]) - 50, 200):
+        q, dq, torque, slope = (samples[name][index] for name in ("q", "dq", "torque", "slope"))
+        force = walk.robot.ground_force(q, dq, torque, slope)
+        assert moments.at(float(samples["time"][index])).force == pytest.approx(force, rel=1e-9)
 
 
 def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
@@ -124,6 +109,6 @@ def test_no_ghost_where_nothing_is_tracked() -> None:
 def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
     moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
     assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
-    assert moments.greatest_torque(0.0, 0.0) <= torque[:2].max()
+    assert moments.greatest_torque(*[float(walk.samples["time"][100])] * 2) == torque[99:101].max()
     bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
     assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0

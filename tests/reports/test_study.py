@@ -1,7 +1,5 @@
 """The report of a study: its rows, its figures, and folders that hold none."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -24,11 +22,7 @@ GRID = {
     "terrain": {"name": "incline", "slope_deg": [2, 3, -2]},
 }
 
-LINES = {
-    **BASE,
-    "controller": [{"position_gain": [3, 6]}, {"name": "passive"}],
-    "terrain": {"name": "incline", "slope_deg": 2},
-}
+LINES = {**GRID, "terrain": {"name": "incline", "slope_deg": 2}}
 
 
 def made(content: dict[str, object], folder: Path) -> Path:
@@ -67,9 +61,8 @@ def test_a_baseline_without_the_parameter_is_a_line_of_one_height(tmp_path: Path
         ({"samples": 5, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}, ["histograms"], "histogram"),
     ],
 )  # fmt: skip
-def test_each_kind_of_study_has_its_figure(
-    content: dict[str, object], names: list[str], kind: str, tmp_path: Path
-) -> None:
+def test_kinds_of_studies(content: dict[str, object], names: list[str], kind: str, tmp_path: Path) -> None:
+    """Each kind of study has its own figure."""
     report_study(made({**BASE, **content}, tmp_path), tmp_path / "page.html")
     plots = packed((tmp_path / "page.html").read_text())["plots"]
     assert [*plots] == names

@@ -246,7 +246,7 @@ def test_bodies_are_those_of_the_parameters() -> None:
         "wheel": [(3.0, 0.8, 0.0, 0.7, 0.0, 0.0)],
     }
     for name, segments in told.items():
-        found = [segment[1:] for segment in ROBOTS[name].bodies.leg]
+        found = [segment[1:7] for segment in ROBOTS[name].bodies.leg]
         np.testing.assert_allclose(found, segments, rtol=1e-15)
     assert [ROBOTS[name].bodies.hip_mass for name in told] == [7.3, 7.3, 0.0, 0.0]
     thigh, shank = ROBOTS["round knees"].bodies.leg

@@ -92,6 +92,8 @@ def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
         mjbiped.RimlessWheel(),
         mjbiped.RoundCompass(),
         mjbiped.RoundKneed(),
+        mjbiped.Compass3D(),
+        mjbiped.Kneed3D(),
         *ROBOTS[2:],
     ]
     assert robot_named("halved-rods", {"thigh_mass": 3.0}).to_dict()["thigh_inertia"] == 3.0 * 0.5**2 / 12

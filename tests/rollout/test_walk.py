@@ -13,7 +13,6 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
-from mjbiped.engines.base import Run
 from mjbiped.engines.compiling import VARIABLE
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
@@ -30,28 +29,16 @@ def test_same_arguments_same_record_until_steps_or_distance_are_made(controller:
     assert mjbiped.walk(controller, Terrain.level(), distance=1.0, steps=2).steps == 2
 
 
-@pytest.fixture
-def nothing_walks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Run, "go", lambda *_, **__: pytest.fail("it walks"))
-
-
 @pytest.mark.usefixtures("nothing_walks")
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
         ({"engine": "bullet"}, "mujoco"),
         ({"engine": mjbiped.Hybrid}, r"Hybrid\(\)"),
-        *(({"steps": steps}, "steps") for steps in (0, True)),
-        *(({"distance": distance}, "distance") for distance in (-1.0, "a")),
-        *(({"sample_period": period}, "sample_period") for period in (0.0, "a")),
+        ({"steps": 0}, "steps"),
         ({"initial": "sleeping"}, "gait, rest"),
         ({"initial": (0.0, 0.0, 1.0)}, "four"),
-        ({"initial": (0.0, 0.0, 1.0, math.inf)}, "finite"),
-        ({"terrain": "mixed"}, "mjbiped.Terrain"),
         ({"controller": PassiveController}, "class"),
-        ({"controller": object()}, "controllers.Controller"),
-        ({"robot": "x"}, "Compass"),
-        ({"scuffing": "x"}, "ScuffingRule"),
         # ahead: it would have touched down; behind, deeper than straight legs scuff; inside a riser
         ({"terrain": Terrain.level(), "initial": (0.3, 0.0, 1.0, 1.0)}, "swing foot would start"),
         ({"terrain": Terrain.level(), "initial": (-0.3, 0.1, 1.0, 1.0)}, "swing foot would start"),
@@ -105,16 +92,14 @@ class Failing(Controller):
         (wrapped_interrupt(), mjbiped.WalkInterrupted, "interrupted"),
     ],
 )
-def test_broken_off_walk_is_not_lost(
-    engine: str, error: BaseException, expected: type[BaseException], words: str
-) -> None:
+def test_broken_off(engine: str, error: BaseException, expected: type[BaseException], words: str) -> None:
+    """What was walked before a controller failed, or Ctrl-C, is not lost."""
     with pytest.raises(expected, match=words) as caught:
         mjbiped.walk(Failing(error), Terrain.level(), initial=(-0.19, 0.19, 1.1, 0.8), engine=engine)
     walk: mjbiped.Walk = caught.value.walk  # type: ignore[attr-defined]
     assert walk.outcome == "interrupted"
     assert 0.4 < walk.end[0] < 0.51  # the hybrid engine keeps whole integration steps alone
     assert len(walk.samples["time"]) > 80
-    assert abs(walk.samples["torque"][:, 1]).max() > 0.0
 
 
 def test_an_error_before_the_first_sample_is_told() -> None:
@@ -127,22 +112,12 @@ def test_an_error_before_the_first_sample_is_told() -> None:
     assert len(caught.value.walk.samples["time"]) == 0
 
 
-def _raise_wordless(self: object) -> None:
-    raise Wordless
-
-
 def nested(levels: int) -> list[Any]:
-    made: list[Any] = []
-    for _ in range(levels):
-        made = [made]
-    return made
+    return [nested(levels - 1)] if levels else []
 
 
-UNTELLABLE: tuple[Any, ...] = (
-    *(None, [1], "x", {}, {"name": 5}, {"name": "x", "n": 10**5000}),
-    *({"name": "\ud800"}, {"name": "x", "n": nested(60)}, {"name": "x", "n": nested(3000)}, {"name": "x", "n": {1, 2}}),
-    {"name": "x", "n": [0] * 2_000_000},
-)
+VALUES: tuple[Any, ...] = (10**5000, nested(60), {1, 2}, [0] * 2_000_000)
+UNTELLABLE: tuple[Any, ...] = (None, {"name": 5}, {"name": "\ud800"}, *({"name": "x", "n": each} for each in VALUES))
 """What no record could tell of a controller."""
 
 
@@ -157,7 +132,6 @@ UNTELLABLE: tuple[Any, ...] = (
         ({"describe": lambda self: {"self": self}}, "JSON"),
         *[({"describe": lambda *_, told=told: told}, "what a record can hold") for told in UNTELLABLE],
         ({"describe": lambda *_: 1 / 0}, "does not tell what it is: ZeroDivisionError"),
-        ({"describe": _raise_wordless}, "does not tell what it is: Wordless, whose words cannot be told"),
         ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
         ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
         ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),

@@ -1,7 +1,5 @@
 """`walk_many()`: each walk as by itself, whatever walks beside it, and nothing lost when one of them is broken off."""
 
-import _thread
-import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,11 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from tqdm.auto import tqdm
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.base import Run
 from mjbiped.records import measures
 
 Terrain = mjbiped.Terrain
@@ -66,28 +62,21 @@ def test_a_clock_in_python_is_put_aside_meanwhile(controller: AdaptiveController
 
 
 def test_one_of_a_kind_serves_all(controller: AdaptiveController) -> None:
-    given: dict[str, Any] = {"engine": "hybrid", "steps": 3}
-    terrains = (Terrain.random(seed=seed) for seed in (4, 5))  # any iterable
-    walks = mjbiped.walk_many(controller, terrains, **given)
-    assert walks == [mjbiped.walk(controller, Terrain.random(seed=seed), **given) for seed in (4, 5)]
-    softer = replace(controller, position_gain=4.0)
-    walks = mjbiped.walk_many([controller, softer], Terrain.mixed(), **given)
-    assert walks == [mjbiped.walk(each, Terrain.mixed(), **given) for each in (controller, softer)]
-    assert mjbiped.walk_many(controller, Terrain.mixed(), **given) == walks[:1]
-    assert mjbiped.walk_many(controller, [], **given) == []
-
-
-def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
     given: dict[str, Any] = {"engine": "hybrid", "steps": 2}
-    state = (-0.19, 0.19, 1.1, 0.8)
+    state, softer = (-0.19, 0.19, 1.1, 0.8), replace(controller, position_gain=4.0)
+    grounds = [Terrain.random(seed=4), Terrain.mixed()]
+    laws = [controller, softer]
     starts: list[Any] = ["rest", state, "gait", np.array(state)]  # four of them, and no state
-    walks = mjbiped.walk_many(controller, Terrain.level(), initial=starts, **given)
-    assert walks == [mjbiped.walk(controller, Terrain.level(), initial=start, **given) for start in starts]
-    terrains = [Terrain.level()] * 2
-    assert mjbiped.walk_many(controller, terrains, initial=state, **given) == [walks[1]] * 2
+    expected = [mjbiped.walk(controller, Terrain.mixed(), initial=start, **given) for start in starts]
+    assert mjbiped.walk_many(controller, Terrain.mixed(), initial=starts, **given) == expected
+    assert mjbiped.walk_many(laws, Terrain.mixed(), initial=state, **given)[0] == expected[1]
     assert (
-        mjbiped.walk_many(controller, Terrain.level(), initial=list(np.array([state] * 3)), **given) == [walks[1]] * 3
+        mjbiped.walk_many(controller, Terrain.mixed(), initial=[*np.array([state] * 3)], **given) == [expected[1]] * 3
     )
+    assert mjbiped.walk_many(controller, Terrain.mixed(), **given) == [expected[2]]
+    assert mjbiped.walk_many(controller, iter(grounds), **given)[1] == expected[2]
+    assert mjbiped.walk_many(laws, Terrain.mixed(), **given)[1] == mjbiped.walk(softer, Terrain.mixed(), **given)
+    assert mjbiped.walk_many(controller, [], **given) == []
 
 
 @pytest.mark.parametrize(
@@ -95,32 +84,18 @@ def test_initial_states_one_or_one_each(controller: AdaptiveController) -> None:
     [
         ({"terrains": [Terrain.level()] * 3}, "2 of controllers, 3 of terrains"),
         ({"initial": ["rest"] * 3}, "3 of initial"),
-        ({"workers": True}, "workers"),
         ({"controllers": [PassiveController(), None]}, "walk 1 of 2 .*controllers.Controller"),
-        ({"terrains": "mixed", "controllers": PassiveController()}, "walk 0 of 1 .*Terrain"),
         ({"terrains": [Terrain.incline(2.0), Terrain.level()]}, "walk 1 of 2 .*no passive gait"),
         ({"initial": ["rest", "sleeping"]}, "walk 1 of 2 .*sleeping"),
         ({"engine": "hybrid", "sample_period": 1e-9}, "sample_period"),
     ],
 )
-def test_bad_arguments_are_refused_before_anything_runs(
-    bad: dict[str, Any], names: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    forbid_walking(monkeypatch)
-    arguments: dict[str, Any] = {
-        "controllers": [PassiveController(), PassiveController()],
-        "terrains": [Terrain.incline(2.0), Terrain.incline(3.0)],
-        **bad,
-    }
+@pytest.mark.usefixtures("nothing_walks")
+def test_bad_arguments_are_refused_before_anything_runs(bad: dict[str, Any], names: str) -> None:
+    grounds = [Terrain.incline(2.0), Terrain.incline(3.0)]
+    arguments: dict[str, Any] = {"controllers": [PassiveController()] * 2, "terrains": grounds, **bad}
     with pytest.raises(mjbiped.GaitError if "gait" in names else mjbiped.InputError, match=names):
-        mjbiped.walk_many(arguments.pop("controllers"), arguments.pop("terrains"), **arguments)
-
-
-def forbid_walking(monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(*arguments: object, **parameters: object) -> None:
-        raise AssertionError("something was computed")
-
-    monkeypatch.setattr(Run, "go", never)
+        mjbiped.walk_many(**arguments)
 
 
 class Counting(Controller):
@@ -168,56 +143,26 @@ def test_a_controller_that_fails_costs_no_other_walk(
     assert "raise self.error" in error.__notes__[0]
 
 
-def test_what_cannot_be_sent_to_a_process_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("nothing_walks")
+def test_what_cannot_be_sent_to_a_process_is_refused() -> None:
     class Local(Counting):
         """Of a function, which no other process finds."""
 
-    grounds = [Terrain.incline(2.0)] * 2
-    with monkeypatch.context() as patch:
-        forbid_walking(patch)
-        with pytest.raises(mjbiped.InputError, match=r"Local .*pickled.*workers=1"):
-            mjbiped.walk_many(Local(), grounds, engine="hybrid", workers=2)
-    walks = mjbiped.walk_many(Local(), grounds, engine="hybrid", workers=1, steps=1)
-    assert [walk.outcome for walk in walks] == ["finished"] * 2
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_ctrl_c_keeps_what_was_walked(
-    engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One fell before it, one is under way, one had not begun."""
-
-    class Bar(tqdm):  # type: ignore[type-arg]
-        def __init__(self, *arguments: Any, **options: Any) -> None:
-            super().__init__(*arguments, **options)
-            self.counts_walks = options["unit"] == "walk"  # and is not the bar of the single walk under way
-
-        def update(self, n: float | None = 1) -> bool | None:
-            if self.counts_walks:
-                threading.Timer(0.3, _thread.interrupt_main).start()
-            return super().update(n)
-
-    monkeypatch.setattr("tqdm.auto.tqdm", Bar)
-    terrains = [FALLS, Terrain.level(), Terrain.mixed()]
-    with pytest.raises(mjbiped.WalksInterrupted) as caught:
-        mjbiped.walk_many(controller, terrains, engine=engine, steps=10**7, workers=1, summaries=True)
-    fallen, broken, none = caught.value.walks
-    assert isinstance(fallen, dict)
-    assert fallen["outcome"] == "fell"
-    assert isinstance(broken, dict)
-    assert broken["outcome"] == "interrupted"
-    assert broken["ended_at_time_s"] > 0.0
-    assert none is None
+    with pytest.raises(mjbiped.InputError, match=r"Local .*pickled.*workers=1"):
+        mjbiped.walk_many(Local(), [Terrain.incline(2.0)] * 2, engine="hybrid", workers=2)
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_ctrl_c_in_a_controller(workers: int) -> None:
-    controllers = [Counting(), Counting(KeyboardInterrupt())]
+def test_ctrl_c_keeps_what_was_walked(workers: int) -> None:
+    """One fell before it, one is under way, one had not begun."""
+    controllers = [PassiveController(), Counting(KeyboardInterrupt()), Counting()]
+    terrains = [FALLS, Terrain.incline(2.0), Terrain.incline(2.0)]
+    given: dict[str, Any] = {"engine": "hybrid", "steps": 3, "workers": workers, "summaries": True}
     with pytest.raises(mjbiped.WalksInterrupted) as caught:
-        mjbiped.walk_many(controllers, Terrain.incline(2.0), engine="hybrid", steps=3, workers=workers)
-    broken = caught.value.walks[1]
-    assert isinstance(broken, mjbiped.Walk)
-    assert broken.outcome == "interrupted"
+        mjbiped.walk_many(controllers, terrains, **given)
+    told = [isinstance(walk, dict) and walk["outcome"] for walk in caught.value.walks]
+    assert told[:2] == ["fell", "interrupted"]
+    assert workers == 2 or not told[2]
 
 
 def test_warnings_go_to_the_walk_that_they_are_of(controller: AdaptiveController) -> None:

@@ -1,7 +1,5 @@
 """The fits to Table II: the gains that are tried, how one is chosen, and what is stored for the page."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
@@ -14,21 +12,11 @@ from reproduction_rows import read_grounds
 
 import mjbiped
 from mjbiped import Terrain
-from mjbiped.studies.cell import Row
-from mjbiped.studies.reproduction import cell as cells
-from mjbiped.studies.reproduction.cell import cell, measures_of
+from mjbiped.studies.reproduction.cell import cell
 from mjbiped.studies.reproduction.claims import walks_of
-from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE, on_table_2
-from mjbiped.studies.reproduction.results import Choice, Results, read_rows
-from mjbiped.studies.reproduction.section_5 import (
-    BLIND,
-    BLIND_SOURCE,
-    FITTED,
-    GROUNDS,
-    TABLE_3,
-    Variant,
-    gains_told,
-)
+from mjbiped.studies.reproduction.reproduce import GAINS_TABLE, GROUNDS_TABLE, SEARCHED, TABLE
+from mjbiped.studies.reproduction.results import Results, read_rows
+from mjbiped.studies.reproduction.section_5 import BLIND, BLIND_SOURCE, FITTED, GROUNDS, gains_told
 from mjbiped.studies.reproduction.tables import FITS, distance, turned
 from scripts.paper import gain_scan, placebo
 from scripts.paper import search_table_3 as search
@@ -40,12 +28,6 @@ from scripts.paper.placebo import COUNT, Placebo, RandomGround, drawn, write_gro
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
 DOCS = Path(__file__).parents[2] / "docs"
 STORED = DOCS.parent / "mjbiped" / "studies" / "reproduction" / "fits"
-SHORT = Choice(0.6, "absolute", 3, ("descending", 0.9), ("down and up in turn, ±Δ/2", 1.5), 0.0)
-SOME = [
-    Variant("PBC", slope_source="none", gains=(("gain", 25.0),)),
-    Variant("PBC", slope_source="local", gains=(("gain", 5.0),)),
-    Variant("KETC", slope_source="two_point", gains=(("gain", 20.0), ("hip_weight", 0.0))),
-]
 
 
 @pytest.fixture(scope="module")
@@ -63,44 +45,22 @@ def tried() -> list[Tried]:
     return read_tried((DOCS / GAINS_TABLE).read_text(encoding="utf-8"))
 
 
-@pytest.mark.usefixtures("studies_in_threads")
-def test_scan_is_that_of_single_walks_and_repeats_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = gain_scan.scan(SHORT, tmp_path, SOME)
-    assert [each.variant for each in found] == SOME
-    for each in found[:2]:
-        for entry in on_table_2("fitted", "hybrid", SHORT.places, [each.variant], SHORT.length):
-            walk, cost = entry.walk(), each.cost[str(entry.values["ground"])]
-            if walk.outcome == "finished":
-                # six digits are kept
-                assert cost == pytest.approx(measures_of(walk)["absolute_end"], rel=1e-5)
-            else:
-                assert math.isnan(cost)
-                assert each.ended[str(entry.values["ground"])] == walk.steps + 1
-    text = write_tried(found)
-    assert write_tried(read_tried(text)) == text
-    monkeypatch.setattr(cells, "row", lambda *_, **__: pytest.fail("what was walked is walked again"))
-    assert write_tried(gain_scan.scan(SHORT, tmp_path, SOME)) == text
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("studies_in_threads")
-def test_committed_table_is_of_the_settings_and_can_be_walked_again(tried: list[Tried], tmp_path: Path) -> None:
-    """The chosen settings and a few others on the reading of the committed report."""
+def test_committed_table_can_be_walked_again(results: Results, tried: list[Tried], tmp_path: Path) -> None:
+    """The chosen settings and a few others on the reading of the committed report; what was walked is kept."""
     assert [each.variant for each in tried] == settings()
     assert write_tried(tried) == (DOCS / GAINS_TABLE).read_text(encoding="utf-8")
-    best = Results(read_rows((DOCS / TABLE).read_text(encoding="utf-8"))).best
     known = {each.variant: each for each in tried}
     subset = [*(each.variant for each in fitted(tried).values()), *settings()[::397]]
-    found = gain_scan.scan(best, tmp_path, subset)
+    found = gain_scan.scan(results.best, tmp_path, subset)
     for fresh in found:
         assert fresh.ended == known[fresh.variant].ended
         # six digits are kept; the rest is for other processors' arithmetic, which 20 steps do not magnify
         assert fresh.cost == pytest.approx(known[fresh.variant].cost, rel=2e-5, nan_ok=True)
 
 
-def test_stored_results_are_those_of_the_committed_walks(
-    results: Results, tried: list[Tried], grounds: list[RandomGround]
-) -> None:
+def test_stored_results_are_of_the_walks(results: Results, tried: list[Tried], grounds: list[RandomGround]) -> None:
     assert json.loads((STORED / FITS).read_text(encoding="utf-8")) == sections(results, tried, grounds)
     assert {method: each.variant for method, each in fitted(tried).items()} == FITTED
     for name in SEARCHED:
@@ -153,16 +113,6 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table(results:
     assert results.sources[0] != BLIND_SOURCE
 
 
-def test_a_row_that_is_met_exactly_is_met_by_no_random_row() -> None:
-    paper = np.log([0.034, 0.036])
-    found = placebo.placebo(
-        paper, np.stack([paper, paper + 1.0]), paper + np.array([[0.1, 0.1], [0.5, 0.5], [1.0, 0.9]])
-    )
-    assert (found.numbers, found.tried, found.distance, found.share) == (2, 2, 0.0, 0.0)
-    # the nearest of both settings, by the root mean square: 0.1, 0.5 either way, and 0.1 of one number of two
-    assert found.random == pytest.approx(0.1, rel=1e-12)
-
-
 def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
     """Of rows drawn as the random ones are, the share is uniform: a fit of nothing is no evidence."""
     generator = np.random.default_rng(5)
@@ -209,19 +159,6 @@ def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_
     assert found[0].torques == pytest.approx(some[0].torques, rel=2e-5)
     assert found[0].costs == pytest.approx(some[0].costs, rel=2e-5)
     assert found[1] == dataclasses.replace(some[1])
-
-
-def multiples(factor: float = 1.0, outcome: str = "finished") -> list[Row]:
-    """Walks whose torques and c_mt are the paper's times a factor."""
-    return [
-        {"outcome": outcome, "steps": 1, "ankle": factor * torque, "hip": 1.0, "absolute_end": factor * cost}
-        for torque, cost in TABLE_3.values()
-    ]
-
-
-@pytest.mark.parametrize("factor", [0.5, 1.1, 3.0])
-def test_distance_of_a_multiple_is_its_logarithm(factor: float) -> None:
-    assert search.distance(multiples(factor)) == pytest.approx(abs(math.log(factor)), rel=1e-12)
 
 
 @pytest.mark.slow

@@ -14,23 +14,19 @@ def faster(speed: float = 1.0, *rest: int) -> float:
     """Not 1 - 1."""
     if speed < 0.0 and rest:
         raise ValueError(f"{speed - 1}")
-    total = -speed + FACTOR * max(rest[0], 3)  # + é
-    total += 2.0
+    total = -speed + max(rest[0], 3)  # + é
     return total if rest else 0.5
 '''
 
 CHANGED = {
     "if (speed >= 0.0) and rest:",
     "if (speed < 0.0 or rest):",
-    "total = (-speed - FACTOR * max(rest[0], 3))  # + é",
+    "total = (-speed - max(rest[0], 3))  # + é",
     "total = (-speed)  # + é",
-    "total = (speed) + FACTOR * max(rest[0], 3)  # + é",
-    "total = -speed + (FACTOR / max(rest[0], 3))  # + é",
-    "total = -speed + FACTOR * (min)(rest[0], 3)  # + é",
-    "total = -speed + FACTOR * max(rest[(1)], 3)  # + é",
-    "total = -speed + FACTOR * max(rest[0], (4))  # + é",
-    "total -= 2.0",
-    "total += (4.0)",
+    "total = (speed) + max(rest[0], 3)  # + é",
+    "total = -speed + (min)(rest[0], 3)  # + é",
+    "total = -speed + max(rest[(1)], 3)  # + é",
+    "total = -speed + max(rest[0], (4))  # + é",
     "return (0.5 if rest else total)",
     "return total if rest else (1.0)",
 }

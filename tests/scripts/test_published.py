@@ -18,15 +18,7 @@ from mjbiped.limit_cycles.periodic import first_gait
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
 from scripts.validation.page import SOURCES, minus
-from scripts.validation.published import (
-    DRAKE,
-    GARCIA,
-    GARCIA_SLOPE,
-    GOSWAMI,
-    GOSWAMI_ROBOT,
-    HSU_CHEN,
-    HSU_CHEN_ROBOT,
-)
+from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI, GOSWAMI_ROBOT, HSU_CHEN, HSU_CHEN_ROBOT
 from scripts.validation.rimless_wheel import LIGHT_LEGS, closed_form, pushed, ratio
 
 SLOW = {"doubling", "lost", "first doubling", "second doubling", "third doubling", "no period"}

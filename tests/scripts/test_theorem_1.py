@@ -1,7 +1,5 @@
 """Theorem 1 on the limit cycle: the return map against walks, and the numbers that docs/stability.md quotes."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,12 +1,10 @@
 """The studies of laws for a bounded ankle: their wrong models, their rivals, and grounds that nobody else uses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, KneedController, PassiveController
+from controllers import PassiveController
 from mjbiped import Terrain
 from scripts.studies import recovery_search, scuffing_study, sole_limits_study, soles_study
 
@@ -45,22 +43,3 @@ def test_straight_legs_scuff_as_their_gait_says() -> None:
     np.testing.assert_allclose(passed.depth, -height.min(), rtol=0, atol=2e-6)
     np.testing.assert_allclose(passed.part, (inside[0], inside[-1]), rtol=0, atol=2e-3)  # 1 ms of 0.76 s
     assert scuffing_study.passes([walk]) == "100 %, 0 %; 0.09"
-
-
-@pytest.mark.slow
-def test_straight_legs_pass_through_risers_and_knees_do_not() -> None:
-    stairs = [Terrain.stairs(rise=0.02, first=first) for first in (1.5, 1.6, 1.7, 1.8)]
-    compass, kneed = mjbiped.Compass(), mjbiped.KneedBiped()
-    straight = AdaptiveController(compass, mjbiped.find_passive_gait(compass, np.deg2rad(2.0)))
-    knees = KneedController(kneed, mjbiped.find_kneed_gait(kneed, np.deg2rad(2.5)))
-    of_straight, of_knees = (
-        [
-            scuffing_study.passed_through(mjbiped.walk(law, ground, engine="hybrid", steps=12, sample_period=2e-3))
-            for ground in stairs
-        ]
-        for law in (straight, knees)
-    )
-    assert all(np.all(passed.depth > scuffing_study.TOUCHED) for passed in of_straight)
-    deepest = max(passed.depth.max() for passed in of_straight)
-    assert 0.01 < deepest < 0.021  # the riser, and less than 1 mm that straight legs scuff
-    assert all(np.all(passed.depth == 0.0) and np.isnan(passed.part).all() for passed in of_knees)

@@ -1,15 +1,15 @@
 """What figures and summaries of a study show, on rows worked out by hand."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
+from legible import assert_legible
+from matplotlib.figure import Figure
 
+from mjbiped.plotting import WIDTHS, figure_width, style
 from mjbiped.studies.bins import binned, drawings, measured, middle, values_of
 from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.figures import draw
@@ -19,6 +19,11 @@ from mjbiped.studies.summary import best, by_value, summarised
 GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
 SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
 BASELINE = '[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n'
+MODEL = """
+samples = 300
+model = { hip_mass = { log_uniform = [0.01, 1000] }, leg_mass = { uniform = [4, 6] } }
+plot.measures = ["finished", "steps", "speed_m_per_s", "largest_slip_m"]
+"""
 FAILED = {"outcome": "failed", **dict.fromkeys(MEASURES)}
 COST = "cost_of_transport"
 
@@ -35,33 +40,38 @@ def rows_of(text: str) -> tuple[Study, list[Row]]:
 
 
 @pytest.mark.parametrize(
+    "width", [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
+)
+@pytest.mark.parametrize(
     ("text", "name"),
     [
         (GRID + SEEDS, "map_controller.position_gain_controller.velocity_gain"),
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', "line_controller.velocity_gain"),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, "groups_controller.name"),
-        ("", "histograms"),
-        pytest.param(
-            "samples = 300\nmodel = { hip_mass = { log_uniform = [1, 100] }, leg_mass = { uniform = [4, 6] } }\n"
-            '[plot]\nmeasures = ["finished", "steps", "speed_m_per_s", "largest_slip_m"]',
-            "map_model.hip_mass_model.leg_mass",
-            marks=pytest.mark.slow,
-        ),
+        (SEEDS, "histograms"),
+        (MODEL, "map_model.hip_mass_model.leg_mass"),
         (BASELINE, "line_controller.position_gain"),
     ],
 )
-def test_figures_that_are_drawn(text: str, name: str, tmp_path: Path) -> None:
+def test_legible(text: str, name: str, width: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study's figure is the same file each time, legible at each width, and another where nothing finished."""
     study, rows = rows_of(text)
-    [file] = draw(study, rows, tmp_path)
-    assert file.name == f"{name}.png"
-    with Image.open(file) as picture:
-        assert picture.width == 1536
-        assert np.ptp(np.asarray(picture.convert("L"))) > 200
-    before = file.read_bytes()
-    draw(study, rows, tmp_path)
-    assert file.read_bytes() == before
-    draw(study, [{**row, **FAILED} for row in rows], tmp_path)  # nothing finished: other words, no error
+    figures: list[Figure] = []
+    save = style.save_figure
+
+    def kept(figure: Figure, path: Path) -> None:
+        figures.append(figure)
+        save(figure, path)
+
+    monkeypatch.setattr(style, "save_figure", kept)
+    with figure_width(width):
+        [file] = draw(study, rows, tmp_path)
+        before = file.read_bytes()
+        draw(study, rows, tmp_path)
+        assert (file.name, file.read_bytes()) == (f"{name}.png", before)
+        draw(study, [{**row, **FAILED} for row in rows], tmp_path)  # nothing finished: other words, no error
     assert file.read_bytes() != before
+    assert_legible(figures[0], width, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
 
 
 def test_a_group_without_the_parameter_is_a_level_line_and_an_even_map() -> None:

@@ -1,10 +1,10 @@
 """The reproduction: its grounds, what is measured of its walks, the reading that fits, its figures, and kept walks."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +16,10 @@ from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
-from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
+from mjbiped.studies.reproduction.figures import plot_figure_5
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Results, Row, read_rows, row_of, side_distances, write_rows
+from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
 
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
@@ -30,51 +29,47 @@ GROUND = mjbiped.Terrain.from_segments([(1.0, 0.0, 0.0), (3.0, 2.0, -0.02)])
 # grounds, against profiles written down from the paper's sentence
 
 
-@pytest.mark.parametrize(
-    ("pattern", "heights"),
-    [("descending", [0, -1, -2, -3]), ("ascending", [0, 1, 2, 3]), ("alternating, down first", [0, -1, 0, -1]),
-     ("alternating, up first", [0, 1, 0, 1])],
-)  # fmt: skip
-@pytest.mark.parametrize("first", [0.9, 1.8])
-def test_stairs(pattern: str, heights: list[float], first: float) -> None:
-    terrain = paper.terrain_of(paper.Place("stair 2", pattern, first))
-    for k, height in enumerate(heights):
-        for x in (0.01, first - 0.01) if k == 0 else (first + 1.8 * (k - 1) + 0.01, first + 1.8 * k - 0.01):
-            assert terrain.height(x) == pytest.approx(0.06 * height, abs=1e-12)
-            assert terrain.slope(x) == 0.0
+STAIRS = {
+    "descending": [0, -1, -2, -3], "ascending": [0, 1, 2, 3],
+    "alternating, down first": [0, -1, 0, -1], "alternating, up first": [0, 1, 0, 1],
+}  # fmt: skip
+"""Heights of the first treads, of 6 cm."""
+SLOPES: dict[str, list[float]] = {
+    "accumulating downhill": [0, 1, 2, 3], "accumulating uphill": [0, -1, -2, -3],
+    "level and downhill in turn": [0, 1, 0, 1], "level and uphill in turn": [0, -1, 0, -1],
+    "down and up in turn, ±Δ": [1, -1, 1, -1], "up and down in turn, ±Δ": [-1, 1, -1, 1],
+    "down and up in turn, ±Δ/2": [0.5, -0.5, 0.5, -0.5], "up and down in turn, ±Δ/2": [-0.5, 0.5, -0.5, 0.5],
+}  # fmt: skip
+"""Slopes of the first segments, by the change from one to the next."""
 
 
+@pytest.mark.parametrize("first", [0.9, 1.5])
 @pytest.mark.parametrize(
-    ("pattern", "slopes"),
-    [("accumulating downhill", [0, 1, 2, 3]), ("accumulating uphill", [0, -1, -2, -3]),
-     ("level and downhill in turn", [0, 1, 0, 1]), ("level and uphill in turn", [0, -1, 0, -1]),
-     ("down and up in turn, ±Δ", [1, -1, 1, -1]), ("up and down in turn, ±Δ", [-1, 1, -1, 1]),
-     ("down and up in turn, ±Δ/2", [0.5, -0.5, 0.5, -0.5]), ("up and down in turn, ±Δ/2", [-0.5, 0.5, -0.5, 0.5])],
-)  # fmt: skip
-@pytest.mark.parametrize(("ground", "change", "first"), [("slope 1", 0.3, 1.5), ("slope 2", 1.0, 0.9)])
-def test_slopes(ground: str, change: float, first: float, pattern: str, slopes: list[float]) -> None:
-    terrain, x = paper.terrain_of(paper.Place(ground, pattern, first)), 0.0
-    for k, factor in enumerate(slopes):
-        length = (1.5 if k else first) * math.cos(math.radians(factor * change))
-        assert math.degrees(terrain.slope(x + 0.5 * length)) == pytest.approx(factor * change, abs=1e-12)
-        x += length
-    assert not any(terrain.rises)  # slopes meet without a step
+    ("ground", "pattern"), [*product(["stair 2"], STAIRS), *product(["slope 1", "slope 2"], SLOPES)]
+)
+def test_grounds(ground: str, pattern: str, first: float) -> None:
+    """Treads of 1.8 m, segments of 1.5 m along the ground."""
+    if ground == "stair 2":
+        rows = [(1.8, 0.0, rise) for rise in 0.06 * np.diff(STAIRS[pattern], prepend=0)]
+    else:
+        rows = [(1.5, {"slope 1": 0.3, "slope 2": 1.0}[ground] * factor, 0.0) for factor in SLOPES[pattern]]
+    expected = mjbiped.Terrain.from_segments([(first, *rows[0][1:]), *rows[1:]])
+    places = np.arange(0.01, first + 4.4, 0.05)
+    terrain = paper.terrain_of(paper.Place(ground, pattern, first))
+    np.testing.assert_allclose(terrain.height(places), expected.height(places), atol=1e-12)
 
 
 # one walk
 
 
 def test_every_input_has_its_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    usual = {"steps": 7, "engine": "hybrid"}
-    made = [
-        cells.cell(DOWN, LAW, **usual),
-        cells.cell(DOWN, LAW, steps=7, engine="mujoco"),
-        cells.cell(DOWN, paper.adaptive(0.8, adaptation_gain=0.4), **usual),
-        cells.cell(mjbiped.Terrain.stairs(rise=-0.021), LAW, **usual),
-        *(cells.cell(DOWN, LAW, **usual, **more) for more in ({"initial": "rest"}, {"record": True})),
-        cells.cell(DOWN, LAW, steps=8, engine="hybrid"),
-        cells.cell(DOWN, LAW, distance=3.0, engine="hybrid"),
+    usual: dict[str, Any] = {"terrain": DOWN, "law": LAW, "engine": "hybrid", "steps": 7}
+    changes: list[dict[str, Any]] = [
+        *({}, {"engine": "mujoco"}, {"law": paper.adaptive(0.8, adaptation_gain=0.4)}, {"steps": 8}),
+        *({"terrain": mjbiped.Terrain.stairs(rise=-0.021)}, {"initial": "rest"}, {"record": True}),
+        {"distance": 3.0},
     ]
+    made = [cells.cell(**{**usual, **change}) for change in changes]
     keys = [*map(cells.key, made)]
     assert len(set(keys)) == len(keys)
     assert cells.key(dataclasses.replace(made[0])) == keys[0]
@@ -283,15 +278,3 @@ def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
             for line in lines:
                 np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
             assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
-
-
-def test_figure_6_and_table_3(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    figure = plot_figure_6({0.8: walk, None: walk}, tmp_path / "six.pdf")
-    titles = [axes.get_title(loc="left").replace("\u00a0", " ") for axes in figure.axes]
-    assert f"{max(walk.peak_torque):.1f} N m" in titles[1]
-    assert "no re-planning" in titles[2]
-    low, high = figure.axes[1].get_ylim()
-    assert low <= walk.samples["torque"].min() < walk.samples["torque"].max() <= high
-    figure = plot_table_3([row_of(cells.row(cell)) for cell in reproduce.table_3("hybrid")], tmp_path / "table.png")
-    labels = [line.get_label() for line in figure.axes[0].lines]
-    assert ("hybrid" in labels, "MuJoCo" in labels) == (True, False)

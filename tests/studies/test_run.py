@@ -1,7 +1,5 @@
 """Studies: the same table however they are walked, however often they are broken off; tables on disk."""
 
-from __future__ import annotations
-
 import csv
 import math
 import os
@@ -17,6 +15,7 @@ from typing import Any
 import own_controllers
 import pandas as pd
 import pytest
+from command_line import environment
 from command_line import run as command
 from dask_cluster import two_workers
 
@@ -32,7 +31,6 @@ from mjbiped.studies.plan import plan, read_study
 from mjbiped.studies.run import columns_of, digest, machinery, run
 from mjbiped.studies.store import FILE, opened, read_table
 
-ROOT = Path(__file__).parents[2]
 STUDY = """
 engine = "hybrid"
 steps = 6
@@ -76,9 +74,8 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def start(folder: Path, *words: object) -> subprocess.Popen[bytes]:
     """Run a study in a process of its own, as a user does."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     program = [sys.executable, "-m", "mjbiped", "sweep", *map(str, (folder / "study.toml", "--quiet", *words))]
-    return subprocess.Popen(program, env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
+    return subprocess.Popen(program, env=environment(), start_new_session=True)
 
 
 @in_threads
@@ -87,7 +84,7 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
     rows, table, *_ = run(study, tmp_path / "out", workers=1)
     assert table == tmp_path / "out" / "study.csv"
     assert [row["cell"] for row in rows] == list(range(24))
-    for row, cell in list(zip(rows, study.cells, strict=True))[::7]:
+    for row, cell in [*zip(rows, study.cells, strict=True)][::7]:
         done = mjbiped.walk(cell.controller(), cell.terrain(), engine="hybrid", steps=6, sample_period=1.0)
         summary = measures.summary(done)
         assert {name: row[name] for name in MEASURES} == {name: summary[name] for name in MEASURES}  # bit by bit
@@ -98,9 +95,8 @@ def test_row_is_what_the_walk_gives(file: Path, tmp_path: Path) -> None:
 
 @in_threads
 @pytest.mark.parametrize("trajectories", [False, True])
-def test_cells_are_walked_once_and_a_study_broken_off_goes_on(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trajectories: bool
-) -> None:
+def test_broken_off(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trajectories: bool) -> None:
+    """A study that is broken off goes on where it was, and walks no cell twice."""
     study, name = read_study(file), FILE if trajectories else "study.csv"
     run(study, tmp_path / "whole", workers=2, trajectories=trajectories)
     walked: list[int] = []
@@ -259,12 +255,7 @@ def test_every_file_that_a_number_depends_on_is_in_the_digest(place: str, tmp_pa
     assert machinery()["sources"] == digest(house, [laws], scene.models_folder())
 
 
-GAINS = [{"name": "adaptive", "gain": 5}, {"name": "passive"}]
-IDENTITY = {
-    "study": {"steps": 3, "robot": {"hip_mass": [5, 10]}, "controller": GAINS},
-    "versions": {"numpy": "2.4"},
-    "sources": "abc",
-}
+IDENTITY = {"study": {"steps": 3, "robot": {"hip_mass": [5, 10]}}, "versions": {"numpy": "2.4"}, "sources": "abc"}
 COLUMNS = columns_of(plan(Path("study.toml"), {"robot": {"hip_mass": [5, 10, 15]}}))
 
 

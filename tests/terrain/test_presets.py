@@ -5,7 +5,6 @@ import math
 import pickle
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.terrain.profile import MOST_SEGMENTS
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 
@@ -40,6 +37,7 @@ def test_stairs_are_the_papers() -> None:
     assert terrain.rises[1:] == pytest.approx([-0.06] * 20)
     assert set(terrain.angle) == {0.0}
     assert Terrain.stairs(first=0.5, count=1).x == (0.0, 0.5)
+    assert (Terrain.level().z, Terrain.level().angle) == ((0.0,), (0.0,))
 
 
 def test_slopes_change_by_the_same_angle() -> None:
@@ -83,36 +81,33 @@ def test_roughness_is_added_to_the_same_ground() -> None:
     smooth, rough = (Terrain.random(seed=4, length=400.0, roughness=r, spacing=0.3) for r in (0.0, 0.003))
     at = np.array(rough.x)
     added = np.array(rough.z) - smooth.height(at + 1e-12)
-    assert np.abs(added[at <= 1.0 + 1e-9]).max() < 1e-9
-    inner = added[(at > 1.0 + 1e-9)][:-1]
+    inner = added[at > 1.0 + 1e-9][:-1]
     assert abs(inner.mean()) < 3 * 0.003 / math.sqrt(inner.size)
     assert inner.std() == pytest.approx(0.003, rel=0.1)
-    cells = np.diff(at[1:])
-    assert cells.min() > 0.3 / 1.5 * 0.99
-    assert cells.max() < 0.3 * 1.5
-    rises = [r for r in rough.rises if r]
-    assert rises == pytest.approx([r for r in smooth.rises if r], abs=1e-9)
-    assert added[-1] == pytest.approx(0.0, abs=1e-9)  # the last segment goes on as it is
-    assert rough.angle[-1] == smooth.angle[-1]
+    assert [r for r in rough.rises if r] == pytest.approx([r for r in smooth.rises if r], abs=1e-9)
 
 
-def test_the_first_random_terrain_is_this_one() -> None:
-    terrain = Terrain.random(seed=0)
-    assert terrain.x[1:5] == pytest.approx((1.0, 2.563899453479, 4.338165032399, 5.789007906733), abs=1e-11)
-    assert terrain.rises[1:5] == pytest.approx((-0.018975661902, 0.0, 0.000396338853, -0.001758613839), abs=1e-11)
+@pytest.mark.parametrize(
+    ("terrain", "places", "heights"),
+    [
+        (Terrain.random(seed=0), 219.6176763990466, -1.3616791928744845),
+        (Terrain.random(seed=0, roughness=0.003, spacing=0.3), 1037.150329781249, -6.341679376842373),
+        (Terrain.treads(seed=0, slope_deg=(-5.0, 3.0)), 79728.9996237435, 958.5376671608839),
+        (Terrain.waves(seed=0), 1599761.0000001313, 0.08244126266445695),
+    ],
+)
+def test_the_first_random_terrains_are_these(terrain: Terrain, places: float, heights: float) -> None:
+    """Sums over all segments, in every version of this package: old walks can be made again."""
+    assert (sum(terrain.x), sum(terrain.z)) == pytest.approx((places, heights), rel=1e-9)
 
 
 def test_treads_have_the_named_depth_steps_and_slopes() -> None:
     deviation, count = 0.03, 2000
     terrain = Terrain.treads(seed=3, length=2.0 + 1.5 * count, tread=1.5, deviation=deviation, slope_deg=(-5.0, 3.0))
-    slopes = np.degrees(terrain.angle)
+    slopes, rises = np.degrees(terrain.angle[1:]), np.array(terrain.rises[1:])
     assert np.diff(terrain.x)[1:] == pytest.approx(1.5 * np.cos(terrain.angle[1:-1]))
-    assert (terrain.x[1], slopes[0], terrain.z[:1]) == (2.0, 0.0, (0.0,))
-    rises = np.array(terrain.rises[1:])
     assert rises.std() == pytest.approx(deviation, rel=4 / math.sqrt(2 * count))  # four standard errors
-    assert abs(rises.mean()) < 4 * deviation / math.sqrt(count)
-    assert (slopes[1:].min(), slopes[1:].max()) == pytest.approx((-5.0, 3.0), abs=8 * 10 / count)
-    assert (np.abs(slopes[1:] + 1.0) <= 4.0).all()
+    assert (slopes.min(), slopes.max()) == pytest.approx((-5.0, 3.0), abs=8 * 10 / count)
 
 
 def test_waves_have_the_named_deviation_and_no_other_lengths() -> None:
@@ -159,6 +154,7 @@ def test_recorded_ground_is_the_record_to_and_fro_without_its_trend(trail: Terra
     off = np.abs(heights - wanted) > 1e-9  # rounding, of angles of segments and of sums over a hundred metres
     assert off.sum() <= 2  # at a step, rounding may put a place on its other side
     assert (terrain.x[1], terrain.z[0], terrain.rises[1]) == (2.0, 0.0, 0.0)
+    assert terrain.x[-1] <= length + 1e-9
     assert np.abs(np.array(terrain.rises)[np.array(terrain.rises) != 0.0]) == pytest.approx(0.03, abs=2e-6)
 
 
@@ -188,48 +184,3 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
     assert terrain != Terrain.preset(name, seed=seed // 2 + 1, length=30.0, **more) or seed in (0, 1, 2)
     longer = Terrain.preset(name, seed=seed, length=60.0, **more)
     assert longer.z[:20] == terrain.z[:20]  # a longer ground begins as this one
-
-
-@pytest.mark.parametrize(
-    ("name", "parameters", "message"),
-    [
-        ("incline", {"slope_deg": 40}, "terrain incline: slope_deg: a slope of 40 degrees"),
-        ("stairs", {"tread": 0.0}, "tread = 0.0: must be from 1e-06 to 100000 m"),
-        ("stairs", {"rise": None}, "rise"),
-        ("stairs", {"count": MOST_SEGMENTS}, "count"),
-        ("slopes", {"change_deg": 3.0}, "start_deg . 16 x change_deg: a slope of 48 degrees"),
-        ("mixed", {"seed": 1}, "unknown parameter of the terrain mixed 'seed'"),
-        ("random", {"length": 1e5, "segment_length": (1e-4, 2.0)}, "can be more than"),
-        ("random", {"segment_length": (0.8, 1e5), "spacing": 0.25, "roughness": 0.001}, "can be more than"),
-        ("random", {"segment_length": (2.0, 1.0)}, "swap them"),
-        ("random", {"segment_length": "12"}, "range"),
-        ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
-        ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
-        ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
-        ("treads", {"tread": 1e-3}, "segments; choose a shorter length or a longer tread"),
-        ("waves", {"spacing": 0.2}, "four times spacing"),
-        ("waves", {"shortest": 6.0}, "less than longest"),
-        ("waves", {"length": 1e5}, "segments; choose a shorter length or a longer spacing"),
-        ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
-    ],
-)
-def test_parameters_outside_their_domain_are_refused(name: str, parameters: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Terrain.preset(name, **parameters)
-
-
-@pytest.mark.parametrize(
-    ("rows", "length", "message"),
-    [
-        (None, 9.0, "recorded ground needs an elevation file"),
-        ("0,0\n3,0.1\n", 9.0, "'x.csv' is a record of 3 m; at least 5 m are needed"),
-        ("\n".join(f"{k / 10},0" for k in range(90)), 1e5, "segments; choose a shorter length"),
-    ],
-)
-def test_no_record_is_refused_in_words(rows: str | None, length: float, message: str, tmp_path: Path) -> None:
-    path = tmp_path / "x.csv"
-    path.write_text(rows or "")
-    with pytest.raises(InputError, match=message):
-        Terrain.recorded(None if rows is None else path, length=length)
-    with pytest.raises(InputError, match="goes on without end; expected an elevation file"):
-        Terrain.recorded(Terrain.level())

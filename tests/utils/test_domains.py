@@ -1,13 +1,10 @@
 """Every number that a user can give has a domain with both ends, in which robots of all sizes walk alike."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -102,24 +99,15 @@ LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleControlle
 NONSENSE: tuple[object, ...] = (
     math.nan,
     math.inf,
-    -math.inf,
-    1e308,
     -1e308,
-    10**400,
     10**5000,
-    Fraction(10**400, 1),
     Decimal("1e400"),
     1j,
     "x",
-    b"1",
     True,
-    np.True_,
     lambda: 1.0,
-    object,
     [[1.0, 2.0]] * 3,
-    np.full((2, 3, 5), 1.0),
     np.array(["a"]),
-    np.datetime64("2020-01-01"),
 )
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
 OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
@@ -162,7 +150,7 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     ]
     for call, others in calls:
         for name in [name for name in inspect.signature(call).parameters if name not in TOLD]:
-            yield f"{call.__qualname__}.{name}", partial(_called, call, others, name)
+            yield f"{call.__qualname__}.{name}", lambda value, at=(call, others, name): at[0](**{**at[1], at[2]: value})  # type: ignore[misc]
     yield "Terrain.x[0]", lambda value: Terrain((value,), (0.0,), (0.0,))
     yield "segments[0]", lambda value: Terrain.from_segments([(value, 0.0, 0.0)])
     yield "segments[1]", lambda value: Terrain.from_segments([(1.0, value, 0.0)])
@@ -170,25 +158,10 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
     yield "q[0]", lambda value: ROBOT.mass_matrix([value, 0.0])
 
 
-def _called(call: Callable[..., object], others: dict[str, Any], name: str, value: object) -> object:
-    return call(**{**others, name: value})
-
-
 QUANTITIES = dict(quantities())
 
 
-@pytest.fixture
-def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing may be simulated."""
-
-    def never(*_: object, **__: object) -> None:
-        raise AssertionError("a walk was begun")
-
-    for engine in (mjbiped.Mujoco, mjbiped.Hybrid):
-        monkeypatch.setattr(engine, "start", never)
-
-
-@pytest.mark.usefixtures("no_walk")
+@pytest.mark.usefixtures("nothing_walks")
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_nonsense_is_refused_in_words(quantity: str) -> None:
     name = quantity.split(".")[-1]
@@ -205,15 +178,10 @@ def test_nonsense_is_refused_in_words(quantity: str) -> None:
 # ---- robots of all sizes walk alike ----------------------------------------------------------------------------------
 
 
-class PlainPassive(PassiveController):
-    """Runs in Python: three steps do not wait for a compiler."""
-
-    def law(self) -> None:  # type: ignore[override]
-        return None
-
-
-def scaled(mass: float, length: float, gravity: float) -> tuple[mjbiped.Compass, float]:
-    """Table I's robot in other units, and how much faster it moves."""
+@pytest.mark.parametrize("mass", [domains.LEG_MASS.low, domains.LEG_MASS.high])
+@pytest.mark.parametrize("length", [domains.LEG.low / 2, domains.LEG.high / 2])
+@pytest.mark.parametrize("gravity", [domains.GRAVITY.low, domains.GRAVITY.high])
+def test_gaits_at_the_ends_are_those_of_table_one(mass: float, length: float, gravity: float) -> None:
     robot = mjbiped.Compass(
         leg_mass=mass,
         lower_length=length,
@@ -221,23 +189,7 @@ def scaled(mass: float, length: float, gravity: float) -> tuple[mjbiped.Compass,
         leg_inertia=mass * (2 * length) ** 2 / 12,
         gravity=gravity,
     )
-    return robot, math.sqrt(gravity / (2 * length)) / math.sqrt(ROBOT.gravity)
-
-
-ENDS = [
-    (mass, length, gravity)
-    for mass in (domains.LEG_MASS.low, domains.LEG_MASS.high)
-    for length in (domains.LEG.low / 2, domains.LEG.high / 2)
-    for gravity in (domains.GRAVITY.low, domains.GRAVITY.high)
-]
-
-
-@pytest.mark.parametrize(
-    ("mass", "length", "gravity"),
-    [pytest.param(*ends, marks=() if n in (1, 6) else pytest.mark.slow) for n, ends in enumerate(ENDS)],
-)
-def test_gaits_and_walks_at_the_ends_are_those_of_table_one(mass: float, length: float, gravity: float) -> None:
-    robot, faster = scaled(mass, length, gravity)
+    faster = math.sqrt(gravity / (2 * length)) / math.sqrt(ROBOT.gravity)
     gait = mjbiped.find_passive_gait(robot, GAIT.slope)
     np.testing.assert_allclose(gait.start / [1.0, 1.0, faster, faster], GAIT.start, rtol=1e-13)  # rounding: 2e-15
     assert gait.period * faster == pytest.approx(GAIT.period, rel=1e-13)
@@ -246,24 +198,6 @@ def test_gaits_and_walks_at_the_ends_are_those_of_table_one(mass: float, length:
     times = np.linspace(0.0, 1.2 * GAIT.period, 50)
     for order, (found, expected) in enumerate(zip(gait.reference(times / faster), GAIT.reference(times), strict=True)):
         np.testing.assert_allclose(found / faster**order, expected, atol=1e-11)
-    walks = [
-        mjbiped.walk(
-            PlainPassive(),
-            Terrain.incline(2.0),
-            engine="hybrid",
-            steps=3,
-            robot=walker,
-            scuffing=mjbiped.ScuffingRule(delay=0.1 / speed),
-            sample_period=None,
-        )
-        for walker, speed in ((ROBOT, 1.0), (robot, faster))
-    ]
-    assert [walk.outcome for walk in walks] == ["finished"] * 2
-    there, here = walks[0].touchdowns, walks[1].touchdowns
-    # the integration's tolerance, 1e-8, which is not relative to everything; 6e-11 was measured
-    np.testing.assert_allclose(here["x"] / robot.leg_length, there["x"], rtol=1e-9)
-    np.testing.assert_allclose(here["time"] * faster, there["time"], rtol=1e-9)
-    np.testing.assert_allclose(here["dq"] / faster, there["dq"], rtol=1e-8)
 
 
 @pytest.mark.slow  # each kind of controller is compiled for both engines

@@ -3,16 +3,10 @@
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped.rendering import ELEMENTS
 from mjbiped.viewing import FASTEST, KEYS, SLOWEST, STRIDE, Player
 from mjbiped.viewing import window as words
 from mjbiped.viewing.sources import Replay
-
-
-@pytest.fixture(scope="module")
-def walk(controller: AdaptiveController) -> mjbiped.Walk:
-    return mjbiped.walk(controller, mjbiped.Terrain.mixed(), steps=6, engine="hybrid")
 
 
 @pytest.fixture

@@ -1,25 +1,96 @@
-"""The stored policies are those of the page: they load, walk, and reach what its tables say."""
+"""Learned policies: trainings repeat themselves to the last bit, and the stored ones are those of the page."""
 
-from __future__ import annotations
-
+from dataclasses import fields, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
+from command_line import run
 from documentation import table
 
+import mjbiped
+from mjbiped.envs import TASKS
 from mjbiped.envs.tasks import WalkTask
+from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
-from scripts.learning import evaluate
+from scripts.learning import evaluate, evaluation, training
+from scripts.learning import train as program
+from scripts.learning.checkpoint import Checkpoint
 from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
 from scripts.learning.rollouts import WEIGHTS, Array, Rollouts, actions
+from scripts.learning.training import seeds_of, train
 
-import gymnasium  # isort: skip
-from command_line import run
+TIMES = {"wall", "processor"}  # the only fields that differ from run to run
 
-import mjbiped
-from scripts.learning.checkpoint import Checkpoint
+
+@pytest.fixture(autouse=True)
+def _small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few robots, which in the first generations fall after two seconds."""
+    monkeypatch.setattr(training, "POPULATION", 6)
+    monkeypatch.setattr(training, "GROUNDS", 2)
+
+
+def after(generations: int, before: Checkpoint | None = None, *, seed: int = 1, threads: int = 1) -> Checkpoint:
+    run = train(False, seed, before, threads=threads)
+    *_, last = islice(run, generations)
+    run.close()
+    return last
+
+
+@pytest.mark.slow
+def test_a_seed_gives_one_policy_bitwise_broken_off_or_not(tmp_path: Path) -> None:
+    """Whatever the threads, and whatever became of NumPy's global generator."""
+    after(2).save(tmp_path / "free.npz")
+    np.random.seed(99)  # noqa: NPY002 (what an optimiser might draw from)
+    went_on, whole = after(2, Checkpoint.load(tmp_path / "free.npz")), after(4, threads=2)
+    for field in fields(Checkpoint):
+        if field.name not in TIMES:
+            np.testing.assert_array_equal(getattr(went_on, field.name), getattr(whole, field.name), field.name)
+    assert went_on.generations == 4
+    assert np.all(np.diff([went_on.wall, went_on.steps]) > 0.0)
+    assert not np.array_equal(whole.weights, after(4, seed=4).weights)
+
+
+def test_returns_that_lead_elsewhere_are_refused() -> None:
+    """A file of other settings is not gone on with as if it were of these."""
+    reached = after(2)
+    changes: list[dict[str, Any]] = [{"weights": reached.weights + 1e-12}, {"returns": reached.returns[:, :, :1]}]
+    for change in changes:
+        with pytest.raises(InputError, match="remove its file to begin anew"):
+            after(1, replace(reached, **change))
+
+
+@pytest.mark.slow
+def test_a_residual_begins_as_the_adaptive_controller() -> None:
+    """The first mean is zero, and the walk of 20 s on random ground returns what docs/environments.md's table says."""
+    run = train(True, 1, threads=1)
+    first = next(run)
+    run.close()
+    # 0.71 + 0.19 in each of 1000 steps on level ground; random ground costs and gives a few percent
+    assert first.mean_returns[0] == pytest.approx(900.0, rel=0.05)
+
+
+def test_an_interval_holds_the_mean_as_often_as_it_says() -> None:
+    """Of 500 samples of five normal numbers, 95 %."""
+    samples = np.random.default_rng(3).normal(1.0, 2.0, (500, 5))
+    held = np.mean([low <= 1.0 <= high for _, low, high in map(interval, samples)])
+    # the share's standard deviation is sqrt(0.95 * 0.05 / 500) = 0.01
+    assert held == pytest.approx(evaluation.CONFIDENCE, abs=0.03)
+
+
+def test_the_training_has_not_seen_these_grounds() -> None:
+    """NumPy takes (2, 5) and (2, 5, 0) for one seed, so the first number must be one that no training has."""
+    seeds = {seed[0] for ground in GROUNDS for seed in ground.seeds}
+    (least,) = (option.type.min for option in program.main.params if option.name == "seed")  # type: ignore[attr-defined]
+    assert max(seeds) < least
+    assert seeds_of(least, 0)[0][0] == least
+    assert {ground.task for ground in GROUNDS} == set(TASKS)
+
+
+# ---- stored policies -----------------------------------------------------------------------------------------------
 
 
 def test_the_page_says_what_the_trainings_took() -> None:
@@ -90,19 +161,14 @@ def test_returns_are_the_environments_bitwise(residual: bool) -> None:
 FILE = Path(__file__).parents[2] / "scripts" / "learning" / "controller.py"
 
 
-def policy(folder: Path, residual: bool) -> Path:
-    """The file of one that does a little, at random."""
-    one = np.zeros(1)
-    weights = np.random.default_rng(5).normal(0.0, 0.003, WEIGHTS)
-    path = folder / "policy.npz"
-    Checkpoint(residual, 1, weights, np.zeros((1, 2, 1)), np.zeros((1, 1)), one, one, one).save(path)
-    return path
-
-
 def test_walks_by_name_in_both_engines(tmp_path: Path) -> None:
-    words = ["--controller", f"{FILE}:LearnedController", "--gain", f"checkpoint={policy(tmp_path, True)}"]
+    """A policy that does a little, at random."""
+    one, weights = np.zeros(1), np.random.default_rng(5).normal(0.0, 0.003, WEIGHTS)
+    file = tmp_path / "policy.npz"
+    Checkpoint(True, 1, weights, np.zeros((1, 2, 1)), np.zeros((1, 1)), one, one, one).save(file)
+    words = ["--controller", f"{FILE}:LearnedController", "--gain", f"checkpoint={file}", "--steps", 2]
     for engine in ("mujoco", "hybrid"):
-        result = run("walk", "level", *words, "--engine", engine, "--steps", 2, "--out", tmp_path / f"{engine}.npz")
+        result = run("walk", "level", *words, "--engine", engine, "--out", tmp_path / f"{engine}.npz")
         assert result.exit_code == 0, result.output
         walk = mjbiped.Walk.load(tmp_path / f"{engine}.npz")
         assert (walk.steps, walk.outcome) == (2, "finished")
