@@ -48,12 +48,12 @@ TEXTS = [
     ("stairs:tred=1", "unknown parameter of the terrain stairs 'tred'.*did you mean 'tread'"),
     ("missing.csv", "terrain file missing.csv: there is no such file"),
     ("folder/thing", "unknown suffix ''"),
-    ("ground.txt", r"unknown suffix '.txt': valid are .csv, .toml, .yaml, .yml"),
+    ("ground.txt", r"unknown suffix '.txt': valid are .csv, .asc, .toml, .yaml, .yml"),
 ]
 SEGMENTS: list[tuple[Any, str]] = [
     ([], "there are no segments"),
     ("1,2,3", "must be a list"),
-    ([(1.0, 2.0, 0.0, 0.0)], "segment 1 is"),
+    ([(1.0, 2.0, 0.0, 0.0, 0.0)], "segment 1 is"),
     ([(1.0, 0.0), "ab"], "segment 2 is 'ab'"),
     ([(1.0, 0.0), (-1.0, 0.0)], "segment 2: length"),
     ([(1.0, 0.0), (1.0, 38.7)], r"segment 2: slope: .*steeper than the robot can stand on at friction 0.8"),
