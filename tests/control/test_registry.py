@@ -49,7 +49,7 @@ def test_defaults_are_the_settings(name: str, robot: mjbiped.Compass, gait: mjbi
 def test_refused_in_words(
     name: str, settings: dict[str, object], words: str, robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(registry, "find_reference", lambda *_, **__: pytest.fail("it searches"))
+    monkeypatch.setattr(registry, "reference_of", lambda *_, **__: pytest.fail("it searches"))
     with pytest.raises(mjbiped.InputError, match=words):
         make_controller(name, robot, settings)
 
