@@ -49,7 +49,7 @@ REFUSED = {
     "walk --robot knee": "unknown robot 'knee'",
     "walk --robot none.xml": "--robot 'none.xml': there is no such file",
     "walk --robot odd.toml": "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'",
-    "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round, compass3d; kneed has no such thing",
+    "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round, compass3d; kneed has",
     "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
     "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
     "walk --model-error leg_mass=1 --model-error leg_mass=1": "a name is given twice",
