@@ -69,13 +69,14 @@ class MujocoSpaceRun(SpaceRun):
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
         self.yaw = self.model.joint("yaw").dofadr[0]
+        self.slides = [self.model.joint(name).dofadr[0] for name in ("hip_x", "hip_y", "hip_z")]
         self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
-        # a contact can be lost for one step, so forces are means, as in the plane
+        self.impulse = np.zeros(3)
         self.recent: deque[Array] = deque(maxlen=max(1, round(AVERAGED * self.pendulum / self.period)))
         self._place()
         self.ended = self.dq
@@ -139,14 +140,14 @@ class MujocoSpaceRun(SpaceRun):
             model.geom_contype[stance] = 0
             model.dof_frictionloss[self.yaw] = HELD  # as the force of the impact is not known yet
             mujoco.mj_step1(model, data)
-        ticks = data.time >= self.next_tick - 1e-9
-        if ticks:
+        if data.time >= self.next_tick - 1e-9:
             outcome = self._tick()
         mujoco.mj_step2(model, data)
+        self.impulse += (
+            self.timestep * data.qfrc_constraint[self.slides]
+        )  # nothing but the ground holds the hip's slides
         if landed:
             return self._transfer(before)
-        if ticks:
-            self._count()
         if self.free:
             self._look_at_knee()
         return outcome
@@ -157,6 +158,8 @@ class MujocoSpaceRun(SpaceRun):
         q, dq = self.seen()
         self.time = float(data.time)
         since = self.time - self.began
+        if since > 0.0:
+            self._count()
         self.work += self.period * self.powers(self.torque, 0.5 * (self.ended + dq)) * (since > 0.0)
         self.ended = dq
         if self.pushing.change <= self.time + 1e-9:
@@ -182,20 +185,15 @@ class MujocoSpaceRun(SpaceRun):
         return None if outcome is Outcome.WALKING else outcome
 
     def _count(self) -> None:
-        """Note the load on the stance foot."""
-        force, stance, total = np.zeros(6), self.feet[self.footing.stance], np.zeros(3)
-        for index in range(self.data.ncon):
-            contact = self.data.contact[index]
-            if stance in contact.geom:
-                mujoco.mj_contactForce(self.model, self.data, index, force)
-                sign = 1.0 if contact.geom[1] == stance else -1.0
-                total += sign * (contact.frame.reshape(3, 3).T @ force[:3])
-                self.depth = max(self.depth, -float(contact.dist))
-        self.recent.append(self.footing.turned(total))
+        """Note the load on the stance foot, a mean over the window: a contact can be lost for some steps."""
+        self.recent.append(self.footing.turned(self.impulse) / self.period)
+        self.impulse = np.zeros(3)
         along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
         self.model.dof_frictionloss[self.yaw] = TORSION * max(self.force, 0.0)
         self.bound_time += self.period * bool((self.torque != self.asked).any())
+        if self.data.ncon:
+            self.depth = max(self.depth, -float(self.data.contact.dist.min()))
         if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
 
@@ -239,6 +237,7 @@ class MujocoSpaceRun(SpaceRun):
         after = self.seen()
         self.footing, self.enabled, self.ended, self.force = old, False, after[1], self.robot.weight
         self.recent.clear()
+        self.impulse = np.zeros(3)
         return self.touchdown(new, (angles, before[1]), after)
 
     def posture(self, q: Array) -> Array:
