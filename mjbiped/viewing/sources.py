@@ -13,7 +13,7 @@ from mjbiped.control.compiled import LawError
 from mjbiped.control.tracking import Tracking
 from mjbiped.engines.mujoco.engine import Mujoco, MujocoRun, stepped
 from mjbiped.engines.plan import Plan
-from mjbiped.errors import MjbipedError, RenderError
+from mjbiped.errors import InputError, MjbipedError, RenderError
 from mjbiped.records.record import Walk
 from mjbiped.rendering import scene
 from mjbiped.rendering.marks import Scales
@@ -59,6 +59,11 @@ class LiveWalk:
         Raises:
             MjbipedError: The walk cannot be started, or another one is under way.
         """
+        if plan.robot.runs:
+            raise InputError(
+                f"the viewer walks planar robots, and a {type(plan.robot).__name__} moves in space; record its walk "
+                "(mjbiped walk --out walk.npz) and view the record (mjbiped view walk.npz)"
+            )
         self._plan, self._next_plan = plan, next_plan
         self._steps: Generator[int, None, None] | None = None
         self._perturbation: mujoco.MjvPerturb | None = None

@@ -167,3 +167,8 @@ def test_a_law_that_fails_ends_it_in_words(watch: Watch) -> None:
     with pytest.raises(WalkStopped, match=r"Failing failed at 0\.(19|20). s"):
         live.go_to(5.0)
     assert mujoco.get_mjcb_control() is None
+
+
+def test_a_robot_in_space_is_watched_from_its_record(watch: Watch) -> None:
+    with pytest.raises(mjbiped.InputError, match="record its walk"):
+        watch(make_controller("adaptive", mjbiped.Compass3D(), {}), Terrain.level())
