@@ -187,6 +187,30 @@ def todo(known: set[tuple[str, str, str]]) -> Iterator[tuple[str, Place, int]]:
                     yield walker, place, phase
 
 
+def summed_up(rows: list[dict[str, str]]) -> list[dict[str, str]]:
+    """A row for each walker and ground: how many walks were finished, and how many of these kept to contact's laws."""
+    groups: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows:
+        groups.setdefault((row["walker"], row["ground"]), []).append(row)
+    told = []
+    for (walker, ground), walks in groups.items():
+        done = [walk for walk in walks if walk["outcome"] == "finished"]
+        sound = [walk for walk in done if float(walk["friction"]) <= FRICTION and float(walk["least force N"]) >= 0.0]
+
+        def span(name: str, done: list[dict[str, str]] = done) -> str:
+            values = sorted((walk[name] for walk in done), key=float)
+            return " to ".join(dict.fromkeys((values[0], values[-1]))) if values else "-"
+
+        told.append({
+            "walker": walker, "ground": ground, "finished": f"{len(done)} of {len(walks)}",
+            "without a pull, friction to 0.8": f"{len(sound)}", "c_mt of the legs": span("c_mt"),
+            "c_mt of the roll": span("c_mt of the roll"), "yaw deg": span("yaw deg").rpartition(" ")[2],
+            "peak roll torque N m": span("peak roll torque N m").rpartition(" ")[2],
+            "steps of walks that failed": ", ".join(walk["steps"] for walk in walks if walk not in done) or "-",
+        })  # fmt: skip
+    return told
+
+
 @click.command(help=__doc__)
 @click.option("--engine", type=click.Choice(["mujoco", "hybrid"]), default="mujoco", help="Physics.")
 @click.option("--table", type=click.Path(path_type=Path), required=True, help="CSV file that grows.")
@@ -201,11 +225,17 @@ def main(engine: str, table: Path) -> None:
         row = row_of(walker, place, phase, walked(walker, place, phase, engine))
         table.parent.mkdir(parents=True, exist_ok=True)
         with table.open("a", newline="") as file:
-            writer = csv.DictWriter(file, row)
+            writer = csv.DictWriter(file, row, lineterminator="\n")
             if not file.tell():
                 writer.writeheader()
             writer.writerow(row)
         click.echo(f"{number + 1} of {len(left)}: {', '.join(row.values())}")
+    with table.open() as file:
+        told = summed_up(list(csv.DictReader(file)))
+    with table.with_stem(f"{table.stem}_summary").open("w", newline="") as file:
+        writer = csv.DictWriter(file, told[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(told)
 
 
 if __name__ == "__main__":
