@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ import scipy
 from mjbiped.errors import GaitError
 from mjbiped.gaits import store
 from mjbiped.gaits.cycle import FINEST, differences, eigenvalues, glide, no_gait
-from mjbiped.gaits.kneed import EARLY, ON, find_kneed_gait
+from mjbiped.gaits.kneed import EARLY, ON, KneedGait, find_kneed_gait
 from mjbiped.gaits.passive import PassiveGait, checked_slope, find_passive_gait
 from mjbiped.gaits.reference import closing_on, count_of_pieces, hold, in_pieces, table_of
 from mjbiped.robots.space import Array, SpatialLinkage, joined
@@ -29,6 +30,16 @@ _SHARES = ((1.0,), (0.25, 0.5, 0.75, 1.0))  # of the hip's width, for which gait
 _WIDTH = 1e-5  # of the differences of multipliers: their error is some 1e-8
 
 Motion = Callable[[float, Array], Sequence[float]]
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class KneedGaitInSpace(KneedGait):
+    """A passive gait with knees in space, made by `find_gait_in_space`."""
+
+    @property
+    def feet(self) -> Array:
+        """Place of the swing foot from the stance foot, along the ground and its normal, shape (SAMPLES, 2), m."""
+        return np.array([self.robot.swing_foot(q)[[0, 2]] for q in self.angles])
 
 
 def find_gait_in_space(robot: InSpace, slope: float) -> PassiveGait:
@@ -46,7 +57,8 @@ def find_gait_in_space(robot: InSpace, slope: float) -> PassiveGait:
         GaitError: There is no such gait near the planar one.
     """
     domains.check_kind("robot", robot, InSpace)  # type: ignore[type-abstract]
-    found: PassiveGait = store.passive(PassiveGait, robot, checked_slope(slope), _search)
+    kind = KneedGaitInSpace if "knee" in robot.joints else PassiveGait
+    found: PassiveGait = store.passive(kind, robot, checked_slope(slope), _search)
     return found
 
 

@@ -90,9 +90,9 @@ def _course(gait: Any) -> _Course:
     ends = [0.0, *([] if gait.knee_strike is None else [gait.knee_strike]), last]
     times = [np.linspace(*span, _SAMPLES) for span in pairwise(ends)]
     motions = [gait.branch(phase, bent=k == 0) for k, phase in enumerate(times)]
-    columns = np.arange(len(gait.robot.angles))  # a leg with a locked knee has one angle, which its shank has too
+    locked = [0, 1, *range(1, len(gait.robot.angles) - 1)]  # the angle of a leg with a locked knee is its shank's, too
     q, dq, _ = (
-        np.concatenate([values[:, columns.clip(max=values.shape[1] - 1)] for values in parts])
+        np.concatenate([each if each.shape[1] == len(gait.robot.angles) else each[:, locked] for each in parts])
         for parts in zip(*motions, strict=True)
     )
     phases = tuple(slice(k * _SAMPLES, (k + 1) * _SAMPLES) for k in range(len(times)))
@@ -119,7 +119,8 @@ def _title(gait: Any) -> str:
 def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     """Panel (a): the robot at equal times, and at the knee strike if there is one, each beside the one before."""
     gait, robot, leg = course.gait, course.gait.robot, course.gait.robot.leg_length
-    parts = robot.angles if len(robot.angles) > 1 else ("stance", "swing")
+    pitch = [part for part in robot.angles if part != "roll"]
+    parts, slope = pitch if len(pitch) > 1 else ("stance", "swing"), gait.slope * (np.array(robot.angles) != "roll")
     colours = [look(f"q_{part}")["color"] for part in parts]
     strike = course.times[[phase.start for phase in course.phases[1:]]].tolist()
     times = np.sort([*np.linspace(0.0, gait.period, count - len(strike)), *strike])
@@ -127,9 +128,7 @@ def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     down = np.array([math.cos(gait.slope), -math.sin(gait.slope)])
     raised = robot.radius * down[::-1] * [-1.0, 1.0]  # of the centre of a round foot over the ground
     ends = [-0.62 * leg]
-    for foot, q, time in zip(
-        np.outer(APART * leg * np.arange(count), down), course.q[at] + gait.slope, times, strict=True
-    ):
+    for foot, q, time in zip(np.outer(APART * leg * np.arange(count), down), course.q[at] + slope, times, strict=True):
         stance, swing, *_ = robot.outline(robot.posture(foot + raised, 0, q.tolist()))
         bends = len(robot.bodies.leg)  # points of a leg from the hip down, before its foot
         for line, colour in zip((stance, swing[:2], swing[1:]), (*colours[:2], colours[-1]), strict=True):
@@ -220,7 +219,7 @@ def _draw_foot(axes: Axes, letter: str, course: _Course) -> None:
 
 def _foot_path(robot: Any, q: Array) -> Any:
     """Places of the swing foot ahead of the stance foot (m) and above the ground (cm) at angles `q`."""
-    along, height = np.apply_along_axis(robot.swing_foot, -1, q).T
+    along, *_, height = np.apply_along_axis(robot.swing_foot, -1, q).T
     return along, 100.0 * height
 
 
