@@ -164,7 +164,7 @@ class MujocoSpaceRun(SpaceRun):
         self.ended = dq
         if self.pushing.change <= self.time + 1e-9:
             self.pushing.advance(self.time)
-            data.xfrc_applied[1, :3] = self.pushing.force
+            data.body("hip").xfrc_applied[:3] = self.pushing.force
         out = np.array(self.law.torque(self.memory, since, tuple(q), tuple(dq)))
         self.asked = out[:joints]
         self.torque = self.transmitted(self.asked, self.force) if self.on_sole else self.asked
