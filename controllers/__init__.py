@@ -6,6 +6,7 @@
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 from mjbiped.controllers.adaptive import AdaptiveController, KneedController
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, BoundedKneedController
+from mjbiped.controllers.bounded.sideways import SidewaysController
 from mjbiped.controllers.bounded.supervisor import SupervisedController
 from mjbiped.controllers.comparison.energy_constraint import EnergyConstraintController
 from mjbiped.controllers.comparison.kinetic_energy import KineticEnergyController
@@ -14,6 +15,7 @@ from mjbiped.controllers.comparison.passivity import PassivityController
 from mjbiped.controllers.library import LibraryController
 from mjbiped.controllers.passive import PassiveController
 from mjbiped.controllers.policy import PolicyController
+from mjbiped.controllers.space import SpatialController
 from mjbiped.utils.packages import second_name
 
 __all__ = [
@@ -32,6 +34,8 @@ __all__ = [
     "PassiveController",
     "PassivityController",
     "PolicyController",
+    "SidewaysController",
+    "SpatialController",
     "SupervisedController",
     "never",
 ]

@@ -193,7 +193,8 @@ def check_imitation(controller: Controller) -> None:
         of = f" of a {type(gait.robot).__name__}" if isinstance(gait, Gait) else ""
         raise InputError(
             f"{type(controller).__name__} needs a mjbiped.Compass and a mjbiped.Gait of one (see "
-            f"mjbiped.find_passive_gait), got {type(robot).__name__} and {type(gait).__name__}{of}"
+            "mjbiped.find_passive_gait; in space controllers.SpatialController and mjbiped.find_gait_in_space), got "
+            f"{type(robot).__name__} and {type(gait).__name__}{of}"
         )
     if not isinstance(controller.gait, PassiveGait):
         check_tracking(type(controller))

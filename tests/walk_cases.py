@@ -10,6 +10,7 @@ import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped import Compass, ScuffingRule, Terrain, Walk
 from mjbiped.terrain.profile import height_of, segment_stood_on
+from mjbiped.utils.domains import ANGLE
 
 TABLE_ONE = Compass()
 PACE = math.sqrt(TABLE_ONE.gravity / TABLE_ONE.leg_length)
@@ -181,7 +182,10 @@ def faults(walk: Walk) -> Iterator[str]:
             yield f"step {row + 1}: the stance foot moved by {moved:.3g} m"
         stood = (table["x"][row], table["z"][row])
         stands = table["slip"][row] < 1e-3 * leg and table["normal_force"][row] > 0.0 and not table["strikes"][row]
-        if not followed or not (hybrid or stands):  # the energy of a foot that slides or flies is not in the record
+        known = np.abs(table["q_before"][row]).max() <= ANGLE.high  # a leg may turn over and over
+        if (
+            not followed or not known or not (hybrid or stands)
+        ):  # the energy of a foot that slides or flies is not in the record
             before = None
             continue
         arrives = energy(robot, qpos, table["q_before"][row], table["dq_before"][row])

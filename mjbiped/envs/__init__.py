@@ -17,7 +17,7 @@ from mjbiped.utils.mujoco import mujoco as mujoco  # isort: split
 
 from mjbiped.envs.policy import PolicyController, export_policy
 from mjbiped.envs.recipes import TASKS, Curriculum
-from mjbiped.envs.tasks import IDS, IN_SPACE, WalkTask, task_of
+from mjbiped.envs.tasks import IDS, IN_SPACE, WalkTask, planar_task
 from mjbiped.envs.walkers import Walkers
 from mjbiped.robots.compass import Compass
 from mjbiped.utils.domains import SEED, known_name
@@ -78,7 +78,7 @@ def load(
         random = SEED.check("random", random)
     for key in options:
         known_name("entry of environment_kwargs", key, ("flat_observation",))
-    settings = task_of(task, Compass.kind, given)
+    settings = planar_task(task, Compass.kind, given)
     from mjbiped.envs import dm  # for this function alone: it says what to install where dm_control is missing
 
     from dm_control.rl import control  # isort: skip

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjbiped.engines.mujoco.simulation import Simulation
 from mjbiped.envs.observation import bounds
-from mjbiped.envs.tasks import WalkTask, task_of
+from mjbiped.envs.tasks import WalkTask, planar_task
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, MjbipedError, RenderError, shown
 from mjbiped.records.record import Walk
@@ -168,7 +168,7 @@ class WalkEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode = {shown(render_mode)}: must be None or 'rgb_array'")
-        chosen = task_of(task, kind, settings)
+        chosen = planar_task(task, kind, settings)
         self.walkers = Walkers(chosen, scenery=render_mode is not None)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / chosen.control_period)}

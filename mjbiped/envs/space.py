@@ -125,7 +125,10 @@ class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Hold an action for a control period; see the class."""
         run, task, place = self._walking(), self.task, self.task.controller.place
-        torques = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0) * self._most
+        values, joints = np.asarray(action, dtype=np.float64), run.robot.joints
+        if values.shape != (len(joints),):
+            raise InputError(f"action: expected shape ({len(joints)},): {', '.join(joints)}, got {values.shape}")
+        torques = np.clip(values, -1.0, 1.0) * self._most
         run.memory[place : place + len(torques)] = torques.tolist()
         self._periods += 1
         outcome, x = run.advance(self._periods * task.control_period), self._x
@@ -139,6 +142,8 @@ class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         truncated = outcome is Outcome.WALKING and self._periods >= task.max_steps
         run.outcome = Outcome.TIME_LIMIT if truncated else outcome
         over = outcome is not Outcome.WALKING
+        if outcome is Outcome.DIVERGED:
+            progress = economy = 0.0
         return self._observe(), float(progress + economy), over, truncated, self._info(progress, economy)
 
     def _walking(self) -> MujocoSpaceRun:

@@ -261,6 +261,21 @@ def task_of(name: str, kind: str, settings: Mapping[str, Any]) -> WalkTask:
     return WalkTask(name, **given)
 
 
+def planar_task(name: str, kind: str, settings: Mapping[str, Any]) -> WalkTask:
+    """Make a task as `task_of` does, of a planar robot.
+
+    Raises:
+        InputError: The robot moves in space, or as `task_of`.
+    """
+    task = task_of(name, kind, settings)
+    if task.model.runs:
+        raise InputError(
+            f"robot: a {type(task.model).__name__} moves in space, and this environment is of planar robots; walk in "
+            "mjbiped/Compass3D-v0 or mjbiped/Kneed3D-v0"
+        )
+    return task
+
+
 @lru_cache(maxsize=16)
 def _gait(robot: Robot) -> Gait:
     return usual_gait(robot, math.radians(IMITATED_DEG))

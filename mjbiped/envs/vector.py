@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjbiped.envs.single import TERMS, action_space, observation_space
-from mjbiped.envs.tasks import task_of
+from mjbiped.envs.tasks import planar_task
 from mjbiped.envs.walkers import Walkers
 from mjbiped.errors import InputError, shown
 from mjbiped.records.record import Walk
@@ -67,7 +67,7 @@ class WalkVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[
                 f"render_mode = {shown(render_mode)}: robots of one vector are not drawn; gymnasium.make_vec(..., "
                 'vectorization_mode="sync") draws each'
             )
-        chosen = task_of(task, kind, settings)
+        chosen = planar_task(task, kind, settings)
         if max_episode_steps is not None:
             longest = STEPS.check("max_episode_steps", max_episode_steps)
             chosen = replace(chosen, time_limit=longest * chosen.control_period)

@@ -147,7 +147,7 @@ def _draw_postures(axes: Axes, course: _Course, count: int) -> None:
     axes.set_aspect("equal")
     axes.set(xlim=x.tolist(), ylim=(low, 1.28 * leg))
     axes.set(xlabel="along (m), postures set apart", ylabel="height (m)")
-    signals = (signals_of(type(robot))[f"q_{part}"] for part in robot.angles)
+    signals = (signals_of(type(robot))[f"q_{part}"] for part in robot.angles if part != "roll")
     handles = [Line2D([], [], color=each.colour, linewidth=2.2, label=each.name) for each in signals]
     titled(axes, "a", "One step")
     legend_above(axes, handles=handles)

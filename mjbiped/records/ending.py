@@ -16,6 +16,7 @@ _LOST = [outcome.words for outcome in (Outcome.FELL, Outcome.STALLED, Outcome.SL
 _FAILURES = [*_LOST, Outcome.DIVERGED.words]
 _AT_ONCE = 2  # steps
 _ESTIMATE = "initial_slope_estimate"  # setting of the controllers that estimate the slope
+_ROLLED = 15.0  # degrees; walks roll by 8
 _DEEP = 0.01  # leg lengths; no contact lets a foot come deeper
 _FAR_OFF = math.radians(1.0)  # from the slope at the start
 
@@ -53,6 +54,14 @@ def _placed(walk: Walk) -> Iterator[str]:
         if depth > _DEEP * walk.robot.leg_length and not walk.robot.collides_from_lift_off:
             placed += f" and {depth:.2f} m under the ground, through which the scuffing rule lets it swing"
     yield placed
+    roll = (
+        math.degrees(float(walk.samples["q"][-1, -1]))
+        if "roll" in walk.robot.angles and len(walk.samples["time"])
+        else 0.0
+    )
+    if abs(roll) > _ROLLED:
+        side = "right" if (roll > 0.0) == (walk.samples["stance"][-1] == 1) else "left"
+        yield f"it had rolled by {abs(roll):.0f}° to the {side}"
 
 
 def _apart(distance: float) -> str:
@@ -64,7 +73,7 @@ def _without_torques(walk: Walk) -> Iterator[str]:
     """Say whether the ground under the last stance foot has a passive gait, and a stable one, if no motor acted."""
     from mjbiped.gaits.described import passive_gait_of  # what searches for gaits loads slowly
 
-    if walk.peak_torque.any():
+    if walk.peak_torque.any() or any(walk.terrain.lateral) or walk.terrain.surface is not None:
         return
     slope = walk.terrain.slope_at(float(walk.touchdowns["x"][-1]) if walk.steps else walk.start["x"])
     place = f"a slope of {math.degrees(slope):.3g}°"

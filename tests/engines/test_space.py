@@ -11,6 +11,7 @@ import pytest
 
 import mjbiped
 from mjbiped.control.registry import make_controller
+from mjbiped.records.ending import why_it_failed
 from mjbiped.robots.three_d import InSpace
 
 SOLE: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
@@ -134,3 +135,10 @@ def test_what_is_not_for_a_robot_is_refused() -> None:
             mjbiped.walk(make_controller("adaptive", robot, {}), LEVEL, steps=1, disturbances=disturbances)
     with pytest.raises(mjbiped.InputError, match="gait in space"):
         make_controller("adaptive", space, {}, gait=mjbiped.find_passive_gait(plane, 0.03))
+
+
+def test_a_fall_to_the_side_is_told() -> None:
+    robot, push = mjbiped.Compass3D(**SOLE), mjbiped.Disturbances(pushes=[(0.3, 8.0)], push_direction=SIDE)
+    walk = walked(robot, LEVEL, "hybrid", "bounded-ankle", disturbances=push, sample_period=0.02)
+    assert walk.outcome == "fell"
+    assert "to the left" in why_it_failed(walk)

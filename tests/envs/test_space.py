@@ -66,3 +66,12 @@ def test_refused() -> None:
             SpaceEnv(**given)
     with pytest.raises(MjbipedError, match="reset"):
         SpaceEnv().step(np.zeros(3, dtype=np.float32))
+
+
+def test_what_does_not_fit_is_refused_in_words() -> None:
+    with pytest.raises(mjbiped.InputError, match="mjbiped/Compass3D-v0"):
+        gymnasium.make("mjbiped/CompassWalk-v0", robot="compass3d")
+    env = gymnasium.make("mjbiped/Compass3D-v0", disable_env_checker=True).unwrapped
+    env.reset(seed=0)
+    with pytest.raises(mjbiped.InputError, match=r"expected shape \(3,\): ankle, hip, ankle_roll"):
+        env.step(np.zeros(2))

@@ -28,7 +28,7 @@ def test_walks_are_possible(engine: str, seeds: range) -> None:
         if walk is not None:
             assert not list(faults(walk)), (engine, seed, walk)
             outcomes.add(walk.outcome)
-    assert outcomes >= ({"finished", "fell", "diverged", "stalled"} if seeds == FAST else {"finished", "fell"})
+    assert outcomes >= ({"finished", "fell", "stalled"} if seeds == FAST else {"finished", "fell"})
 
 
 @pytest.mark.slow

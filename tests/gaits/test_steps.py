@@ -203,3 +203,10 @@ def test_it_ends_before_the_stance_leg_has_fallen() -> None:
 def test_pieces_scale_with_the_leg_and_gravity() -> None:
     for period, length, pieces in ((0.8, 1.0, 16), (1.6, 4.0, 16), (0.801, 1.0, 17)):
         assert reference.count_of_pieces(period, length, 9.81) == pieces
+
+
+def test_a_table_rests_beyond_its_horizon() -> None:
+    table = reference.table_of(2.0, np.random.default_rng(0).normal(0.0, 1.0, (3, 10, 2)))
+    last, late = reference.motion_at(table, 1.5), reference.motion_at(table, 1.6)
+    assert late == (*last[:2], 0.0, 0.0, 0.0, 0.0)
+    assert last[4:] != (0.0, 0.0)
