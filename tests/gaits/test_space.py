@@ -55,6 +55,6 @@ def test_the_roll_beside_a_planar_reference_needs_no_torque_and_repeats_itself()
 def test_the_figure_shows_a_straight_knee_after_its_strike() -> None:
     figure = mjbiped.plot_gait(mjbiped.find_gait_in_space(mjbiped.Kneed3D(), math.radians(3.0)))
     (panel,) = (axes for axes in figure.axes if axes.get_ylabel().startswith("flexion"))
-    flexion = panel.lines[0].get_ydata()
+    flexion = np.asarray(panel.lines[0].get_ydata())
     assert np.max(flexion) == pytest.approx(29.05, abs=0.01)
     assert flexion[-1] == pytest.approx(0.0, abs=1e-6)
