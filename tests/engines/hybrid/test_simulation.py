@@ -13,7 +13,7 @@ from simulations import hybrid_run
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
 from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
-from mjbiped.engines.hybrid.accounting import _greatest_torque
+from mjbiped.engines.hybrid.accounting import _greatest_torque, parabola_top
 from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
 
@@ -145,3 +145,12 @@ def test_the_peak_of_a_torque_between_stages_is_that_of_the_parabola_about_it(to
     w: Any = SimpleNamespace(given=given, peak_torque=[0.0] * 4)
     c: Any = SimpleNamespace(given=1)
     assert _greatest_torque(c, w, 0) == pytest.approx((3.0, top), abs=1e-12)
+
+
+@pytest.mark.parametrize(("least", "bend"), [(0.3, 2.0), (-0.8, -1.5), (0.0, 0.7)])
+def test_the_least_normal_force_between_samples_is_that_of_the_parabola_through_three(
+    least: float, bend: float
+) -> None:
+    left, middle, right = (5.0 + bend * (place - least) ** 2 for place in (-1.0, 0.0, 1.0))
+    assert parabola_top(left, middle, right) == pytest.approx(5.0, abs=1e-12)
+    assert parabola_top(middle, right, 2.0 * right - middle) == 0.0  # a straight line has none
