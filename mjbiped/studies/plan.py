@@ -23,7 +23,7 @@ from mjbiped.control.loading import is_reference, located
 from mjbiped.control.registry import DEFAULT_CONTROLLER
 from mjbiped.disturbances.disturbances import SETTINGS
 from mjbiped.engines.base import DEFAULT_ENGINE
-from mjbiped.engines.checks import check_controller
+from mjbiped.engines.checks import check_controller, check_ground
 from mjbiped.engines.plan import INITIAL_STATES, Terms, make_plan
 from mjbiped.errors import GaitError, InputError, prefixed, shortened, shown
 from mjbiped.gaits.described import usual_gait
@@ -233,12 +233,12 @@ def check_cells(cells: Sequence[Cell], varied: Sequence[str]) -> None:
     checks: tuple[tuple[Callable[[Cell], object], set[str]], ...] = (
         (_check_walk, {"engine", LIMIT, *OPTIONS, "initial", "robot", "disturbances", "scuffing"}),
         (_check_controller, {"robot", "model", "controller"}),
-        (Cell.terrain, {"terrain"}),
+        (_check_ground, {"terrain", "robot.kind"}),
     )
     seen: set[tuple[object, ...]] = set()
     for cell in cells:
         for check, sections in checks:
-            mine = {name: value for name, value in cell.values.items() if name.split(".")[0] in sections}
+            mine = {name: value for name, value in cell.values.items() if {name, name.split(".")[0]} & sections}
             # any seed is as good as another: thousands of terrains are not made for a check
             key = tuple((name, type(value), value) for name, value in mine.items() if not _is_fine_seed(name, value))
             if key in seen:
@@ -273,6 +273,11 @@ def _check_controller(cell: Cell) -> None:
         q, dq = np.split(np.zeros(2 * len(cell.kind.angles)) if gait is None else gait.start, 2)
         check_controller(controller)
         try_out(controller, tuple(q.tolist()), tuple(dq.tolist()))
+
+
+def _check_ground(cell: Cell) -> None:
+    """Refuse a terrain that there is not, or on which the robot cannot walk."""
+    check_ground(cell.robot(), cell.terrain())
 
 
 def _check_walk(cell: Cell) -> None:

@@ -148,6 +148,7 @@ COUNT = "{ from = 1, to = 2, count = 1001 }"
         ('engine = "hybrid"\nrobot = { kind = ["compass", "kneed"] }\n'
          "initial = { q1 = 0, q2 = 0, dq1 = 0, dq2 = 0 }", "robot.kind = 'kneed'.*initial needs q3, dq3 as well"),
         ('engine = "hybrid"\nrobot = { kind = "kneed" }\nscuffing = { reach = 0.3 }', "its swing foot's contact is on"),
+        ('terrain = { name = "incline", lateral_deg = [0, 2] }', r"cell 1 \(terrain.lateral_deg = 2\): .*Compass3D"),
     ],
 )  # fmt: skip
 def test_refused_in_words(text: str, words: str) -> None:
