@@ -26,9 +26,9 @@ from mjbiped.controllers.replanning import transition, transition_at
 from mjbiped.errors import InputError
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import motion_at, reference_discontinuity
+from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array
-from mjbiped.robots.three_d import InSpace, pull_of
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 

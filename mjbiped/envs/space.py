@@ -17,7 +17,8 @@ from mjbiped.envs.tasks import Episode, task_of
 from mjbiped.envs.walkers import AFFORDED
 from mjbiped.errors import InputError, MjbipedError, shown
 from mjbiped.records.record import Walk
-from mjbiped.robots.three_d import Compass3D, InSpace
+from mjbiped.robots.in_space import InSpace
+from mjbiped.robots.three_d import Compass3D
 from mjbiped.rules.termination import Outcome
 from mjbiped.utils.domains import PIXELS, SEED
 

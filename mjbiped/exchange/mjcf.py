@@ -27,8 +27,8 @@ from mjbiped.errors import GaitError, InputError
 from mjbiped.exchange.ros import joined
 from mjbiped.gaits.described import passive_gait_of, usual_gait
 from mjbiped.gaits.gait import Gait
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.three_d import InSpace
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.files import saved

@@ -12,9 +12,9 @@ from mjbiped.gaits.optimised import find_reference, optimised_from
 from mjbiped.gaits.passive import PassiveGait, find_passive_gait, find_rolling
 from mjbiped.gaits.space import find_gait_in_space
 from mjbiped.gaits.with_roll import with_roll
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.kinds import robot_from
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.three_d import InSpace
 
 
 def passive_gait_of(robot: Robot, slope: float) -> PassiveGait:

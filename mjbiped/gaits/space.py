@@ -21,8 +21,8 @@ from mjbiped.gaits.cycle import FINEST, differences, eigenvalues, glide, no_gait
 from mjbiped.gaits.kneed import EARLY, ON, KneedGait, find_kneed_gait
 from mjbiped.gaits.passive import PassiveGait, checked_slope, find_passive_gait
 from mjbiped.gaits.reference import closing_on, count_of_pieces, hold, in_pieces, table_of
+from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, SpatialLinkage, joined
-from mjbiped.robots.three_d import InSpace, pull_of
 from mjbiped.utils import domains
 
 _LONGEST = 3.0  # s: steps take one

@@ -19,8 +19,8 @@ from mjbiped.gaits.cycle import glide
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import EARLY, ON
 from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces
+from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, joined
-from mjbiped.robots.three_d import InSpace, pull_of
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -19,7 +19,7 @@ from mjbiped.plotting import width
 from mjbiped.plotting.style import BLUE, C_MT, GUIDE, ORANGE, SHADE, look, told_apart, widen, zero_line
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import Lines, Signal, Values, signals_of
-from mjbiped.robots.three_d import InSpace
+from mjbiped.robots.in_space import InSpace
 
 _MARGIN = 0.62  # inches beside a panel, for the labels of its vertical axis
 _MARGIN_OF_ONE_SCALE = 1.1  # beside a panel with one scale for both axes, which is narrower than its place

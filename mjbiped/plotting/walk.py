@@ -33,7 +33,7 @@ from mjbiped.plotting.panels import (
 from mjbiped.plotting.style import C_MT, GUIDE, SHADE, VERMILLION, drawn, note_at
 from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, Values, check_panels, lines_of, without_zeros
-from mjbiped.robots.three_d import InSpace
+from mjbiped.robots.in_space import InSpace
 from mjbiped.terrain.terrain import Terrain
 
 _LINES = 3  # greatest number of title lines for the terrain and controller, whose names may have any length

@@ -20,8 +20,8 @@ from mjbiped.errors import MjbipedError
 from mjbiped.records.loads import is_sound
 from mjbiped.records.record import Walk
 from mjbiped.robots.footing import Footing
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.three_d import InSpace
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.mujoco import mujoco
 

@@ -19,8 +19,8 @@ from mjbiped.rendering.overlay import Overlay, Pixels, View
 from mjbiped.rendering.scene import Moment, Moments, Points, PosedScene
 from mjbiped.rendering.stage import HORIZON, ZENITH, Film, Stage, caption
 from mjbiped.robots.footing import Footing
+from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.three_d import InSpace, pull_of
 from mjbiped.utils import palette
 from mjbiped.utils.mujoco import mujoco
 

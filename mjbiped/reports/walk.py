@@ -20,8 +20,8 @@ from mjbiped.records.record import Walk
 from mjbiped.records.signals import PANELS, SIGNALS, lines_of, signals_of, values_of, without_zeros
 from mjbiped.reports import page
 from mjbiped.reports.page import Panel, Shown, curve, include, line, plotted, small
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.robot import Array, Robot
-from mjbiped.robots.three_d import InSpace
 
 MOST_SAMPLES = 6000
 """Greatest number of drawn samples; of a longer walk every second, third ... sample and the ends of steps are drawn."""

@@ -11,7 +11,7 @@ import numpy as np
 from mjbiped.robots.space import Array
 
 if TYPE_CHECKING:
-    from mjbiped.robots.three_d import InSpace
+    from mjbiped.robots.in_space import InSpace
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -12,7 +12,7 @@ import pytest
 import mjbiped
 from mjbiped.control.registry import make_controller
 from mjbiped.records.ending import why_it_failed
-from mjbiped.robots.three_d import InSpace
+from mjbiped.robots.in_space import InSpace
 
 SOLE: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
 LEVEL, SIDE = mjbiped.Terrain.level(), math.pi / 2

@@ -12,7 +12,7 @@ from command_line import ran
 import mjbiped
 from mjbiped.gaits.described import gait_from, reference_of
 from mjbiped.gaits.space import step
-from mjbiped.robots.three_d import InSpace, pull_of
+from mjbiped.robots.in_space import InSpace, pull_of
 
 
 @pytest.mark.parametrize(("kind", "moduli"), [("compass3d", [17.678, 1.322]), ("kneed3d", [8.168, 0.6444])])

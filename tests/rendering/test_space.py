@@ -13,7 +13,7 @@ from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.marks import FORCE_COLOUR, MOST_GEOMS, Scales
 from mjbiped.rendering.space import draw_marks, moments_of, scene_of
 from mjbiped.rendering.video import render_frame
-from mjbiped.robots.three_d import InSpace
+from mjbiped.robots.in_space import InSpace
 from mjbiped.utils.palette import rgb
 
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")

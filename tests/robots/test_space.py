@@ -12,8 +12,9 @@ import sympy
 import mjbiped
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
+from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, exchanged, joined
-from mjbiped.robots.three_d import Compass3D, InSpace, Kneed3D, pull_of
+from mjbiped.robots.three_d import Compass3D, Kneed3D
 
 ROBOTS = (Compass3D(hip_mass=1.5, hip_width=0.17), Kneed3D(hip_width=0.12))
 each_robot = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.kind)

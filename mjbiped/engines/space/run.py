@@ -15,8 +15,8 @@ from mjbiped.engines.plan import Plan
 from mjbiped.records.columns import Cancellation, Columns, never_cancelled, tables_of, width
 from mjbiped.records.loads import BINS, note_pressure
 from mjbiped.robots.footing import Footing, first_footing
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.space import Array
-from mjbiped.robots.three_d import InSpace
 from mjbiped.rules.sole import bounded
 from mjbiped.rules.termination import FALLEN_HIP, LIGHT_CONTACT, STALL_TIME, Outcome
 
