@@ -29,8 +29,8 @@ def walked(robot: InSpace, terrain: mjbiped.Terrain, engine: str, law: str = "ad
     ("robot", "terrain", "cost"),
     [  # design figures of plain MuJoCo, without the roll's cost
         (mjbiped.Compass3D(), LEVEL, 0.0349),
-        (mjbiped.Compass3D(), mjbiped.Terrain.incline(3.0), 0.0176),
-        (mjbiped.Compass3D(), mjbiped.Terrain.incline(-3.0), 0.0874),
+        pytest.param(mjbiped.Compass3D(), mjbiped.Terrain.incline(3.0), 0.0176, marks=pytest.mark.slow),
+        pytest.param(mjbiped.Compass3D(), mjbiped.Terrain.incline(-3.0), 0.0874, marks=pytest.mark.slow),
         pytest.param(mjbiped.Compass3D(), mjbiped.Terrain.incline(0.0, lateral_deg=3.0), 0.0349, id="lateral"),
     ],
 )

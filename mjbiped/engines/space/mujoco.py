@@ -34,7 +34,7 @@ TICK = 1e-3
 TORSION = 0.05
 """Torsional friction of a foot: its greatest torque about the ground's normal over the normal force, m."""
 HELD = 1e6
-"""Torque that holds the yaw in the step of an impact, N m: the force that would bound it is not known before the step."""
+"""Torque that holds the yaw in the step of an impact, N m: the force that bounds it is not known before the step."""
 LIFTED = 1e-3
 """Height over the ground from which on the foot of a leg with a knee can touch the ground again, leg lengths."""
 
