@@ -16,7 +16,7 @@ from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering import marks
 from mjbiped.rendering.marks import Pen, Scales
 from mjbiped.rendering.overlay import Overlay, Pixels, View
-from mjbiped.rendering.scene import Moment, Moments, Points, PosedScene
+from mjbiped.rendering.scene import Moment, Moments, Points, PosedScene, latest_sample
 from mjbiped.rendering.stage import HORIZON, ZENITH, Film, Stage, caption
 from mjbiped.robots.footing import Footing
 from mjbiped.robots.in_space import InSpace, pull_of
@@ -32,7 +32,6 @@ _LIFT = 0.006  # height of the estimate's lines over the plane, in leg lengths: 
 _GHOST = 0.5  # width of the reference, which stands in the robot, over that of a planar one
 _SOLE = 0.006  # half thickness of a sole, in leg lengths
 _SOLE_WIDTH = 0.06  # of a sole that is told none, in leg lengths
-_STEP = 1e-6  # s: postures change by their rates in this time
 
 
 def open_stage(walk: Walk, film: Film) -> AbstractContextManager[Stage]:
@@ -66,7 +65,7 @@ class SpaceMoments(Moments):
     def at(self, time: float) -> Moment:
         """Return the instant at a time (s) of the record; see `Moments.at`."""
         seen, samples = super().at(time), self._walk.samples
-        latest = max(0, int(np.searchsorted(samples["time"], time + 1e-9, side="right")) - 1)
+        latest = latest_sample(samples["time"], time)
         return seen._replace(
             footing=self._footing(np.array(seen.qpos), seen.stance),
             lateral_estimate=float(samples["lateral_estimate"][latest]),
@@ -113,10 +112,9 @@ class SpaceScene(PosedScene):
         robot, footing = self._robot, moment.footing
         assert isinstance(robot, InSpace)
         assert footing is not None
-        latest = max(0, int(np.searchsorted(self._samples["time"], moment.time + 1e-9, side="right")) - 1)
-        q = self._samples["q"][latest]
-        moved = [footing.posture(robot, q + sign * _STEP * dq) for sign in (1.0, -1.0)]
-        return ((moved[0] - moved[1]) / (2.0 * _STEP)).tolist()  # type: ignore[no-any-return]
+        q = self._samples["q"][latest_sample(self._samples["time"], moment.time)]
+        rates: list[float] = footing.rates(robot, q, dq).tolist()
+        return rates
 
 
 class SpaceStage(Stage):

@@ -82,6 +82,12 @@ class Footing:
         flexions = bent[::-1] if self.stance else bent
         return np.array([hip[0], hip[2], *legs, *flexions, hip[1], roll, yaw])
 
+    def rates(self, robot: InSpace, q: Array, dq: Array) -> Array:
+        """Rates of the posture `qpos`, for angles and their rates, rad and rad/s."""
+        step = 1e-6  # s: differences are exact to 1e-9
+        ahead, back = (self.posture(robot, q + sign * step * dq) for sign in (1.0, -1.0))
+        return np.asarray((ahead - back) / (2.0 * step))
+
     def next(self, place: Array, normal: Array, axle: Array, upright: Array) -> tuple[Footing, float]:
         """The footing on the swing foot, and the angle by which upright turns forward in the robot, rad.
 

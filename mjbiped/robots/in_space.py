@@ -153,9 +153,8 @@ class InSpace(Robot):
             q: Angles, rad.
             dq: Their rates, rad/s.
         """
-        footing, step = first_footing(place, normal), 1e-6  # s: differences are exact to 1e-9
-        ahead, back = (footing.posture(self, q + sign * step * dq) for sign in (1.0, -1.0))
-        return footing.posture(self, q), (ahead - back) / (2.0 * step)
+        footing = first_footing(place, normal)
+        return footing.posture(self, q), footing.rates(self, q, dq)
 
     def footing(self, qpos: ArrayLike, stance: int, normal: Array) -> Footing:
         """The footing of a stance leg in a posture `qpos` on ground with a normal, shape (3,)."""
@@ -175,13 +174,15 @@ class InSpace(Robot):
             pull: Gravity's components; see `pull_of`.
             locked: Whether the swing knee is locked, if there is one.
         """
-        forces, linkage, lock = self.input_matrix @ torque, self._linkage(q), self.knee_lock
-        if locked:
-            straight = self.straightened(q), self.straightened(dq)
-            ddq = lock @ self.in_space[2].accelerations(lock.T @ forces, *straight, pull)
-        else:
-            ddq = linkage.accelerations(forces, q, dq, pull)
-        return linkage.ground_force(q, dq, ddq, pull)
+        ddq = self.accelerations(self.input_matrix @ torque, q, dq, pull, locked=locked)
+        return self._linkage(q).ground_force(q, dq, ddq, pull)
+
+    def accelerations(self, forces: Array, q: Array, dq: Array, pull: Array, *, locked: bool) -> Array:
+        """Accelerations of all angles under generalised forces, N m; see `force_on_foot`: shape (n,), rad/s^2."""
+        if not locked:
+            return self._linkage(q).accelerations(forces, q, dq, pull)
+        lock, straight = self.knee_lock, (self.straightened(q), self.straightened(dq))
+        return np.asarray(lock @ self.in_space[2].accelerations(lock.T @ forces, *straight, pull))
 
     def points(self, qpos: ArrayLike) -> Array:
         """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""

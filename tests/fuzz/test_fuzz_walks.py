@@ -28,7 +28,9 @@ def test_walks_are_possible(engine: str, seeds: range) -> None:
         if walk is not None:
             assert not list(faults(walk)), (engine, seed, walk)
             outcomes.add(walk.outcome)
-    assert outcomes >= ({"finished", "fell", "stalled"} if seeds == FAST else {"finished", "fell"})
+    wanted = {"finished", "fell"} | ({"stalled"} if seeds == FAST else set())
+    # of MuJoCo's no first seed diverges; tests/engines/mujoco/test_outcomes.py has a walk that does
+    assert outcomes >= wanted | ({"diverged"} if seeds == FAST and engine == "hybrid" else set())
 
 
 @pytest.mark.slow

@@ -78,18 +78,11 @@ class HybridSpaceRun(SpaceRun):
 
     def _moved(self, torque: Array, q: Array, dq: Array) -> tuple[Array, Array]:
         """Accelerations under torques, and the force of the ground in its own frame, N."""
-        robot, lock = self.robot, self.robot.knee_lock
-        forces, pull = robot.input_matrix @ torque, self.footing.pull
-        push = self.footing.turned(self.pushing.force)
+        robot, push = self.robot, self.footing.turned(self.pushing.force)
         whole = robot.in_space[len(q) - 1]
-        if push.any():
-            forces = forces + whole.pushed(q, push)
-        if self.free or len(robot.in_space) == 1:
-            ddq = whole.accelerations(forces, q, dq, pull)
-        else:
-            straight = robot.straightened(q), robot.straightened(dq)
-            ddq = lock @ robot.in_space[2].accelerations(lock.T @ forces, *straight, pull)
-        return ddq, whole.ground_force(q, dq, ddq, pull) - push
+        forces = robot.input_matrix @ torque + whole.pushed(q, push)
+        ddq = robot.accelerations(forces, q, dq, self.footing.pull, locked=not self.free)
+        return ddq, whole.ground_force(q, dq, ddq, self.footing.pull) - push
 
     def _driven(self, asked: Array, q: Array, dq: Array) -> tuple[Array, Array, Array]:
         """Torques that the sole transmits, and what `_moved` tells of them."""

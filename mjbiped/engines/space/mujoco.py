@@ -268,9 +268,7 @@ class MujocoSpaceRun(SpaceRun):
     def _place(self) -> None:
         """Set the robot on its first stance foot, at rest there, in the first state of the plan."""
         model, data, footing, robot = self.model, self.data, self.footing, self.robot
-        step = 1e-6  # s, in which the posture changes by its rates: differences are exact to 1e-9
-        moved = [footing.posture(robot, self.q + sign * step * self.dq) for sign in (1.0, -1.0)]
-        rates = (moved[0] - moved[1]) / (2.0 * step)
+        rates = footing.rates(robot, self.q, self.dq)
         for name, value, rate in zip(robot.places, footing.posture(robot, self.q), rates, strict=True):
             data.joint(name).qpos[:], data.joint(name).qvel[:] = value, rate
         mujoco.mj_kinematics(model, data)

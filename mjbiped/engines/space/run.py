@@ -190,7 +190,7 @@ class SpaceRun(Run):
             "time": self.next_sample, "q": q, "dq": dq, "torque": torque, "ankle_asked": asked[0],
             "slope": footing.slope, "slope_estimate": self.law.slope_estimate(self.memory), "stance": footing.stance,
             "qpos": self.posture(q), "lateral_slope": footing.lateral,
-            "lateral_estimate": footing.to_left * lateral_estimate(self.law, self.memory),
+            "lateral_estimate": footing.to_left * self.law.lateral_estimate(self.memory),
             "locked": float(not self.free),
         }  # fmt: skip
         states = self.memory[: len(self.law.states)]
@@ -200,7 +200,7 @@ class SpaceRun(Run):
 
     def touchdown(self, new: Footing, before: tuple[Array, Array], after: tuple[Array, Array]) -> Outcome:
         """Exchange the legs: tell the controller, record the row, and tell how the walk goes on."""
-        estimates = self.law.slope_estimate(self.memory), self.footing.to_left * lateral_estimate(self.law, self.memory)
+        estimates = self.law.slope_estimate(self.memory), self.footing.to_left * self.law.lateral_estimate(self.memory)
         self.footing, (self.q, self.dq) = new, after
         self.count += 1
         self.law.on_touchdown(self.memory, tuple(before[0]), tuple(self.q), tuple(self.dq))
@@ -211,7 +211,7 @@ class SpaceRun(Run):
             "work_net": self.work[1], "work_positive": self.work[2], "roll_work": self.work[3], "slip": self.slip,
             "penetration": self.depth, "friction": self.friction, "strikes": 0.0, "slope_estimate_before": estimates[0],
             "slope_estimate": self.law.slope_estimate(self.memory), "lateral_estimate_before": estimates[1],
-            "lateral_estimate": new.to_left * lateral_estimate(self.law, self.memory), "normal_force": self.least_force,
+            "lateral_estimate": new.to_left * self.law.lateral_estimate(self.memory), "normal_force": self.least_force,
             "pressure_ahead": self.pressure[0], "pressure_behind": self.pressure[1], "sole_bound_time": self.bound_time,
             **self.of_knee,
         }  # fmt: skip
@@ -219,11 +219,6 @@ class SpaceRun(Run):
         self.recorder.add(row(columns, values)[None])
         self._begin_step()
         return self.finished()
-
-
-def lateral_estimate(law: Any, memory: list[float]) -> float:
-    """The law's estimate of the slope towards the swing side, rad; NaN where it makes none."""
-    return float(law.lateral_estimate(memory)) if hasattr(law, "lateral_estimate") else math.nan
 
 
 def row(columns: Columns, values: dict[str, ArrayLike]) -> Array:
