@@ -28,7 +28,7 @@ from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import motion_at, reference_discontinuity
 from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.space import Array
+from mjbiped.robots.space import Array, SpatialLinkage
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
@@ -72,7 +72,7 @@ class SpatialController(Tracking):
             InputError: A number is outside its domain, or the gait is of another kind of robot.
         """
         domains.check_fields(self)
-        domains.check_kind("robot", self.robot, InSpace)  # type: ignore[type-abstract]
+        domains.check_kind("robot", self.robot, InSpace)  # type: ignore[type-abstract]  # asked for alone
         if self.gait.robot.angles != self.robot.angles:
             raise InputError(
                 f"gait: a {type(self.robot).__name__} needs a gait in space of its own (mjbiped.find_gait_in_space), "
@@ -85,12 +85,12 @@ class SpatialController(Tracking):
         return isinstance(robot, InSpace)
 
     @property
-    def joints(self) -> tuple[str, ...]:  # type: ignore[override]
+    def joints(self) -> tuple[str, ...]:  # type: ignore[override]  # a class attribute elsewhere
         """The robot's."""
         return self.robot.joints
 
     @property
-    def memory_size(self) -> int:  # type: ignore[override]
+    def memory_size(self) -> int:  # type: ignore[override]  # a class attribute elsewhere
         """Estimates, two switches, and six control points of each angle."""
         return _CURVES + _POINTS * len(self.robot.angles)
 
@@ -120,30 +120,48 @@ class SpatialController(Tracking):
 
     def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, ...]:
         """Torques (14), and rates (17) of the estimates."""
-        robot, straight = self.robot, self._straight(memory)
-        target, speed, acceleration = self.reference(memory, t)
-        angles, rates = np.array(q), np.array(dq)
-        if straight:
+        robot, angles, rates = self.robot, np.array(q), np.array(dq)
+        if self._straight(memory):
             angles, rates = robot.straightened(angles), robot.straightened(rates)
         linkage = robot.in_space[len(angles) - 1]
-        z1, dz1 = target - angles, speed - rates
+        target, speed, acceleration = self.reference(memory, t)
+        z1, dz1, led = target - angles, speed - rates, self._led_roll(memory, t, linkage, angles, rates)
+        if led is not None:
+            z1[-1] = dz1[-1] = 0.0
         k1, k2 = self.position_gain, self.velocity_gain
         M, G = linkage.mass_matrix(angles), linkage.gravity_forces(angles)
+        load = linkage.coriolis_forces(angles, rates) + G @ np.array(memory[_PULL])
         wanted = acceleration + (k1 * k2 + 1.0) * z1 + (k1 + k2) * dz1
-        forces = M @ wanted + linkage.coriolis_forces(angles, rates) + G @ np.array(memory[_PULL])
         adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ (dz1 + k1 * z1)
-        return (*(robot.motors[len(angles)] @ forces).tolist(), *adapted.tolist())
+        if led is not None:
+            wanted[-1], adapted[2] = (led[0] - load[-1] - M[-1, :-1] @ wanted[:-1]) / M[-1, -1], led[1]
+        return (*(robot.motors[len(angles)] @ (M @ wanted + load)).tolist(), *adapted.tolist())
+
+    def _led_roll(
+        self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array
+    ) -> tuple[float, float] | None:
+        """Torque about the heading (N m) and rate of the estimate aside (1/s) where the roll is not tracked; else None.
+
+        Args:
+            memory: Of the controller.
+            t: Time of the step, s.
+            linkage: Of the segments that move.
+            q: Their angles, rad.
+            dq: Their rates, rad/s.
+        """
+        return None
+
+    def imitated(self, memory: Memory, t: float) -> Array:
+        """The gait's angles, rates and accelerations at time t, shape (3, n), of the knee that the robot has now."""
+        struck = self._straight(memory) and self.gait.knee_strike is not None
+        return np.reshape(motion_at(self.gait.tables[1 if struck else 0], t), (3, -1))
 
     def reference(self, memory: Memory, t: float) -> tuple[Array, Array, Array]:
         """Tracked angles, rates and accelerations at time t of the step: of straight legs once the knee has struck."""
-        straight, knees = self._straight(memory), self.gait.knee_strike is not None
-        moving = memory[_REPLANNED] != 0.0 and t < self._transition_time
-        table = self.gait.tables[1 if straight and knees else 0]
-        motion = np.reshape(motion_at(table, t), (3, -1))
-        if moving:
-            curves = [transition_at(memory, first, self._transition_time, t) for first in self._curves]
-            curve = np.array(curves).T
-            if straight:
+        motion = self.imitated(memory, t)
+        if memory[_REPLANNED] != 0.0 and t < self._transition_time:
+            curve = np.array([transition_at(memory, first, self._transition_time, t) for first in self._curves]).T
+            if self._straight(memory):
                 curve = self.robot.straightened(curve.T).T
             motion = motion + curve if self._additive else curve
         return motion[0], motion[1], motion[2]
@@ -202,8 +220,8 @@ class SpatialController(Tracking):
             begins = (q, dq, self.robot.in_space[n - 1].accelerations(np.zeros(n), q, dq, pull))
             ends = np.reshape(motion_at(self.gait.tables[0], duration), (3, n))
         for i, first in enumerate(self._curves):
-            points = transition(duration, tuple(float(part[i]) for part in begins), tuple(ends[:, i].tolist()))  # type: ignore[arg-type]
-            memory[first : first + _POINTS] = list(points)
+            angle, rate, acceleration = (float(part[i]) for part in begins)
+            memory[first : first + _POINTS] = transition(duration, (angle, rate, acceleration), (*ends[:, i].tolist(),))
 
 
 def attitude(pitch: float, roll: float) -> Array:

@@ -10,7 +10,6 @@ of it grows with xi's deviation.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
@@ -19,7 +18,6 @@ import numpy as np
 
 from mjbiped.control.controller import Memory
 from mjbiped.controllers.space import SpatialController
-from mjbiped.gaits.reference import motion_at
 from mjbiped.robots.space import Array, SpatialLinkage
 from mjbiped.utils.domains import Domain
 
@@ -46,31 +44,16 @@ class SidewaysController(SpatialController):
         inertia = upright.mass_matrix(np.zeros(3))[-1, -1]
         return math.sqrt(upright.gravity * upright.moments.sum() / inertia)
 
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> tuple[float, ...]:
-        """Torques, and rates of the estimates."""
-        angles, rates = np.array(q), np.array(dq)
-        if self._straight(memory):
-            angles, rates = self.robot.straightened(angles), self.robot.straightened(rates)
-        linkage, pull = self.robot.in_space[len(angles) - 1], np.array(memory[:3])
-        target, speed, acceleration = self.reference(memory, t)
-        table = self.gait.tables[1 if self._straight(memory) and self.gait.knee_strike is not None else 0]
-        wanted, wanted_rates, _ = np.reshape(motion_at(table, t), (3, -1))
-        away = self._component(linkage, angles, rates, math.atan2(pull[2], pull[1]))
-        away -= self._component(linkage, wanted, wanted_rates, 0.0)
-        weight = linkage.gravity * linkage.masses.sum()
+    def _led_roll(
+        self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array
+    ) -> tuple[float, float] | None:
+        """Lead the divergent component back to the gait's, as far as the sole is wide."""
+        gait_q, gait_dq, _ = self.imitated(memory, t)
+        away = self._component(linkage, q, dq, self.lateral_estimate(memory))
+        away -= self._component(linkage, gait_q, gait_dq, 0.0)
         half = math.inf if self.robot.sole_width is None else 0.5 * self.robot.sole_width
-        roll = weight * min(max((1.0 + self.capture_gain) * away, -half), half)
-        z1, dz1 = target - angles, speed - rates
-        z1[-1] = dz1[-1] = 0.0
-        k1, k2 = self.position_gain, self.velocity_gain
-        M, G = linkage.mass_matrix(angles), linkage.gravity_forces(angles)
-        needed = acceleration + (k1 * k2 + 1.0) * z1 + (k1 + k2) * dz1
-        forces = linkage.coriolis_forces(angles, rates) + G @ pull
-        needed[-1] = (roll - forces[-1] - M[-1, :-1] @ needed[:-1]) / M[-1, -1]
-        forces = M @ needed + forces
-        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ (dz1 + k1 * z1)
-        adapted[2] = self.lateral_gain * away
-        return (*(self.robot.motors[len(angles)] @ forces).tolist(), *adapted.tolist())
+        pressure = min(max((1.0 + self.capture_gain) * away, -half), half)
+        return linkage.gravity * linkage.masses.sum() * pressure, self.lateral_gain * away
 
     def _component(self, linkage: SpatialLinkage, q: Array, dq: Array, fall: float) -> float:
         """Divergent component of the centre of mass across the heading, m towards the swing side from the stance foot.

@@ -228,10 +228,20 @@ def _reward(now: State, felt: Felt) -> None:
     hip_x = now.foot_x + now.reach * math.sin(stance + now.tilt)
     work = now.work_absolute - felt.work
     felt.average += felt.share * (hip_x - felt.x_position - felt.average)
-    felt.reward_progress = PROGRESS_WEIGHT * min(max(felt.average / felt.target, 0.0), 1.0)
-    felt.reward_economy = ECONOMY_WEIGHT / (1.0 + work / felt.afforded)
+    felt.reward_progress = progress_reward(felt.average, felt.target)
+    felt.reward_economy = economy_reward(work, felt.afforded)
     felt.reward = felt.reward_progress + felt.reward_economy
     felt.x_position, felt.work, felt.count = hip_x, now.work_absolute, now.count
+
+
+def progress_reward(speed: float, target: float) -> float:
+    """Part of the reward for walking at a speed, of a target in the same unit."""
+    return PROGRESS_WEIGHT * min(max(speed / target, 0.0), 1.0)
+
+
+def economy_reward(work: float, afforded: float) -> float:
+    """Part of the reward for little work in a control period, J, of a work that halves it."""
+    return ECONOMY_WEIGHT / (1.0 + work / afforded)
 
 
 def _put(seen: Floats, index: int, value: float, bound: float) -> bool:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import GroundWindows
 from mjbiped.engines.space.mujoco import MujocoSpaceRun
-from mjbiped.envs.observation import FIELDS
+from mjbiped.envs.observation import FIELDS, economy_reward, progress_reward
 from mjbiped.envs.single import TERMS, Camera, action_space
 from mjbiped.envs.tasks import Episode, task_of
 from mjbiped.envs.walkers import AFFORDED
@@ -28,7 +28,6 @@ except ModuleNotFoundError as error:
     raise MjbipedError("Gymnasium is not installed: pip install 'mjbiped[gym]'") from error
 
 _FIELDS = [field for field in FIELDS if field.of == "all"]
-_SPEED_SHARE = 0.75  # of the reward, for walking as fast as the gait; the rest is for little work
 
 
 class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
@@ -138,8 +137,7 @@ class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         self._speed += share * ((self._x - x) / task.control_period - self._speed)
         work, self._worked = run.work[0] - self._worked, run.work[0]
         afforded = AFFORDED * run.robot.weight * task.target_speed * task.control_period
-        progress = _SPEED_SHARE * min(max(self._speed / task.target_speed, 0.0), 1.0)
-        economy = (1.0 - _SPEED_SHARE) / (1.0 + work / afforded)
+        progress, economy = progress_reward(self._speed, task.target_speed), economy_reward(work, afforded)
         truncated = outcome is Outcome.WALKING and self._periods >= task.max_steps
         run.outcome = Outcome.TIME_LIMIT if truncated else outcome
         over = outcome is not Outcome.WALKING

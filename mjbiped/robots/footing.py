@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mjbiped.robots.space import Array
 
@@ -75,7 +76,7 @@ class Footing:
         hip = self.place + robot.leg_length * lines[0] + 0.5 * robot.hip_width * axle
         left = self.to_left * axle
         roll, yaw = math.asin(left[2]), math.atan2(-left[0], left[1])
-        ahead, over = robot_axes(yaw, roll)
+        ahead, _, over = robot_axes(yaw, roll)
         pitch = [math.atan2(line @ ahead, line @ over) for line in lines]
         legs = pitch[1::-1] if self.stance else pitch[:2]
         bent = [] if len(pitch) < 3 else [0.0, pitch[2] - pitch[1]]
@@ -111,10 +112,11 @@ class Footing:
         return math.asin(min(1.0, max(-1.0, float(axle @ self.normal))))
 
 
-def robot_axes(yaw: float, roll: float) -> tuple[Array, Array]:
-    """The directions ahead and upright of a robot without pitch, in the world."""
-    cy, sy, cr, sr = math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
-    return np.array([cy, sy, 0.0]), np.array([sy * sr, -cy * sr, cr])
+def robot_axes(yaw: ArrayLike, roll: ArrayLike) -> tuple[Array, Array, Array]:
+    """The directions ahead, to the left and upright in a robot without pitch, in the world, shape (..., 3) each."""
+    cy, sy, cr, sr = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll)
+    ahead, left, over = (cy, sy, 0.0 * cy), (-sy * cr, cy * cr, sr), (sy * sr, -cy * sr, cr)
+    return np.stack(ahead, axis=-1), np.stack(left, axis=-1), np.stack(over, axis=-1)
 
 
 def first_footing(place: Array, normal: Array) -> Footing:

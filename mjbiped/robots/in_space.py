@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mjbiped.numerics.blocks import Numbers
 from mjbiped.robots.bodies import Bodies
-from mjbiped.robots.footing import Footing, first_footing
+from mjbiped.robots.footing import Footing, first_footing, robot_axes
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.space import Array, SpatialLinkage
 
@@ -188,9 +188,7 @@ class InSpace(Robot):
         """Positions of hip joint, knee and foot of each leg in postures `qpos`, shape (..., legs, points, 3), m."""
         places = np.asarray(qpos, dtype=np.float64)
         across, roll, yaw = (places[..., self.places.index(name)] for name in ("hip_y", "roll", "yaw"))
-        cy, sy, cr, sr, none = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll), np.zeros_like(yaw)
-        ahead, left = np.stack([cy, sy, none], axis=-1), np.stack([-sy * cr, cy * cr, sr], axis=-1)
-        over = np.stack([sy * sr, -cy * sr, cr], axis=-1)
+        ahead, left, over = robot_axes(yaw, roll)
         hip = np.stack([places[..., 0], across, places[..., 1]], axis=-1)
         aside = np.array([limb.aside for limb in self.bodies.limbs])
         points, angles = [hip[..., None, :] + aside[:, None] * left[..., None, :]], np.zeros(2)

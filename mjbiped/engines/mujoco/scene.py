@@ -150,6 +150,8 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
         for segment in bodies.leg:
             _set_segment(spec, limb, segment, length)
         if limb.aside:
+            ends = abs(limb.aside) + 0.025 * length
+            spec.geom("hip_visual").fromto = [0.0, -ends, 0.0, 0.0, ends, 0.0]
             spec.body(f"{side}_{bodies.leg[0].name}").pos = [0.0, limb.aside, 0.0]
         for upper, lower in pairwise(bodies.leg):
             spec.body(f"{side}_{lower.name}").pos = _down(limb, upper, upper.length, 0.0)

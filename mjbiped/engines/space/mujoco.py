@@ -228,9 +228,8 @@ class MujocoSpaceRun(SpaceRun):
         mujoco.mj_kinematics(model, data)
         self.time = self.began = self.next_tick = float(data.time)
         angles, place = self.seen()[0], data.geom_xpos[self.feet[1 - old.stance]].copy()
-        ahead, over = robot_axes(*data.qpos[self.turns])
-        axle = old.to_left * np.cross(over, ahead)
-        new, _ = old.next(place, self.plan.terrain.normal_at(place[0], place[1]), axle, over)
+        _, left, over = robot_axes(*data.qpos[self.turns])
+        new, _ = old.next(place, self.plan.terrain.normal_at(place[0], place[1]), old.to_left * left, over)
         self.footing = new
         if self.knees:
             data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
@@ -247,8 +246,7 @@ class MujocoSpaceRun(SpaceRun):
     def seen(self) -> tuple[Array, Array]:
         """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
         qpos, qvel, footing = self.data.qpos, self.data.qvel, self.footing
-        ahead, over = robot_axes(*qpos[self.turns].tolist())
-        left = np.cross(over, ahead)
+        ahead, left, over = robot_axes(*qpos[self.turns])
         yawing, turn = qvel[self.turns].tolist()
         turning = np.array([0.0, 0.0, yawing]) + turn * ahead
         axle = footing.to_left * left
