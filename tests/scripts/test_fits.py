@@ -1,6 +1,5 @@
 """The fits to Table II: the gains that are tried, how one is chosen, and what is stored for the page."""
 
-import dataclasses
 import json
 import math
 from pathlib import Path
@@ -19,11 +18,10 @@ from mjbiped.studies.reproduction.results import Results, read_rows
 from mjbiped.studies.reproduction.section_5 import BLIND, BLIND_SOURCE, FITTED, GROUNDS, gains_told
 from mjbiped.studies.reproduction.tables import FITS, distance, turned
 from scripts.paper import gain_scan, placebo
-from scripts.paper import search_table_3 as search
 from scripts.paper.fits import SMALL_SHARE, sections
 from scripts.paper.gain_scan import Tried, fitted, read_tried, settings, write_tried
 from scripts.paper.gain_search import blind_trials, choose
-from scripts.paper.placebo import COUNT, Placebo, RandomGround, drawn, write_grounds
+from scripts.paper.placebo import Placebo, RandomGround
 
 GAIT = mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2))
 DOCS = Path(__file__).parents[2] / "docs"
@@ -139,33 +137,3 @@ def test_what_the_page_says_of_the_fits(results: Results, tried: list[Tried], gr
     searched = distance(walks_of(results.rows, "found", "hybrid"))
     assert np.mean(others <= searched) > 0.5, "other grounds meet a ground's table nearer than the search the paper's"
     assert searched < of_table.distance, "but the search is nearer than the random grounds"
-
-
-def test_grounds_are_of_the_family_and_the_same_again(grounds: list[RandomGround]) -> None:
-    assert [each.segments for each in grounds] == drawn()
-    assert len(grounds) == COUNT
-    for each in grounds[::50]:
-        flat = [value for k, row in enumerate(each.segments) for value in row[: 3 if k else 2]]
-        assert all(low <= value <= high for value, (low, high) in zip(flat, placebo.bounds(), strict=True))
-    assert write_grounds(grounds) == (DOCS / GROUNDS_TABLE).read_text(encoding="utf-8")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("studies_in_threads")
-def test_committed_grounds_can_be_walked_again(grounds: list[RandomGround], tmp_path: Path) -> None:
-    some = [next(each for each in grounds if each.torques), next(each for each in grounds if not each.torques)]
-    found = placebo.walked([each.segments for each in some], tmp_path)
-    # six digits are kept; the rest is for other processors' arithmetic
-    assert found[0].torques == pytest.approx(some[0].torques, rel=2e-5)
-    assert found[0].costs == pytest.approx(some[0].costs, rel=2e-5)
-    assert found[1] == dataclasses.replace(some[1])
-
-
-@pytest.mark.slow
-def test_a_seed_finds_the_same_ground(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nearer than the first generation's best, and the same again."""
-    monkeypatch.setattr(placebo, "SEGMENTS", 2)
-    first, second = (search.search(seed=3, generations=2, population=1) for _ in range(2))
-    assert first == second
-    assert first.evaluations == 3 * 8  # 5 numbers, rounded up to a power of two, and two generations more
-    assert first.distance == search.distance(search.walked(first.segments))
