@@ -168,9 +168,6 @@ def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:
     read = URDF.from_xml_string((tmp_path / "kneed.urdf").read_bytes())
     assert (read.name, read.get_root()) == ("mjbiped_kneed", "world")
     assert sorted(read.joint_map) == sorted(robot.places)
-    assert read.get_chain("world", "right_shank", links=False) == ["hip_x", "hip_z", "right", "right_knee"]
     shank, knee = read.link_map["left_shank"], read.joint_map["left_knee"]
     assert (shank.inertial.mass, shank.inertial.inertia.iyy) == (1 / 7, robot.shank_inertia)
-    assert shank.inertial.origin.xyz == [0.0, 0.0, -0.09]
     assert (knee.type, knee.origin.xyz, knee.limit.lower) == ("revolute", [0.0, 0.0, -0.5], 0.0)
-    assert [each.geometry.length for each in shank.visuals if hasattr(each.geometry, "length")] == [0.5]

@@ -8,7 +8,6 @@ import io
 import json
 import math
 import random
-import sqlite3
 import tomllib
 import zipfile
 from collections.abc import Callable
@@ -252,23 +251,3 @@ def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
     contents = {case: change_bytes(random.Random(case), table) for case in cases}
     taken = sum(within_limits(case, lambda: is_taken(content, tmp_path)) for case, content in contents.items())  # noqa: B023
     assert 0 < taken < len(cases)
-
-
-CHANGES = {
-    "ALTER TABLE cells DROP COLUMN strikes": "its columns are others",
-    "ALTER TABLE cells ADD COLUMN more": "its columns are others",
-    f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'": "no table of mjbiped's, or damaged",
-    "DELETE FROM identity WHERE kind = 'format'": "format was nothing, is 1",
-}
-
-
-@pytest.mark.parametrize(("change", "message"), CHANGES.items())
-def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
-    (tmp_path / "study.sqlite").write_bytes(table)
-    with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
-        database.execute(change)
-    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
-        store.rows()
-    assert "--fresh" in str(refused.value)
-    with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:
-        assert store.rows() == []
