@@ -48,7 +48,6 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "reference": lambda get: plot_gait(get("reference")),
     "gait with knees": lambda get: plot_gait(get("kneed_gait")),
     "comparison": lambda get: plot_comparison(get("compared")),
-    "comparison of passive walks": lambda get: plot_comparison(get("compared_passive")),
     "comparison of falls": lambda get: plot_comparison(get("compared_falls")),
     "bifurcation": lambda get: plot_bifurcation(get("diagram"), get("cascade")),
     "multipliers": lambda get: plot_multipliers([branch.gaits for branch in get("cascade").branches]),
