@@ -166,7 +166,6 @@ def test_a_narrow_window_scrolls_only_downwards(browser: Opened, page: Path) -> 
     ("name", "content"),
     [
         ("maps", {"controller": {"position_gain": [3, 5, 8]}, "terrain": {"name": "incline", "slope_deg": [1, 2, 3]}}),
-        ("lines", {"controller": {"position_gain": [3, 5, 8], "replanning_delay": [0.8, "none"]}}),
         ("groups", {"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}}),
         ("histograms", {"samples": 20, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}),
     ],

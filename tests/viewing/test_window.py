@@ -118,14 +118,3 @@ def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -
     words = viewed.closed()
     assert "walking" in words  # it was paused before its end
     assert float(words.split()[2]) > walk.touchdowns["time"][1] - 0.02
-
-
-def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
-    viewed = Viewed(screen, "random:seed=3", "--for", "12")
-    before = viewed.shot(tmp_path / "before.png")
-    viewed.press("Return", "space")
-    time.sleep(3.0)  # until it has taken the new model
-    after = viewed.shot(tmp_path / "after.png")
-    assert not np.array_equal(before, after)
-    assert len(near(after, (0, 115, 180))) > 200  # the robot is in the new ground's window
-    assert "on random, seed 4: walking" in viewed.closed()
