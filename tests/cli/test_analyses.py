@@ -66,13 +66,6 @@ def test_reference_is_the_gait(words: tuple[str, ...], robot: mjbiped.Compass, t
     assert plot.read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_table_of_a_reference_has_units() -> None:
-    text = ran("reference", "--clearance", "0", "--speed", "0.4")
-    assert re.search(r"speed +0\.4 +m/s", text)
-    assert re.search(r"peak hip torque +\S+ +N m", text)
-    assert re.search(r"clearance phase +-", text)  # nothing is asked of the foot at any phase
-
-
 def test_stability_tells_theorem_1(record: Path, tmp_path: Path) -> None:
     plot = tmp_path / "stability.png"
     found = printed("stability", record, "--plot", plot)

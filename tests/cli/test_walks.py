@@ -73,13 +73,11 @@ def test_options_reach_controller_robot_and_engine(tmp_path: Path) -> None:
 LAWS: dict[str, dict[str, Any]] = {
     "--controller energy-constraint --gain ratio=-2 --gain gain=9 --slope-source none":
         {"name": "EnergyConstraintController", "ratio": -2.0, "gain": 9.0, "slope_source": "none"},
-    "--controller library --position-gain 6": {"name": "LibraryController", "position_gain": 6.0},
     "--gain position_gain=7 --gain replanning_delay=none --gain estimate_update=false":
         {"position_gain": 7.0, "replanning_delay": None, "estimate_update": False},
     "--controller spread.py:HipSpread --gain stiffness=0.45 --initial rest":
         {"name": "HipSpread", "stiffness": 0.45, "spread": 0.4},
 }  # fmt: skip
-RODS = mjbiped.KneedBiped.halved_rods()
 ROBOTS: dict[str, Robot] = {
     "": mjbiped.Compass(),
     "--sole 0.12": mjbiped.Compass(sole=(0.12, 0.12)),
@@ -132,24 +130,6 @@ def test_a_seed_is_that_of_the_random_ground_and_the_window_counts_on(text: str,
     assert following is not None
     assert [following(), following()] == [mjbiped.Terrain.random(seed=seed, roughness=roughness) for seed in (5, 6)]
     assert next_ground("mixed", None) is None
-
-
-def test_a_reference_is_tracked(tmp_path: Path) -> None:
-    words = ("--reference", "clearance=0.05", "--gain", "replanning=additive", "--engine", "hybrid", "--steps", 3)
-    printed = json.loads(ran("walk", "level", *words, "--out", tmp_path / "walk.npz", "--json"))
-    law = Walk.load(tmp_path / "walk.npz").settings["controller"]
-    assert (law["gait"]["goal"]["clearance"], law["replanning"]) == (0.05, "additive")
-    assert printed["settings"]["controller"] == law
-
-
-@pytest.mark.usefixtures("folder")
-def test_a_class_in_a_file_walks_on_a_csv() -> None:
-    words = ("--controller", "imitating.py:Imitating", "--imitate-slope-deg", 1.5, "--hip-mass", 3, "--steps", 1)
-    assert ran("walk", "trail.csv", *words, "--out", "own.npz", "--quiet") == ""
-    settings = Walk.load(Path("own.npz")).settings
-    assert settings["controller"]["gait"]["slope"] == pytest.approx(0.0261799388)
-    assert settings["controller"]["robot"]["hip_mass"] == 3.0
-    assert settings["controller_source"]["class"] == "imitating.py:Imitating"
 
 
 # ---- what is printed and written -------------------------------------------------------------------------------------

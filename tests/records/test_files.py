@@ -18,11 +18,10 @@ from walk_cases import Rude
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.errors import RecordError
+from mjbiped import RecordError, Walk
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 from mjbiped.records.arrays import LONGEST_HEADER, MOST_MEMBERS, parsed, read_arrays, write_arrays
-from mjbiped.records.record import Walk
 from mjbiped.records.schema import ADDED, FORMAT_VERSION
 
 # ---- archives --------------------------------------------------------------------------------------------------------

@@ -170,23 +170,11 @@ def test_a_fall_is_explained_and_its_last_step_measured(engine: str, slip: float
     assert f"fell in step {step} with the hip {gap:.2f} m ahead of the stance foot;" in told_by(bare)["probable cause"]
 
 
-def test_a_walk_that_did_not_fail_has_nothing_to_explain(walk: mjbiped.Walk) -> None:
-    assert not {"probable cause", "last step, unfinished"} & told_by(walk).keys()
-
-
 def test_where_no_motor_acts_the_lack_of_a_gait_is_told() -> None:
     stuck = mjbiped.walk(PassiveController(), mjbiped.Terrain.level(), engine="hybrid", initial=(-0.3, 0.3, 0.0, 0.0))
     told = told_by(stuck)["probable cause"]
     assert told.startswith(f"{stuck.outcome} in step 1 with the hip")
     assert "no passive gait is found on a slope of 0°" in told
-
-
-def test_a_robot_of_other_numbers_is_told() -> None:
-    ground, law = mjbiped.Terrain.incline(2.0), PassiveController()
-    heavy = mjbiped.walk(law, ground, engine="hybrid", steps=1, robot=mjbiped.Compass(leg_mass=6.0, sole=(0.05, 0.15)))
-    assert told_by(heavy)["robot"].startswith("compass: leg mass 6 kg, hip mass 0 kg, lower length 0.5 m, ")
-    assert "sole 0.05,0.15 m" in told_by(heavy)["robot"]
-    assert "robot" not in told_by(mjbiped.walk(law, ground, engine="hybrid", steps=1))
 
 
 def test_the_cause_of_a_fall_for_a_wrong_slope_estimate_is_told() -> None:

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped import Terrain, Walk
 from mjbiped.control.registry import make_controller
-from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, torques_of
 from mjbiped.rendering.marks import FORCE_COLOUR, GHOST_COLOUR, MOST_GEOMS, Scales, Sign, arc_sweep, draw_marks
 from mjbiped.rendering.overlay import Chart, Overlay, Pixels
 from mjbiped.rendering.scene import Moment, Moments, Pair, beside_posture
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()

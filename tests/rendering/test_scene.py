@@ -8,11 +8,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.records.record import Walk
+from mjbiped import Terrain, Walk
 from mjbiped.rendering.gl import ensure_gl, gl_available
 from mjbiped.rendering.overlay import View
 from mjbiped.rendering.scene import Moments
-from mjbiped.terrain.terrain import Terrain
 
 
 @pytest.fixture(scope="module", params=["hybrid", "mujoco"])

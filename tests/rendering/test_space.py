@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import mjbiped
-from mjbiped.records.record import Walk
+from mjbiped import Walk, render_frame
 from mjbiped.records.signals import SIGNALS
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.marks import FORCE_COLOUR, MOST_GEOMS, Scales
 from mjbiped.rendering.space import draw_marks, moments_of, scene_of
-from mjbiped.rendering.video import render_frame
 from mjbiped.robots.in_space import InSpace
 from mjbiped.utils.palette import rgb
 

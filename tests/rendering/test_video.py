@@ -13,12 +13,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mjbiped.errors import InputError, RenderError
-from mjbiped.records.record import Walk
+from mjbiped import InputError, RenderError, Walk, render_frame, render_video
 from mjbiped.rendering import ELEMENTS, look
 from mjbiped.rendering.gl import gl_available
 from mjbiped.rendering.overlay import Pixels
-from mjbiped.rendering.video import render_frame, render_video
 
 needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 

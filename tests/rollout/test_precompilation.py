@@ -74,7 +74,6 @@ class Table(PassiveController):
 @pytest.mark.parametrize(
     ("controller", "engine", "words"),
     [
-        ("adaptif", "hybrid", "adaptive"),
         ("adaptive", "mj", "hybrid"),
         ("toes.py:Toes", "hybrid", "drives toe: robots have ankle and hip and knee, or ankle and hip"),
         ("table.py:Table", "hybrid", "Table is interpreted alone: .* floats in one flat list"),

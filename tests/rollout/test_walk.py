@@ -2,7 +2,6 @@
 
 import math
 import sys
-import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
-from mjbiped.engines.compiling import VARIABLE
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 
@@ -35,13 +33,10 @@ def test_same_arguments_same_record_until_steps_or_distance_are_made(controller:
     [
         ({"engine": "bullet"}, "mujoco"),
         ({"engine": mjbiped.Hybrid}, r"Hybrid\(\)"),
-        ({"steps": 0}, "steps"),
         ({"initial": "sleeping"}, "gait, rest"),
-        ({"initial": (0.0, 0.0, 1.0)}, "four"),
         ({"controller": PassiveController}, "class"),
-        # ahead: it would have touched down; behind, deeper than straight legs scuff; inside a riser
+        # ahead: it would have touched down; inside a riser
         ({"terrain": Terrain.level(), "initial": (0.3, 0.0, 1.0, 1.0)}, "swing foot would start"),
-        ({"terrain": Terrain.level(), "initial": (-0.3, 0.1, 1.0, 1.0)}, "swing foot would start"),
         ({"terrain": Terrain.stairs(rise=0.1, first=0.2), "initial": (0.15, -0.15, 1.0, 1.0)}, "swing foot would"),
         ({"terrain": Terrain.level(), "initial": (2.0, 0.0, 0.0, 0.0)}, "hip would start"),
         ({"terrain": Terrain.level()}, 'no passive gait .*give initial="rest"'),
@@ -132,8 +127,6 @@ UNTELLABLE: tuple[Any, ...] = (None, {"name": 5}, {"name": "\ud800"}, *({"name":
         ({"describe": lambda self: {"self": self}}, "JSON"),
         *[({"describe": lambda *_, told=told: told}, "what a record can hold") for told in UNTELLABLE],
         ({"describe": lambda *_: 1 / 0}, "does not tell what it is: ZeroDivisionError"),
-        ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
-        ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
         ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),
         ({"start": lambda *_: sys.exit(5)}, r"Made\.start fails: SystemExit: 5"),
     ],
@@ -161,30 +154,6 @@ class ByTable(LawController):
 def test_a_law_may_begin_with_a_table(engine: str) -> None:
     walk = mjbiped.walk(ByTable(), Terrain.incline(2.0), engine=engine, steps=1)
     np.testing.assert_array_equal(walk.samples["torque"][0], [0.0, -0.1 * (walk.samples["q"][0] @ [-1.0, 1.0])])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("compiled", [True, False], ids=["compiled", "python"])
-def test_walks_of_two_threads_do_not_mix(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One walks on while the other one waits in its controller."""
-    monkeypatch.setenv(VARIABLE, "always" if compiled else "never")
-    found: list[mjbiped.Walk] = []
-
-    class Nesting(PassiveController):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            if t > 0.2 and not found:  # on its way, not as it is tried out
-                thread = threading.Thread(target=walk_too)
-                thread.start()
-                thread.join()
-            return 0.0, 0.0
-
-    def walk_too() -> None:
-        found.append(mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=1))
-
-    expected = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=1)
-    walk = mjbiped.walk(Nesting(), Terrain.incline(2.0), steps=1)
-    assert walk.touchdowns["x"] == expected.touchdowns["x"]
-    assert found[0] == expected
 
 
 @each_engine

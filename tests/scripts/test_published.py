@@ -10,9 +10,8 @@ import pytest
 from documentation import table
 
 import mjbiped
-from mjbiped.gaits.passive import find_passive_gait
+from mjbiped import Compass, find_passive_gait
 from mjbiped.limit_cycles.periodic import first_gait
-from mjbiped.robots.compass import Compass
 from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
 from scripts.validation.page import SOURCES, minus
 from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI_ROBOT, HSU_CHEN, HSU_CHEN_ROBOT

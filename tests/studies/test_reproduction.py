@@ -19,7 +19,7 @@ from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import section_5 as paper
 from mjbiped.studies.reproduction.figures import plot_figure_5
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
+from mjbiped.studies.reproduction.results import Results, Row
 
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
@@ -193,35 +193,6 @@ def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
     best = Results(better).best
     assert (best.kind, best.length, best.stairs[0], best.slopes[0], best.distance) == ("net", 45, "up", "up", 0.0)
     assert best.delay is None
-
-
-def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
-    nothing = dict.fromkeys(cells.COSTS, math.nan)
-    lost = [changed(r, **nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
-    found = Results(lost).readings
-    assert (found[0].stairs[0], found[-1].distance) == ("up", math.inf)
-    sides = {side.stairs[0]: side.distance for side in side_distances(lost, paper.STAIRS)}
-    assert sides == pytest.approx({"down": math.inf, "up": math.log(1.3)}, rel=1e-12)
-
-
-def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
-    walks, places = list(rows), Results(rows).best.places
-    for method in ("PBC", "ECC", "KETC"):
-        for source in paper.SLOPE_SOURCES:
-            for place in places:
-                printed = paper.TABLE_2[method][place[0]]
-                fails = math.isnan(printed) and source == "local"
-                value = math.nan if fails else 1.05 * (0.03 if math.isnan(printed) else printed)
-                mine = read(*place, 1.0, delay=None, method=method, slope_source=source)
-                walks.append(changed(mine, **dict.fromkeys(cells.COSTS, value)))
-    results = Results(walks)
-    found = {source: results.agreement("hybrid", source) for source in results.sources}
-    assert next(iter(found)) == "local"
-    assert (found["local"].agreeing, found["local"].asked) == (15, 15)
-    assert {a.agreeing for source, a in found.items() if source != "local"} == {10}  # the paper's five X are walked
-    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found.values())
-    text = write_rows(read_rows(write_rows(walks)))  # of six digits
-    assert write_rows(read_rows(text)) == text
 
 
 # kept walks

@@ -187,18 +187,6 @@ def test_failed_cells_are_rows_and_a_table_is_the_same_as_parquet(file: Path, tm
 
 
 @pytest.mark.slow
-def test_worker_that_dies_is_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Processes here, and one of them is killed from the inside, at its first walk."""
-    monkeypatch.setattr(running, "walk_one", _die)
-    with pytest.raises(MjbipedError, match="the same command goes on"):
-        run(read_study(file), tmp_path / "out", workers=1)
-
-
-def _die(*_: object) -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_killed_twice_it_ends_with_the_same_table(file: Path, tmp_path: Path, engine: str) -> None:
     samples, steps = (150, 40) if engine == "hybrid" else (24, 4)  # more than are walked in 4 s

@@ -22,10 +22,9 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
+from mjbiped import InputError, Terrain
 from mjbiped.engines.mujoco.engine import LEG
-from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
 
