@@ -31,7 +31,7 @@ def test_gait_prints_the_cycle(drawings: Drawings, tmp_path: Path) -> None:
     assert re.search(r"period +0\.76484357 +s\s", text)
     assert re.search(r"stable +yes", text)
     assert text.endswith(f"wrote {plot}\n")
-    assert drawings.calls == [("plot_gait", {"slope": pytest.approx(math.radians(2))})]
+    assert drawings == [("gait", mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2)), {})]
 
 
 def test_gait_as_json_is_the_gait() -> None:

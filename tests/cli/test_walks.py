@@ -148,7 +148,8 @@ def test_a_table_and_the_files(tmp_path: Path, drawings: Drawings, monkeypatch: 
     assert printed.endswith(f"wrote {out}\nwrote {plot}\nwrote {film}\n")
     size = {"width": 320, "height": 200, "fps": 25, "camera": "side", "slow_motion": 2.0, "start": None, "stop": None}
     shows = {"hide": ("shadows,ghost",), "flags": ("no-skin",), "progress": True}
-    assert drawings.calls == [("plot_walk", {"steps": 1}), ("render_video", {"steps": 1, **size, **shows})]
+    walk = Walk.load(out)
+    assert drawings == [("walk", walk, {"panels": None}), ("video", walk, {**size, **shows})]
 
 
 def test_json_is_the_summary_and_repeats_the_walk(tmp_path: Path) -> None:
@@ -194,7 +195,7 @@ def test_compare_tells_of_both(tmp_path: Path, drawings: Drawings, monkeypatch: 
     assert "The engines agree at all 2 touchdowns" in printed
     names = [tmp_path / "both_mujoco.npz", tmp_path / "both_hybrid.npz", plot]
     assert printed.endswith("".join(f"wrote {name}\n" for name in names))
-    assert drawings.calls == [("plot_comparison", {"steps": 2})]
+    assert [module for module, *_ in drawings] == ["comparison"]
 
 
 PLANAR = [name for name in PRESETS if name not in ("bumps", "recorded")]
@@ -210,14 +211,14 @@ def test_compare_walks_every_terrain(terrain: str, folder: Path) -> None:
 def test_render_draws_beside_the_record_or_where_it_is_told(folder: Path, drawings: Drawings) -> None:
     words = "--hide caption --flag contactpoint --start 0.1 --stop 0.3"
     assert ran("render", "walk.npz", *words.split()) == "wrote walk.mp4\n"
-    ((name, settings),) = drawings.calls
+    ((module, _, settings),) = drawings
     size = {"width": 1280, "height": 720, "fps": 30, "slow_motion": 1.0, "start": 0.1, "stop": 0.3}
-    assert (name, {key: settings[key] for key in size}) == ("render_video", size)
+    assert (module, {key: settings[key] for key in size}) == ("video", size)
     assert (settings["hide"], settings["flags"]) == (("caption",), ("contactpoint",))
     assert ran("render", "walk.npz", "other.mp4", "--plot", "other.png", "--quiet") == ""
-    assert [name for name, _ in drawings.calls[1:]] == ["plot_walk", "render_video"]
+    assert [module for module, *_ in drawings[1:]] == ["walk", "video"]
     assert ran("render", "walk.npz", "--no-video", "--plot", "other.png") == "wrote other.png\n"
-    assert len(drawings.calls) == 4
+    assert len(drawings) == 4
 
 
 @pytest.mark.usefixtures("folder")
@@ -254,7 +255,7 @@ def test_an_interrupted_walk_is_kept(
     assert walk.outcome == "interrupted"
     assert len(walk.samples["time"]) > 60  # of some 500 physics steps each time
     assert json.loads(result.stdout)["files"] == {"record": str(out)}
-    assert not drawings.calls
+    assert not drawings
 
 
 PROGRAM = """

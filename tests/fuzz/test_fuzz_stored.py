@@ -112,24 +112,6 @@ def places_of(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [path, *(place for key, part in items for place in places_of(part, (*path, key)))]
 
 
-def change_members(draw: random.Random, content: bytes) -> bytes:
-    members = members_of(content)
-    one, other = draw.sample(list(members), 2)
-    match draw.randrange(5):
-        case 0:
-            del members[one]
-        case 1:
-            members[one] = members[other]
-        case 2:
-            name = draw.choice(("x.npy", "samples/.npy", "samples/a/b.npy", "touchdowns/", "../x.npy"))
-            members[name] = members.pop(one)
-        case 3:
-            members[one] = draw.choice((b"", b"\x93NUMPY", draw.randbytes(50), members[one] + draw.randbytes(8)))
-        case _:  # twice the same name
-            return packed(members).replace(other.encode(), one.encode().ljust(len(other), b"_")[: len(other)])
-    return packed(members)
-
-
 def change_array(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     name = draw.choice([name for name in members if name != "header.npy"])
@@ -172,7 +154,7 @@ def change_header(draw: random.Random, content: bytes) -> bytes:
     return packed(members)
 
 
-DAMAGES = (change_bytes, change_members, change_array, change_array, change_header, change_header)
+DAMAGES = (change_bytes, change_array, change_array, change_header, change_header)
 
 
 def is_loaded(path: Path, *, drawn: bool) -> bool:

@@ -15,7 +15,7 @@ from controllers import AdaptiveController
 from mjbiped import Terrain, Walk
 from mjbiped.control.registry import make_controller
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.marks import FORCE_COLOUR, GHOST_COLOUR, MOST_GEOMS, Scales, Sign, arc_sweep, draw_marks
+from mjbiped.rendering.marks import FORCE_COLOUR, GHOST_COLOUR, MOST_GEOMS, Scales, arc_sweep, draw_marks
 from mjbiped.rendering.overlay import Chart, Overlay, Pixels
 from mjbiped.rendering.scene import Moment, Moments, Pair, beside_posture
 from mjbiped.utils.palette import rgb
@@ -152,19 +152,6 @@ def test_the_ghost_stands_on_the_foot_in_the_reference() -> None:
 
 def blank(width: int = 640, height: int = 360) -> Pixels:
     return np.full((height, width, 3), 200, dtype=np.uint8)
-
-
-@pytest.mark.parametrize("width", [160, 320, 640])
-def test_caption_and_legend_do_not_overlap(width: int) -> None:
-    caption, legend = blank(width), blank(width)
-    over = Overlay(caption, 360)
-    beside = over.caption(["t = 12.34 s   step 16", "slope +3.0°   estimate −2.9°"])
-    over = Overlay(legend, 360)
-    over.legend([Sign("#FF0000", "ankle torque", "arc", "−12.3 N m")], beside)
-    assert not ((caption != 200) & (legend != 200)).any()
-    rows, columns = (np.flatnonzero((caption != 200).any(axis=(axis, 2))) for axis in (1, 0))
-    assert (columns.max() + 1, rows.max() + 1) == beside
-    assert (legend[..., 0].astype(int) > legend[..., 1] + 200).any()  # its red sign
 
 
 @pytest.mark.parametrize("pixels_per_metre", [3.0, 50.0, 317.0, 4000.0])
