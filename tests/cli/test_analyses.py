@@ -44,10 +44,7 @@ def test_gait_as_json_is_the_gait() -> None:
     found = printed("gait", "--robot", "halved-rods", "--slope-deg", 5.5)
     kneed = mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
     assert found["state_after_heel_strike"] == kneed.start.tolist()
-    assert found["state_before_heel_strike"] == kneed.end.tolist()
-    assert found["rates_before_knee_strike"] == kneed.knee_rates.tolist()
     assert (found["knee_strike_s"], found["clearance_m"]) == (kneed.knee_strike, kneed.clearance)
-    assert found["greatest_flexion_deg"] == pytest.approx(math.degrees(kneed.greatest_flexion))
 
 
 KNEED = pytest.param(("--robot", "kneed"), mjbiped.KneedBiped(), marks=pytest.mark.slow)

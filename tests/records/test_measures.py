@@ -157,11 +157,13 @@ def test_a_fall_is_explained_and_its_last_step_measured(engine: str, slip: float
     swing_foot = walk.robot.outline(walk.samples["qpos"][-1:])[0, 1 - walk.samples["stance"][-1], -1]
     behind, depth = walk.samples["qpos"][-1, 0] - swing_foot[0], ground.height_at(swing_foot[0]) - swing_foot[1]
     assert behind > 0.0
-    assert told["probable cause"] == (
-        f"fell in step {step} with the hip {gap:.2f} m ahead of the stance foot, and the swing foot {behind:.2f} m "
-        f"behind the hip and {depth:.2f} m under the ground, through which the scuffing rule lets it swing; the "
-        "passive gait on a slope of 5° is unstable: a small disturbance grows 2.94 times in each step"
-    )
+    for words in (
+        f"fell in step {step} with the hip {gap:.2f} m ahead",
+        f"{behind:.2f} m behind",
+        f"{depth:.2f} m under",
+    ):
+        assert words in told["probable cause"]
+    assert told["probable cause"].endswith("a small disturbance grows 2.94 times in each step")
     felt = walk.settings["unfinished_step"]
     assert 1e3 * felt["slip"] == pytest.approx(slip, abs=0.1)
     assert felt["normal_force"] <= 0.0

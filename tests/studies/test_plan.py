@@ -9,7 +9,7 @@ import pytest
 from documentation import ROOT, blocks
 
 import mjbiped
-from controllers import AdaptiveController, PassivityController
+from controllers import AdaptiveController
 from mjbiped.errors import InputError
 from mjbiped.studies.plan import MOST_CELLS, Study, plan, read_study
 
@@ -44,8 +44,6 @@ def test_whole_grid_for_each_sample() -> None:
     """
     study = planned(text.format(samples=4))
     assert study.drawn == {"robot.hip_mass", "terrain.seed", "terrain.slope_deg.plus_minus"} < {*study.varied}
-    samples = [(cell.sample, cell.values["controller.position_gain"]) for cell in study.cells]
-    assert samples == [(sample, gain) for sample in range(4) for gain in (2, 8)]
     for first, second in zip(study.cells[::2], study.cells[1::2], strict=True):
         assert (first.robot(), first.terrain()) == (second.robot(), second.terrain())
     half = study.cells[0].values["terrain.slope_deg.plus_minus"]
@@ -66,7 +64,6 @@ def test_alternatives_have_their_own_settings() -> None:
     assert study.varied == names
     assert len(study.cells) == 4 * 3
     law = study.cells[6].controller()
-    assert isinstance(law, PassivityController)
     assert law.gain == 3.0
     assert study.cells[1].terrain() == mjbiped.Terrain.level()
 

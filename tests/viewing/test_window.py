@@ -87,9 +87,7 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     start, again = viewed.shot(tmp_path / "start.png"), viewed.shot(tmp_path / "again.png")
     assert np.array_equal(start, again)  # it is paused
     left_half = start[:, : start.shape[1] // 2]
-    legs, hip = near(start, (0, 115, 180)), near(left_half[: start.shape[0] // 2], (38, 38, 45))
-    assert len(legs) > 200
-    assert len(hip) > 100
+    hip = near(left_half[: start.shape[0] // 2], (38, 38, 45))
     x, y = (round(float(each)) for each in np.median(hip, axis=0))
     viewed.tool("xdotool", "mousemove", str(x), str(y), "click", "--repeat", "2", "--delay", "60", "1")
     time.sleep(0.5)
