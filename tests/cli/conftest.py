@@ -14,7 +14,6 @@ FILES = {
     "spread.py": own_controllers.SPREAD,
     "imitating.py": own_controllers.IMITATING,
     "bare.toml": "thigh_mass = 2.5\n",
-    "odd.toml": 'kind = "kneed"\nthigh = 3.5\n',
     "steps.toml": "steps = 2\n",
     "broken.npz": "no record",
 }

@@ -41,7 +41,6 @@ REFUSED = {
     "export bumps scene.xml --robot compass3d": "a surface",
     "walk bumps": "--robot compass3d, kneed3d",
     "walk --robot knee": "unknown robot 'knee'",
-    "walk --robot odd.toml": "--robot 'odd.toml': unknown parameter of the robot kneed 'thigh'",
     "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round, compass3d; kneed has",
     "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
     "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
@@ -96,7 +95,6 @@ def test_refused(line: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     [
         ("pyarrow.parquet", ("walk", "--out", "walk.parquet"), "data"),
         ("plotly", ("report", "walk.npz"), "report"),
-        ("jinja2", ("report", "walk.npz"), "report"),
         ("distributed", ("sweep", "steps.toml", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
     ],
 )

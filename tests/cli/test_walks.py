@@ -24,7 +24,6 @@ from mjbiped.records import measures
 from mjbiped.records.columns import Recorder
 from mjbiped.records.summary import MEASURES
 from mjbiped.robots.robot import Robot
-from mjbiped.terrain.presets import PRESETS
 
 Asked = tuple[Controller, mjbiped.Terrain, dict[str, Any]]
 
@@ -196,16 +195,6 @@ def test_compare_tells_of_both(tmp_path: Path, drawings: Drawings, monkeypatch: 
     names = [tmp_path / "both_mujoco.npz", tmp_path / "both_hybrid.npz", plot]
     assert printed.endswith("".join(f"wrote {name}\n" for name in names))
     assert [module for module, *_ in drawings] == ["comparison"]
-
-
-PLANAR = [name for name in PRESETS if name not in ("bumps", "recorded")]
-
-
-@pytest.mark.parametrize("terrain", [*PLANAR, "recorded:file=hill.csv,seed=2", "hill.csv", "hill.toml"])
-def test_compare_walks_every_terrain(terrain: str, folder: Path) -> None:
-    (folder / "hill.csv").write_text("x,z\n0,0\n0.6,0.01\n5,-0.1\n")
-    (folder / "hill.toml").write_text("segments = [[0.5, 0.0], [2.0, 2.0, -0.01]]\n")
-    assert "The engines agree at all 2 touchdowns" in " ".join(ran("compare", terrain, "--steps", 2).split())
 
 
 def test_render_draws_beside_the_record_or_where_it_is_told(folder: Path, drawings: Drawings) -> None:

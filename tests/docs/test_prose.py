@@ -1,7 +1,5 @@
 """Numbers in the prose of comparison.md, feet.md and stability.md are those of the tables, which studies write."""
 
-import csv
-import io
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -51,14 +49,6 @@ def steps_of(method: str, ground: str, *sources: str) -> list[int]:
 
 
 def comparison() -> Claims:
-    settings = list(csv.DictReader(io.StringIO(text("docs/reproduction_gains.csv"))))
-    through = [row for row in settings if not row["stair 2"].startswith("X")]
-    others = [row for row in through if row["method"] != "ECC"]
-    default = gain_search.METHODS["KETC"].controller
-    assert [(row["method"], row["slope_source"], float(row["gain"]), float(row["hip_weight"])) for row in others] == [
-        ("KETC", default.slope_source, default.gain, default.hip_weight)  # type: ignore[attr-defined]
-    ]
-    yield r"(\d+) of (\d+) settings do: (\d+) of ECC, and KETC's", [len(through), len(settings), len(through) - 1]
     cells = terrain("limit cycle", "local", STAIRS), terrain("adaptive", "its estimate", STAIRS)
     (cost, peak), (other_cost, other_peak) = (map(float, cell.split(",")) for cell in cells)
     sentence = r"c_mt of ([\d.]+) with a peak of (\d+) N m; the adaptive controller at ([\d.]+) with (\d+) N m"
@@ -92,15 +82,6 @@ def soles() -> Claims:
     counts = [first(row[name]) for name in row if "treads" in name]
     assert counts[2] == counts[3]
     yield r"(\d+) of 16 walks succeed on stairs .* and all (\d+) where treads are longer than 1.2 m", counts[:3:2]
-    chosen, lost = [], []
-    for sole in ("±12 cm", "±8 cm"):
-        rows = {row["recovers by"]: row for row in table("feet", "thresholds hybrid") if row["sole"] == sole}
-        chosen.append(max((by for by in rows if by[0] == "0"), key=lambda by: float(rows[by]["training, %"])))
-        lost.append([100.0 - first(rows[by]["treads of 2 cm, %"]) for by in (chosen[-1], "simulation")])
-    yield r"The best thresholds on the training grounds, ([\d.]+) and ([\d.]+), lose", [*map(float, chosen)]
-    by_thresholds, by_simulation = zip(*lost, strict=True)
-    rounded = pytest.approx([*by_thresholds, *by_simulation], abs=0.5)  # halves are rounded either way
-    yield r"lose (\d+) and (\d+) % of the walks on 2 cm treads, the simulation (\d+) and (\d+) %", rounded
     assert [first(cell) for cell in column("wrong model, %", "feet", "wrong hybrid", "supervised")] == [100.0, 97.9]
     yield "With a wrong model one walk in fifty fails on soles of ±8 cm, and none on ±12 cm", []
 
@@ -118,16 +99,6 @@ def feet() -> Claims:
     landed = table("footed", "touchdowns of feet")
     slaps = [row["slap where the slope changes, ms"] for row in landed if row["ground"] in ("3° up", "3° down")]
     yield r"slaps for ([\d.]+) to ([\d.]+) ms on a change of 3°", ends(slaps)
-    mild, others = (
-        [
-            float(row["quantile of 95 %, %"])
-            for row in landed
-            if (row["ground"] in ("level", "3° up", "3° down")) == each
-        ]
-        for each in (True, False)
-    )
-    sentence = r"95 % is ([\d.]+) % or less .*? and ([\d.]+) to ([\d.]+) % on .*? is (\d+) %"
-    yield sentence, [max(mild), min(others), max(others), max(float(row["greatest, %"]) for row in landed)]
 
 
 def stability() -> Claims:

@@ -169,10 +169,6 @@ MODEL = """
 """
 GREAT = {
     "SIGSEGV": ('<asset><model name="m" file="model.xml"/></asset>', '<attach model="m" body="a" prefix="p"/>'),
-    "ends with RuntimeError: ": (
-        '<asset><hfield name="h" nrow="40000" ncol="40000" size="1 1 1 1"/></asset>',
-        '<geom type="hfield" hfield="h"/>',
-    ),
     "has not come to an end": ("", '<replicate count="1000000"><geom size="0.1"/></replicate>'),
 }
 

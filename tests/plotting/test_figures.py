@@ -148,8 +148,6 @@ def test_refusals(walk: mjbiped.Walk, maps: list[Basin], compared: mjbiped.Compa
     empty = dataclasses.replace(walk, samples={name: array[:0] for name, array in walk.samples.items()})
     refused: list[tuple[type[Exception], str, Callable[[], object]]] = [
         (InputError, "one or two basins", lambda: plot_basins([])),
-        (InputError, "one to 4 walks", lambda: plot_stability({})),
-        (InputError, "at least two gaits", lambda: plot_multipliers([])),
         (InputError, "unknown panel 'torqe'.*'torque'", lambda: plot_walk(walk, panels=("torqe",))),
         (RenderError, "no samples", lambda: plot_walk(empty)),
         (RenderError, "no samples", lambda: plot_comparison(dataclasses.replace(compared, hybrid=empty))),

@@ -12,12 +12,10 @@ from reproduction_rows import changed, made_row
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.figures import plot_figure_5
 from mjbiped.studies.reproduction.reproduce import walked
 from mjbiped.studies.reproduction.results import Results, Row
 
@@ -231,18 +229,3 @@ def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.
     assert len(mjbiped.Walk.load(kept[0]).samples["time"]) > 200  # every 5 ms of 1.5 s
     results(tmp_path, [], fresh=True)
     assert not any(path.exists() for path in kept)
-
-
-def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
-    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
-    for second, truths in ((walk, 1), (other, 2)):
-        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
-        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
-        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
-        for axes in figure.axes:
-            lines = [line for line in axes.lines if "from" in str(line.get_label())]
-            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
-            for line in lines:
-                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
-            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths
