@@ -12,7 +12,6 @@ from command_line import Drawings, run
 FILES = {
     "trail.csv": "x,z\n-5,0.17461\n0,0\n40,-1.39685\n",  # 2 degrees downhill
     "spread.py": own_controllers.SPREAD,
-    "imitating.py": own_controllers.IMITATING,
     "bare.toml": "thigh_mass = 2.5\n",
     "steps.toml": "steps = 2\n",
     "broken.npz": "no record",

@@ -123,12 +123,15 @@ def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_basin_and_one_that_fails_are_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    failing = "        if t > 0.1:\n            raise KeyError('gone')\n        wanted"
-    own_controllers.write(folder, "failing.py", own_controllers.IMITATING.replace("        wanted", failing))
+    """Of a class of the user's own, which gets robot and gait."""
+    above = "import mjbiped\nfrom dataclasses import dataclass\n@dataclass(frozen=True)"
+    fields = "robot: mjbiped.Compass\ngait: mjbiped.Gait"
+    body = "if t > 0.1:\n    raise KeyError('gone')\nreturn 0.0, 0.0"
+    own_controllers.write(folder, "failing.py", own_controllers.law(body, above=above, fields=fields))
     words = ("basin", "--out", "basin.npz", "--quiet", "--threads", 1)
-    result = run(*words, "--controller", "failing.py:Imitating", "--grid", 2)
+    result = run(*words, "--controller", "failing.py:Law", "--grid", 2)
     assert (result.exit_code, Path("basin.npz").is_file()) == (1, True)
-    assert "Imitating failed in the walk from the rates" in result.stderr
+    assert "Law failed in the walk from the rates" in result.stderr
 
     def interrupted(futures: list[object]) -> object:
         next(as_completed(futures))  # type: ignore[arg-type,var-annotated,unused-ignore]

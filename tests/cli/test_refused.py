@@ -19,7 +19,6 @@ REFUSED = {
     "walk random --seed -1": "'-1'; expected a whole number from 0",
     "walk --replanning-delay 1.01": "expected a number from 0.001 to 1 gait periods, or 'none'",
     "walk --controller passivity --gain 3": "expected NAME=VALUE",
-    "walk --engine bullet": "'--engine'",
     "walk --video-size 641x480": "even pixels",
     "walk --hide ghost,torques": "valid are torque, force",
     "walk --start 2 --stop 1": "--start 2 comes after --stop 1; swap them",
@@ -28,7 +27,6 @@ REFUSED = {
     # grounds
     "walk marsh": "unknown terrain 'marsh'",
     "walk mixed --seed 1": "--seed is for the terrains random, treads, waves, bumps, recorded",
-    "walk stairs:rise": "expected key=value",
     "walk random:seed=1 --seed 2": "contradicts",
     # controllers and their settings
     "walk level --controller spread.py:HipSpread": 'give initial="rest" (--initial rest)',

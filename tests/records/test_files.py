@@ -105,6 +105,11 @@ def test_archives_of_many_members_are_refused(tmp_path: Path) -> None:
     assert len(read_arrays(archive_of(path, *[one] * MOST_MEMBERS))) == MOST_MEMBERS
     with pytest.raises(RecordError, match="a record has at most 256"):
         read_arrays(archive_of(path, *[one] * (MOST_MEMBERS + 1)))
+    with zipfile.ZipFile(path, "w") as archive:
+        for number in range(300):  # names of 4 kB fill a directory of more than 1 MiB
+            archive.writestr(f"{number:04000}.npy", b"")
+    with pytest.raises(RecordError, match=r"its directory has \d+ bytes; a record has at most 256 arrays"):
+        read_arrays(path)
 
 
 def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:

@@ -149,16 +149,6 @@ def test_a_table_is_sorted_by_a_click(browser: Opened, page: Path, walk: mjbiped
         assert browser.run(first) == expected
 
 
-def test_a_narrow_window_scrolls_only_downwards(browser: Opened, page: Path) -> None:
-    browser.page.set_viewport_size({"width": 420, "height": 900})
-    try:
-        browser.open(page)
-        assert browser.run("document.documentElement.scrollWidth") <= 420
-        browser.shoot("walk_narrow")
-    finally:
-        browser.page.set_viewport_size({"width": 1280, "height": 900})
-
-
 @pytest.mark.usefixtures("studies_in_threads")
 @pytest.mark.parametrize(
     ("name", "content"),

@@ -79,11 +79,9 @@ def test_one_of_a_kind_serves_all(controller: AdaptiveController) -> None:
     ("bad", "names"),
     [
         ({"terrains": [Terrain.level()] * 3}, "2 of controllers, 3 of terrains"),
-        ({"initial": ["rest"] * 3}, "3 of initial"),
         ({"controllers": [PassiveController(), None]}, "walk 1 of 2 .*controllers.Controller"),
         ({"terrains": [Terrain.incline(2.0), Terrain.level()]}, "walk 1 of 2 .*no passive gait"),
         ({"initial": ["rest", "sleeping"]}, "walk 1 of 2 .*sleeping"),
-        ({"engine": "hybrid", "sample_period": 1e-9}, "sample_period"),
     ],
 )
 @pytest.mark.usefixtures("nothing_walks")

@@ -1,7 +1,6 @@
 """The fits to Table II: the gains that are tried, how one is chosen, and what is stored for the page."""
 
 import json
-import math
 from pathlib import Path
 
 import numpy as np
@@ -73,17 +72,6 @@ def test_blind_gains_are_those_of_the_page_and_owe_nothing_to_the_table(results:
     assert found == {method: gains_told(dict(variant.gains)) for method, variant in BLIND.items()}
     assert {variant.slope_source for variant in BLIND.values()} == {BLIND_SOURCE}
     assert results.sources[0] != BLIND_SOURCE
-
-
-def test_a_row_among_its_like_is_met_as_near_as_half_of_them() -> None:
-    """Of rows drawn as the random ones are, the share is uniform: a fit of nothing is no evidence."""
-    generator = np.random.default_rng(5)
-    settings = generator.uniform(size=(50, 3))
-    shares = [
-        placebo.placebo(generator.uniform(size=3), settings, generator.uniform(size=(400, 3))).share for _ in range(200)
-    ]
-    assert np.mean(shares) == pytest.approx(0.5, abs=4.0 / math.sqrt(12 * 200))  # four standard errors
-    assert np.mean(np.array(shares) < SMALL_SHARE) == pytest.approx(SMALL_SHARE, abs=4.0 * math.sqrt(0.05 / 200))
 
 
 def test_what_the_page_says_of_the_fits(results: Results, tried: list[Tried], grounds: list[RandomGround]) -> None:
