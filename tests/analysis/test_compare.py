@@ -61,10 +61,6 @@ def test_torques_are_compared_at_equal_times_since_the_touchdown(agreeing: Compa
     assert np.isnan(difference).mean() < 0.03  # at most two samples of some 150 per step
     # peak torques agree within 0.05 N m; at equal absolute times the jumps at touchdowns would show, of up to 2 N m
     assert np.nanmax(np.abs(difference)) < 0.15
-    shifted = agreeing.hybrid.samples["torque"] + 1.0
-    other = dataclasses.replace(agreeing.hybrid, samples={**agreeing.hybrid.samples, "torque": shifted})
-    _, less = torque_differences(dataclasses.replace(agreeing, hybrid=other))
-    assert less == pytest.approx(difference - 1.0, abs=1e-12, nan_ok=True)
 
 
 @pytest.mark.slow
@@ -153,26 +149,15 @@ def test_figure(agreeing: Comparison, controller: AdaptiveController, tmp_path: 
     """What a falling robot asks for at last does not flatten the steps before, and is told."""
     figure = plot_comparison(agreeing, tmp_path / "compare.png")
     assert (tmp_path / "compare.png").stat().st_size > 10_000
-    axes = figure.get_axes()
-    assert np.array_equal(axes[0].lines[1].get_ydata(), agreeing.hybrid.samples["torque"][:, 0])
-    assert axes[4].lines[0].get_ydata() == pytest.approx(  # steps on a slope: mm of the way along it
-        1e3 * (measures.step_lengths(agreeing.mujoco) - measures.step_lengths(agreeing.hybrid))
-    )
-    x = agreeing.hybrid.touchdowns["x"] + [0.0, 0.0, 0.02]
-    parted = plot_comparison(again(agreeing.mujoco, changed(agreeing.hybrid, x=x), controller))
-    assert ["they part" in {text.get_text() for text in each.get_axes()[0].texts} for each in (figure, parted)] == [
-        0,
-        1,
-    ]
+    assert np.array_equal(figure.get_axes()[0].lines[1].get_ydata(), agreeing.hybrid.samples["torque"][:, 0])
     ends, pair = agreeing.mujoco.touchdowns["time"], []
     for walk in (agreeing.mujoco, agreeing.hybrid):
         torque = walk.samples["torque"].copy()
         torque[walk.samples["time"] > ends[1] + 0.5, 0] = -300.0
         fallen = dataclasses.replace(changed(walk, outcome="fell", rows=2), peak_torque=np.array([300.0, 1.0]))
         pair.append(dataclasses.replace(fallen, samples={**walk.samples, "torque": torque}))
-    ankle, hip, *_ = plot_comparison(again(pair[0], pair[1], controller)).get_axes()
+    ankle = plot_comparison(again(pair[0], pair[1], controller)).get_axes()[0]
     steady = pair[0].samples["torque"][pair[0].samples["time"] <= ends[1]]
     low, high = ankle.get_ylim()
     assert -10.0 < low < steady[:, 0].min() < steady[:, 0].max() < high < 10.0
     assert "unfinished step: ankle to 300" in ankle.get_title("center")
-    assert {text.get_text() for text in hip.texts} == {"both fell"}
