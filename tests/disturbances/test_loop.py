@@ -20,6 +20,7 @@ ROBOT = KneedBiped()
 GROUND = Terrain.slopes(change_deg=-0.5)
 SENSORS: Any = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.003, "rate_bias": -0.01, "seed": 5}
 NOISY = Disturbances(**SENSORS, angle_resolution=0.001, delay=0.004, torque_limit=20.0, motor_bandwidth=30.0)
+SLOW: Any = {"motor_bandwidth": 50.0}
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 CASES = [("mujoco", False), ("hybrid", False), ("hybrid", True)]
 each_case = pytest.mark.parametrize(("engine", "knees"), CASES)
@@ -91,24 +92,14 @@ def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees
 
 
 @each_case
-def test_no_torque_is_greater_than_the_limit(engine: str, knees: bool) -> None:
-    """Without a limit these walks ask for more."""
-    most = 4.0 if knees else 2.0
-    free, bound = (
-        walked(engine, each, knees, steps=6) for each in (None, Disturbances(torque_limit=most, motor_bandwidth=50.0))
-    )
-    assert free.peak_torque.max() > 1.1 * most
-    assert np.abs(bound.samples["torque"]).max() <= most
-    assert bound.peak_torque.max() <= most
-
-
-@each_case
 def test_each_motor_has_its_own_limit(engine: str, knees: bool) -> None:
     """The limits stand in the order of the joints, and a record keeps them; each of these binds."""
     free = walked(engine, Disturbances(control_period=1e-3), knees, steps=6)
     limits = tuple((0.5 * free.peak_torque).tolist())
-    bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=6)
+    bound, slow = (walked(engine, Disturbances(torque_limit=limits, **more), knees, steps=6) for more in ({}, SLOW))
     assert bound.peak_torque.tolist() == list(limits)
+    assert (slow.peak_torque <= limits).all()
+    assert (np.abs(slow.samples["torque"]) <= limits).all()
     assert bound.settings["disturbances"] == {"torque_limit": list(limits)}
     assert Disturbances.from_dict(bound.settings["disturbances"]).torque_limit == limits
 
@@ -168,15 +159,6 @@ def test_encoders_are_off_by_half_a_step_at_most(engine: str) -> None:
     at_ticks = np.abs(read["time"] / 0.005 - np.round(read["time"] / 0.005)) < 1e-6
     if engine == "mujoco":  # samples on a tick are taken after it
         assert np.abs(shown - joints)[at_ticks][:-2].max() <= 0.5 * step + 1e-9
-
-
-def test_both_engines_hear_the_same_noise() -> None:
-    first, second = (
-        1e7 * clocked(engine, False, reading=True, angle_noise=0.01, seed=9).samples["torque"][2:740:5]
-        for engine in ENGINES
-    )
-    # the noise is the same, number by number; the motions differ by 1e-4 rad and less
-    assert np.abs(first - second).max() < 1e-3
 
 
 @each_engine

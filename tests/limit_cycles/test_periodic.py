@@ -8,7 +8,7 @@ import pytest
 import mjbiped
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, step_lengths
+from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
@@ -76,11 +76,6 @@ def test_branch_ends_where_gaits_end() -> None:
     """Table I has none on 28 degrees, as `find_passive_gait` says."""
     found = list(follow(first_gait(TABLE_ONE, math.radians(5)), np.radians([20.0, 28.0, 29.0]).tolist()))
     assert len(found) == 1
-
-
-def test_step_lengths_are_distances_of_the_feet(robot: mjbiped.Compass) -> None:
-    states = np.array([[-0.2, 0.2, 1.0, 0.5], [math.nan] * 4])
-    assert step_lengths(robot, states) == pytest.approx([2.0 * math.sin(0.2), math.nan], rel=1e-15, nan_ok=True)
 
 
 @pytest.mark.slow
