@@ -109,20 +109,6 @@ def test_it_scales_with_the_robot() -> None:
 
 
 @pytest.mark.slow
-def test_figures_show_what_it_tracks() -> None:
-    law = short()
-    memories = [list(memory) for _, memory in replayed(mjbiped.walk(law, STAIRS, engine="hybrid", steps=6), law)]
-    assert any(memory[RECOVERING] for memory in memories)
-    for memory in memories:
-        tracked = law.climbing_gait if memory[CLIMBING] else law.gait
-        assert tracked is not None
-        after = 0.9 * tracked.period  # past the transition
-        q, dq = law.tracked(memory, after)
-        assert all(map(math.isnan, (*q, *dq))) if memory[RECOVERING] else q == tuple(tracked.reference(after)[0])
-        assert law.transition_end(memory) in (0.0, 0.8 * tracked.period)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("rise", "expected"), [(0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)])
 def test_after_a_step_it_lifts_its_feet_for_some_steps(rise: float, expected: list[float]) -> None:
     law = replace(short(), climbing_gait=None, climbing_steps=2)
