@@ -87,16 +87,13 @@ def test_settings_stand_in_the_record_and_short_words_mean_the_defaults() -> Non
 
 
 BAD: list[tuple[Any, dict[str, Any], str]] = [
-    (mjbiped.Mujoco, {"timestep": "a"}, "timestep"),
     (mjbiped.Mujoco, {"timestep": 0.01}, "timestep"),
-    (mjbiped.Mujoco, {"timestep": float("nan")}, "timestep"),
     (mjbiped.Mujoco, {"contact_timestep": 0.0}, "contact_timestep"),
     (mjbiped.Mujoco, {"control_period": 3e-4}, "control_period .*multiple"),
     (mjbiped.Mujoco, {"ground": "sand"}, "heightfield"),
     (mjbiped.Mujoco, {"lands": 1}, "lands"),
     (mjbiped.Mujoco, {"stance_knee": "free"}, "unknown stance_knee 'free': valid are locked, motor"),
     (mjbiped.Hybrid, {"tolerance": 0.0}, "tolerance"),
-    (mjbiped.Hybrid, {"tolerance": 1.0}, "tolerance"),
     (mjbiped.Hybrid, {"tolerance": "a"}, "tolerance"),
 ]
 
