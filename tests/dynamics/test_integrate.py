@@ -47,15 +47,8 @@ def one_step(h: float, t: float, y: Sequence[float], tolerance: float = 1e-9) ->
 
 
 def scipy_step(h: float, t: float, y: Sequence[float]) -> Any:
-    solver = DOP853(
-        lambda t, y: np.array(pendulum(9.0, t, tuple(y))),
-        t,
-        np.array(y),
-        t_bound=t + 9 * h,
-        first_step=h,
-        rtol=1e-2,
-        atol=1e-2,
-    )
+    terms: Any = {"t_bound": t + 9 * h, "first_step": h, "rtol": 1e-2, "atol": 1e-2}
+    solver = DOP853(lambda t, y: np.array(pendulum(9.0, t, tuple(y))), t, np.array(y), **terms)
     solver.step()
     assert solver.t == pytest.approx(t + h, abs=1e-15)  # taken in one step
     return solver
