@@ -162,21 +162,3 @@ def test_the_law_to_blame_is_named(changed: dict[str, Any], words: list[str]) ->
     with pytest.raises(LawError) as refused:
         MachineCode(bad, bad.given)
     assert all(word in str(refused.value) for word in ["the laws of ByLaw cannot be compiled: ", *words])
-
-
-@pytest.mark.slow  # Numba looks at the whole engine before it gives up
-@pytest.mark.compiled
-def test_walk_refuses_before_it_begins_and_its_advice_helps() -> None:
-    class Misspelt(ByLaw):
-        """Its torque is sound, the law that it gives for compilation is not."""
-
-        def torque(self, memory, t, q, dq):  # type: ignore[no-untyped-def]
-            return 0.0, 0.0
-
-        def law(self) -> Law | None:  # type: ignore[override]
-            return self.given if self.given.torque is misspelt else None
-
-    incline = mjbiped.Terrain.incline(2.0)
-    with pytest.raises(LawError, match=r"the laws of Misspelt cannot be compiled: torque .*'sine'.* return None"):
-        mjbiped.walk(Misspelt(torque=misspelt), incline, engine="hybrid", steps=1)
-    assert mjbiped.walk(Misspelt(), incline, engine="hybrid", steps=1).outcome == "finished"

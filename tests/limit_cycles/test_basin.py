@@ -92,14 +92,6 @@ def test_attractor_may_have_any_period(robot: mjbiped.Compass) -> None:
     assert (nothing.fates == Fate.FELL).all()
 
 
-@slow
-def test_what_begins_near_the_gait_of_round_feet_settles_on_it() -> None:
-    gait = mjbiped.find_kneed_gait(mjbiped.RoundKneed(), 0.0456)
-    near = gait.start[3] * np.array([0.3, 0.99, 1.01]), gait.start[4] + np.array([-0.05, 0.0, 0.05])
-    fates = basin_of(Slice(gait.robot, 0.0456, *near)).fates
-    assert (fates == [Fate.FELL, Fate.SETTLED, Fate.SETTLED]).all()
-
-
 @pytest.mark.parametrize(
     ("kneed", "rates"),
     [(False, (1.1, 0.8)), (False, (2.5, -3.0)), (False, (9.5, 0.0))]
@@ -117,12 +109,6 @@ def test_a_controlled_start_is_a_walk(controller: AdaptiveController, kneed: boo
     assert_fate(fate, found.steps[0, 0], law.gait.start, states, walk.outcome, 1)
     assert found.peak_torque[0, 0] == pytest.approx(walk.peak_torque.max(), rel=1e-6)
     assert (fate is Fate.SETTLED) == (rates[0] < 9.0)
-
-
-def test_control_widens_the_basin(controller: AdaptiveController) -> None:
-    wide = basin_of_control(controller, stance_rates=[0.0, 1.0, 2.0, 3.0], swing_rates=[-4.0, 0.0, 4.0], threads=2)
-    assert wide.share(Fate.SETTLED) == 1
-    assert (wide.peak_torque > 5).any()
 
 
 def test_interrupt_keeps_the_rows(robot: mjbiped.Compass, monkeypatch: pytest.MonkeyPatch) -> None:

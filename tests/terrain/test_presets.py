@@ -166,13 +166,6 @@ def test_recorded_ground_is_the_record_to_and_fro_without_its_trend(trail: Terra
     assert np.abs(np.array(terrain.rises)[np.array(terrain.rises) != 0.0]) == pytest.approx(0.03, abs=2e-6)
 
 
-def test_seeds_take_other_stretches_in_both_directions(trail: Terrain) -> None:
-    grounds = [Terrain.recorded(trail, seed=seed, length=30.0) for seed in range(40)]
-    assert len(set(grounds)) == 40
-    first_steps = [next(rise for rise in ground.rises if rise) for ground in grounds]
-    assert 8 <= sum(rise > 0.0 for rise in first_steps) <= 32  # 20 expected; four standard errors
-
-
 def test_a_path_and_what_was_read_from_it_give_one_ground(tmp_path: Path) -> None:
     path = tmp_path / "hill.csv"
     path.write_text("x,z\n0,0\n3,0.1\n7,-0.1\n")

@@ -99,15 +99,6 @@ def test_the_best_of_the_grid_is_chosen() -> None:
     assert sum(cost < math.inf for cost in costs.values()) > 1
 
 
-@pytest.mark.slow  # it searches for references of another robot
-def test_it_scales_with_the_robot() -> None:
-    """Legs of half the length and a third of the mass: times shrink by the root, and the same stairs are climbed."""
-    small = mjbiped.Compass(leg_mass=5 / 3, lower_length=0.25, upper_length=0.25, sole=(0.06, 0.06))
-    gait = mjbiped.find_reference(small, speed=0.494 / math.sqrt(2), clearance=0.0385, retraction=False)
-    stairs = mjbiped.Terrain.from_segments([(0.65, 0.0, 0.0), *[(0.9, 0.0, 0.02)] * 6])
-    assert mjbiped.walk(SupervisedController(small, gait), stairs, engine="hybrid", steps=14).verdict == "finished"
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("rise", "expected"), [(0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)])
 def test_after_a_step_it_lifts_its_feet_for_some_steps(rise: float, expected: list[float]) -> None:
