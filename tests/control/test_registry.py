@@ -132,7 +132,6 @@ class Made:
         ("on", "True", True),
         ("mode", "5", "5"),
         ("delay", "none", None),
-        ("delay", "0.5", 0.5),
         ("kind", "b", "b"),
         ("anything", "7", 7),
         ("gain", "much", "gain = 'much': must be a finite number, as declared in Made"),
