@@ -73,8 +73,9 @@ def returning(value: Any) -> Controller:
     return made(torque=lambda *_: value)
 
 
-def by_law(torque: Any) -> Controller:
-    controller: Controller = type("Law", (LawController,), {"plain_law": Law([], torque)})()
+def by_law(torque: Any, **parts: Any) -> Controller:
+    law = Law(**{"parameters": [], "torque": torque, **parts})
+    controller: Controller = type("Law", (LawController,), {"plain_law": law})()
     return controller
 
 
@@ -137,6 +138,9 @@ REFUSED: list[tuple[Controller, str]] = [
     (made(on_touchdown=forgetful), "Law.on_touchdown.*memory, q_before"),
     (by_law(lambda *_: (0.0, 0.0)), r"law\(\).torque returns \(0.0, 0.0\); expected are 2 numbers written into out"),
     (by_law(lambda *given: given[-1].__setitem__(0, 0.0)), r"leaves out\[1\], the hip torque, unwritten"),
+    (by_law(forgetful), r"Law whose torque does not .*expected is def torque\(parameters, memory, t, q, dq, out\)"),
+    (by_law(lambda *_: None, touchdown=forgetful), r"expected is def touchdown\(parameters, memory, q_before, q, dq\)"),
+    (by_law(lambda *_: None, parameters=1.5), r"Law whose parameters are 1.5; expected a sequence of numbers"),
 ]
 
 
