@@ -29,7 +29,9 @@ def empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def planned(controller: Controller, engine: str, **given: Any) -> Plan:
-    terms = Terms(engine_of(engine), given.get("steps"), given.get("distance"), None, None, ScuffingRule())
+    terms = Terms(
+        engine_of(engine), given.get("steps"), given.get("distance"), None, None, ScuffingRule(), given.get("walks", 1)
+    )
     return make_plan(terms, controller, Terrain.incline(2.0), "gait")
 
 
@@ -38,6 +40,7 @@ def test_the_default_walk_is_interpreted_and_a_long_one_compiles(engine: str, co
     assert not compiles(planned(controller, engine))
     assert compiles(planned(controller, engine, steps=100_000))
     assert compiles(planned(controller, engine, distance=100_000.0))
+    assert compiles(planned(controller, engine, steps=1, walks=10_000))
     of_unknown_length = planned(controller, engine)
     cost = missing(of_unknown_length)
     assert [compiles(of_unknown_length, share * cost) for share in (0.9, 1.1)] == [False, True]

@@ -79,9 +79,6 @@ def test_each_start_is_a_walk_whatever_the_number_of_threads(case: Slice) -> Non
 def test_the_gait_has_settled_before_its_first_step(gait: mjbiped.Gait) -> None:
     alone = basin_of_attraction(gait.robot, SLOPE, stance_rates=gait.start[2:3], swing_rates=gait.start[3:])
     assert (alone.fates[0, 0], alone.steps[0, 0]) == (Fate.SETTLED, 0)
-    stance, swing = basins.rates_around(gait.start, 3)
-    np.testing.assert_allclose(stance, gait.start[2] * np.array([0.5, 1.05, 1.6]))
-    np.testing.assert_allclose(swing, 2.2 * gait.start[2] * np.array([-1.0, 0.0, 1.0]), atol=1e-15)
 
 
 def test_attractor_may_have_any_period(robot: mjbiped.Compass) -> None:

@@ -30,6 +30,18 @@ def test_on_feet_that_are_too_large_the_robot_stands() -> None:
         mjbiped.find_passive_gait(RoundCompass(foot_radius=0.75), SLOPE)
 
 
+def test_arcs_touch_the_ground_where_they_stand() -> None:
+    """The lowest point of the drawn arc of an upright leg is the leg's end, and the arc is no longer than twice ARC."""
+    robot = RoundCompass(foot_radius=0.3)
+    lines = robot.outline([0.0, 1.0, 0.0, 0.4])
+    assert lines.shape == (2, 18, 2)
+    np.testing.assert_allclose(lines[0, 1], [0.0, 0.0], atol=1e-15)
+    assert lines[0, :, 1].min() == pytest.approx(0.0, abs=1e-15)
+    centres = robot.limbs([0.0, 1.0, 0.0, 0.4])[:, 0] - 0.7 * np.array([[0.0, 1.0], [math.sin(0.4), math.cos(0.4)]])
+    np.testing.assert_allclose(np.linalg.norm(lines[:, 2:] - centres[:, None], axis=-1), 0.3, rtol=1e-12)
+    np.testing.assert_array_equal(mjbiped.Compass().outline([0.0, 1.0, 0.0, 0.4]), robot.limbs([0.0, 1.0, 0.0, 0.4]))
+
+
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_a_hip_over_large_feet_has_not_fallen(engine: str) -> None:
     """It is 0.5 leg lengths above the arcs' centres, and those are 0.5 above the ground."""
@@ -38,6 +50,17 @@ def test_a_hip_over_large_feet_has_not_fallen(engine: str) -> None:
     ground = mjbiped.Terrain.incline(math.degrees(SLOPE))
     walk = mjbiped.walk(PassiveController(), ground, robot=robot, engine=engine, steps=2, initial=gait.start)
     assert (walk.outcome, walk.steps) == ("finished", 2)
+
+
+def test_states_after_a_touchdown_are_those_that_a_heel_strike_leaves() -> None:
+    """With a knee that opens, and with one that the stop holds."""
+    robot, opened = RoundKneed(), []
+    for stance, swing in ((1.2, 0.4), (1.0, 2.5), (-1.0, 2.0)):
+        q, dq = robot.heel_impact([0.3, -0.3], [stance, swing])
+        state = np.concatenate([q, dq])
+        np.testing.assert_allclose(robot.after_touchdown(state[[0, 3, 4]]), state, rtol=0, atol=1e-13)
+        opened.append(bool(dq[2] > dq[1]))
+    assert set(opened) == {False, True}
 
 
 def test_a_foot_that_comes_down_on_a_bent_knee_trips_the_robot() -> None:

@@ -135,13 +135,10 @@ def test_a_surveyed_grid(tmp_path: Path, header: str) -> None:
     ("change", "message"),
     [
         (("ncols 4", ""), "ncols = 'missing'"),
-        (("cellsize 0.5", "dx 0.5"), "line 5: header 'dx': valid are ncols"),
         (("xllcorner -1.5", ""), "neither xllcorner nor xllcenter"),
         (("0.05 0.06", "0.05"), "line 9: 3 heights; the header says ncols 4"),
         (("NROWS 3", "NROWS 4"), "3 rows of heights; the header says 4"),
         (("0.07", "-9999.0"), "line 9, height 3 of 4, is -9999.0, which stands for no data .*fill it"),
-        (("NODATA_value -9999\n0.01", "-9999"), "line 6, height 1 of 4, is -9999, which stands for no data"),
-        (("0.07", "0,7"), "line 9, height 3 of 4 = '0,7'"),
         (("xllcorner -1.5", "xllcorner 512345"), "from x = 512345.25 to .*subtract the start's x from xllco"),
         (("yllcorner -1", "yllcorner 2"), "from y = 2.25 to .*subtract the start's y"),
         (("0.07", "1.7"), "at x = .* m: a slope of .* degrees is steeper"),
@@ -174,7 +171,6 @@ def test_the_record_and_a_pickle_give_back_the_surface_bit_by_bit(terrain: Terra
 
 SUITS_NOT: list[tuple[dict[str, Any], str]] = [
     ({"lateral": (0.3,), "surface": FALLING}, "at x = .* m: a slope of 4.* degrees is steeper"),
-    ({"surface": 5}, "surface = 5: must be a Surface"),
     ({"x": (0.0, 1.0), "z": (0.0, 0.0), "angle": (0.0, 0.0), "lateral": ()}, "on a single segment.* has 2"),
     ({"surface": Surface(1.0, -1.0, 0.5, RANDOM)}, "from x = 1 to 3.5 m.*the robot starts at x = 0"),
     ({"surface": Surface(-1.0, 1.0, 0.5, RANDOM)}, "from y = 1 to .*the robot starts at x = 0, y = 0"),
@@ -196,7 +192,6 @@ SPOILT = [{"x0": 0.0}, 5, {"waves": {"seed": 1}}, {**GRID.to_dict(), "shape": [3
         (lambda: Surface(0.0, 0.0, 0.1, [[0.0, math.nan], [0.0, 0.0]]), "heights: nan in it"),  # type: ignore[arg-type]
         (lambda: Terrain.bumps(rms=0.05), "steeper than the robot can stand on"),
         (lambda: Terrain.bumps(shortest=0.1), "at least 0.2 m, four times"),
-        (lambda: Terrain.bumps(shortest=4.0), "less than longest"),
         (lambda: Terrain.bumps(length=1000.0), "bumps of more than .* have too many heights"),
         (lambda: Terrain.recorded(GROUND), "goes on without end"),
         (lambda: Terrain.recorded(dataclasses.replace(GROUND, end=9.0)), "is ground in space"),
