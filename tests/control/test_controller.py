@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import Controller, Law, LawController, Memory, PassiveController
+from controllers import Controller, Law, LawController, Memory
 from mjbiped.control.functions import try_out
 from mjbiped.engines.base import Run
 
@@ -49,16 +49,6 @@ def test_description_is_json_whatever_the_parameters(robot: mjbiped.Compass, gai
     told = {"robot": robot.to_dict(), "gait": gait.describe(), "table": "array([0., 1., 2.])"}
     plain = {"gain": 1.5, "count": 3, "switch": True, "word": "x", "nothing": None}
     assert description == {"name": "Everything", **told, **plain}
-
-
-def test_a_law_of_ones_own_that_is_derived_from_it_drives_knees_too() -> None:
-    class KneedSpring(PassiveController):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, -1.0 * (q[1] - q[0]), 0.0
-
-    ground = mjbiped.Terrain.incline(2.5)
-    walk = mjbiped.walk(KneedSpring(), ground, robot=mjbiped.KneedBiped(), engine="hybrid", steps=1, initial="gait")
-    assert walk.peak_torque[1] > 0.1
 
 
 # --- what breaks the contract -----------------------------------------------------------------------------------------

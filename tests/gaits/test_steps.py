@@ -30,7 +30,7 @@ def _three(bound: float) -> st.SearchStrategy[np.ndarray]:
 def test_torques_and_ground_force_are_those_of_the_robots_equations(
     straight: bool, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray
 ) -> None:
-    """Of eq. (1), and of Newton's for the centre of mass; the robot's matrices are those of free bodies (`tests/robots`)."""
+    """Of eq. (1), and of Newton for the centre of mass; `tests/robots` checks the robot by free bodies."""
     if straight:
         q, dq, ddq = (each[[0, 1, 1]] for each in (q, dq, ddq))
     course = MODEL.course(*(each[None, :2] if straight else each[None] for each in (q, dq, ddq)))

@@ -18,7 +18,7 @@ from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.prediction import FRICTION, GRID, STEP, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import SUPERVISION
-from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.gaits.optimised import OptimisedGait
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
@@ -97,17 +97,6 @@ def test_the_best_of_the_grid_is_chosen() -> None:
     best = min(costs, key=lambda each: costs[each])
     assert (found, step.half, len(costs) % 6) == (costs[best], best[1], 0)
     assert sum(cost < math.inf for cost in costs.values()) > 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("rise", "expected"), [(0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)])
-def test_after_a_step_it_lifts_its_feet_for_some_steps(rise: float, expected: list[float]) -> None:
-    law = replace(short(), climbing_gait=None, climbing_steps=2)
-    assert isinstance(law.climbing_gait, OptimisedGait)
-    assert (law.climbing_gait.goal.clearance, law.climbing_gait.goal.retraction) == (0.14, False)
-    ground = mjbiped.Terrain.from_segments([(0.5 * law.gait.step_length, 0.0, 0.0), (50.0, 0.0, rise)])
-    walk = mjbiped.walk(law, ground, engine="hybrid", steps=4)
-    assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
 
 
 def foreseen(law: SupervisedController, state: State, slope: float, limit: int, times: float) -> tuple[float, State]:
