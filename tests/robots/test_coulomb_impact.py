@@ -13,7 +13,6 @@ those of free bodies, apart from the project's own equations.
 
 import math
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -27,59 +26,44 @@ Array = NDArray[np.float64]
 WAYS = ("leaves", "sticks", "slides forward", "slides backward")
 
 
-class Solution(NamedTuple):
-    """One way in which the impact can go: of the departing foot and of the landing one."""
-
-    ways: tuple[str, str]
-    rates: Array
-
-
-class Landing:
-    """A robot with straight legs whose second foot comes down while the first one stands.
+def solutions(
+    robot: Compass | KneedBiped, legs: Array, rates: Array, slope: float, friction: float
+) -> list[tuple[tuple[str, str], Array]]:
+    """All solutions of the impact of a robot with straight legs whose second foot comes down while the first stands.
 
     Args:
         robot: The robot.
         legs: Departing and landing leg from the vertical, rad.
         rates: Their rates before the impact, rad/s.
-        slopes: Of the ground under either foot, rad.
+        slope: Of the ground, rad.
+        friction: Of both feet.
+
+    Returns:
+        The ways of departing and landing foot, and the rates of both legs after the impact, rad/s.
     """
-
-    def __init__(self, robot: Compass | KneedBiped, legs: Array, rates: Array, slopes: tuple[float, float]) -> None:
-        self.robot, self.bodies = robot, FreeRobot(robot)
-        self.qpos = np.array(robot.posture((0.0, 0.0), 0, self.whole(legs)))
-        self.before = self.bodies.rates(self.qpos, 0, self.whole(rates), 0.0)
-        feet = [
-            end.jacobian(self.qpos) * np.exp(1j * slope) for end, slope in zip(self.bodies.ends, slopes, strict=True)
-        ]
-        self.turn = np.exp(1j * slopes[1])
-        self.rows = np.array([part for foot in feet for part in (foot.imag, foot.real)])[:, :4]
-        """Speeds of both feet normal to their ground and along it, for rates of hip and legs."""
-
-    def whole(self, legs: Array) -> Array:
-        """Numbers of stance and swing leg as those of all angles, the knee being straight."""
-        return legs[[0, 1, 1][: len(self.robot.angles)]]
-
-    def solutions(self, friction: float) -> list[Solution]:
-        """All solutions of the impact."""
-        pushed = np.linalg.solve(self.bodies.mass_matrix(self.qpos)[:4, :4], self.rows.T)
-        A, closing = self.rows @ pushed, self.rows @ self.before[:4]
-        rounding = 1e-11 * np.abs(closing).max()
-        found = []
-        for ways in product(WAYS, WAYS):
-            K, right = np.eye(4), np.zeros(4)
-            for foot, way in enumerate(ways):
-                n, t = 2 * foot, 2 * foot + 1
-                if way != "leaves":
-                    K[n], right[n] = A[n], -closing[n]
-                if way == "sticks":
-                    K[t], right[t] = A[t], -closing[t]
-                elif way != "leaves":
-                    K[t, n] = friction if way == "slides forward" else -friction
-            impulses = np.asarray(np.linalg.solve(K, right), dtype=np.float64)
-            feet = zip(ways, impulses.reshape(2, 2), (A @ impulses + closing).reshape(2, 2), strict=True)
-            if all(holds(way, impulse, speed, friction, rounding) for way, impulse, speed in feet):
-                found.append(Solution(ways, (self.before[:4] + pushed @ impulses)[2:]))
-        return found
+    bodies, whole = FreeRobot(robot), [0, 1, 1][: len(robot.angles)]  # the knee is straight
+    qpos = np.array(robot.posture((0.0, 0.0), 0, legs[whole]))
+    before = bodies.rates(qpos, 0, rates[whole], 0.0)[:4]
+    feet = [end.jacobian(qpos) * np.exp(1j * slope) for end in bodies.ends]
+    # speeds of both feet normal to the ground and along it, for rates of hip and legs
+    rows = np.array([part for foot in feet for part in (foot.imag, foot.real)])[:, :4]
+    pushed = np.linalg.solve(bodies.mass_matrix(qpos)[:4, :4], rows.T)
+    A, closing = rows @ pushed, rows @ before
+    rounding, found = 1e-11 * np.abs(closing).max(), []
+    for ways in product(WAYS, WAYS):
+        K, right = np.eye(4), np.zeros(4)
+        for n, way in zip((0, 2), ways, strict=True):
+            if way != "leaves":
+                K[n], right[n] = A[n], -closing[n]
+            if way == "sticks":
+                K[n + 1], right[n + 1] = A[n + 1], -closing[n + 1]
+            elif way != "leaves":
+                K[n + 1, n] = friction if way == "slides forward" else -friction
+        impulses = np.asarray(np.linalg.solve(K, right), dtype=np.float64)
+        each = zip(ways, impulses.reshape(2, 2), (A @ impulses + closing).reshape(2, 2), strict=True)
+        if all(holds(way, impulse, speed, friction, rounding) for way, impulse, speed in each):
+            found.append((ways, (before + pushed @ impulses)[2:]))
+    return found
 
 
 def holds(way: str, impulse: Array, speed: Array, friction: float, rounding: float) -> bool:
@@ -101,9 +85,8 @@ def test_on_the_gaits_the_foot_leaves_freely_at_any_friction(slope_deg: float, f
         gaits.append(mjbiped.find_kneed_gait(KneedBiped(), slope))
     for gait in gaits:
         q, dq, _ = (part[:2] for part in gait.reference(gait.period))
-        landing = Landing(gait.robot, q + slope, dq, (slope, slope))
-        (found,) = landing.solutions(friction)
-        assert found.ways == ("leaves", "sticks")
+        ((ways, after),) = solutions(gait.robot, q + slope, dq, slope, friction)
+        assert ways == ("leaves", "sticks")
         heel = gait.robot.impact if isinstance(gait.robot, Compass) else gait.robot.heel_impact
         # the integration's error, which the reference's table keeps
-        assert found.rates == pytest.approx(heel(q, dq)[1][::-1], abs=1e-9)
+        assert after == pytest.approx(heel(q, dq)[1][::-1], abs=1e-9)
