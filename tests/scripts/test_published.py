@@ -16,7 +16,14 @@ import mjbiped
 from mjbiped.gaits.passive import find_passive_gait
 from mjbiped.limit_cycles.periodic import first_gait
 from mjbiped.robots.compass import Array, Compass
-from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
+from scripts.validation import (
+    compass_gait,
+    drake_invariants,
+    kneed_walker,
+    rimless_wheel,
+    rolling_disc,
+    simplest_walker,
+)
 from scripts.validation.page import SOURCES, minus
 from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI, GOSWAMI_ROBOT, HSU_CHEN, HSU_CHEN_ROBOT
 from scripts.validation.rimless_wheel import LIGHT_LEGS, closed_form, pushed, ratio
@@ -256,3 +263,11 @@ def test_an_impulse_that_turns_the_hip_along_its_new_arc_leaves_the_strike_nothi
     whole = 0.5 * mass * (speed / math.cos(2 * half)) ** 2
     assert energy == pytest.approx(whole, rel=1e-8)
     assert work == pytest.approx(whole - 0.5 * mass * speed**2, rel=1e-8)
+
+
+@pytest.mark.parametrize(("wheel", "limit"), [("uniform disc", 1 / 3), ("hoop", 1 / 4)])
+def test_a_rolling_wheel_becomes_stable_at_its_published_speed(wheel: str, limit: float) -> None:
+    k, whole = rolling_disc.WHEELS[wheel], rolling_disc.GRAVITY * rolling_disc.RADIUS
+    for tilt, error in zip(rolling_disc.PHYSICS, (1e-7, 1e-4), strict=True):  # MuJoCo's steps of 0.1 ms leave 6e-5
+        assert rolling_disc.found(tilt, k) ** 2 / whole == pytest.approx(limit, rel=error)
+        assert tilt(k, 0.9 * math.sqrt(limit * whole)) > rolling_disc.NUDGE * rolling_disc.SPAN
