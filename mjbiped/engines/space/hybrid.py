@@ -58,7 +58,7 @@ class HybridSpaceRun(SpaceRun):
             self.memory[: self.states] = state[2 * n : -_WORKS].tolist()
             self.work = state[-_WORKS:]
             happened = next((name for name, t in zip(_EVENTS, reached.t_events, strict=True) if t.size), "")
-            q, dq = state[:n], state[n : 2 * n]
+            q, dq = state[:n], state[n : 2 * n].copy()
             if happened == "land":
                 return self._land(q, dq)
             if happened == "knee":

@@ -21,7 +21,7 @@ from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.plan import Plan
 from mjbiped.engines.space.run import SpaceRun
 from mjbiped.records.columns import Cancellation, never_cancelled
-from mjbiped.robots.footing import robot_axes
+from mjbiped.robots.footing import Footing, robot_axes
 from mjbiped.robots.space import Array
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import AVERAGED, SLIPPED_FOOT, Outcome
@@ -68,15 +68,16 @@ class MujocoSpaceRun(SpaceRun):
         self.motors = self._motors()
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
-        self.yaw = self.model.joint("yaw").dofadr[0]
+        self.heading = self.model.tendon("heading").id
         self.slides = [self.model.joint(name).dofadr[0] for name in ("hip_x", "hip_y", "hip_z")]
-        self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
+        self.model.tendon_solref_fri[self.heading] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
         self.impulse = np.zeros(3)
+        self.struck: tuple[float, Array, Array] | None = None
         self.recent: deque[Array] = deque(maxlen=max(1, round(AVERAGED * self.pendulum / self.period)))
         self._place()
         self.ended = self.dq
@@ -138,7 +139,7 @@ class MujocoSpaceRun(SpaceRun):
         if landed:  # the departing foot leaves the ground freely
             before = self.seen()
             model.geom_contype[stance] = 0
-            model.dof_frictionloss[self.yaw] = HELD  # as the force of the impact is not known yet
+            self._hold(self._next(), HELD)  # as the force of the impact is not known yet
             mujoco.mj_step1(model, data)
         if data.time >= self.next_tick - 1e-9:
             outcome = self._tick()
@@ -190,22 +191,36 @@ class MujocoSpaceRun(SpaceRun):
         self.impulse = np.zeros(3)
         along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
-        self.model.dof_frictionloss[self.yaw] = TORSION * max(self.force, 0.0)
+        self._hold(self.footing, TORSION * max(self.force, 0.0))
         self.bound_time += self.period * bool((self.torque != self.asked).any())
         if self.data.ncon:
             self.depth = max(self.depth, -float(self.data.contact.dist.min()))
         if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
 
+    def _hold(self, footing: Footing, torque: float) -> None:
+        """Let a foot's friction, up to a torque, hold what turns the robot about neither its heading nor its axle."""
+        ahead, left, _ = robot_axes(*self.data.qpos[self.turns])
+        held = np.cross(footing.forward, left)
+        begin = self.model.tendon_adr[self.heading]
+        self.model.wrap_prm[begin : begin + 2] = held[2], held @ ahead  # of yaw and roll
+        self.model.tendon_frictionloss[self.heading] = torque
+
+    def _next(self) -> Footing:
+        """The footing on the swing foot."""
+        old, place = self.footing, self.data.geom_xpos[self.feet[1 - self.footing.stance]].copy()
+        _, left, over = robot_axes(*self.data.qpos[self.turns])
+        return old.next(place, self.plan.terrain.normal_at(place[0], place[1]), old.to_left * left, over)[0]
+
     def _look_at_knee(self) -> None:
-        """Lock the swing knee where it has struck its stop."""
-        data, swing = self.data, 1 - self.footing.stance
-        _, knee = self.legs[swing]
-        if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
-            q, before = self.seen()
-            before = before.copy()
+        """Lock the swing knee where it has struck its stop, and tell so a physics step later, when it has stopped."""
+        data, swing, since = self.data, 1 - self.footing.stance, float(self.data.time) - self.began
+        if self.struck is not None:
+            self.knee_strikes(*self.struck, self.seen()[1])
+            self.struck = None
+        elif since > 1e-2 and data.qpos[self.legs[swing][1]] <= 0.0:
             data.eq_active[self.locks[swing]] = 1
-            self.knee_strikes(float(data.time) - self.began, q, before, before)
+            self.struck = since, *self.seen()
 
     def _enable(self, since: float) -> None:
         """Let the swing foot collide once the scuffing rule says so; with knees, once it has left the ground."""
@@ -227,10 +242,8 @@ class MujocoSpaceRun(SpaceRun):
         model, data, old = self.model, self.data, self.footing
         mujoco.mj_kinematics(model, data)
         self.time = self.began = self.next_tick = float(data.time)
-        angles, place = self.seen()[0], data.geom_xpos[self.feet[1 - old.stance]].copy()
-        _, left, over = robot_axes(*data.qpos[self.turns])
-        new, _ = old.next(place, self.plan.terrain.normal_at(place[0], place[1]), old.to_left * left, over)
-        self.footing = new
+        angles = self.seen()[0]
+        self.footing = new = self._next()
         if self.knees:
             data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
