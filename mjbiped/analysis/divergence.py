@@ -191,7 +191,7 @@ def _twist(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
     apart = there.touchdowns["qpos"][:n, yaw] - here.touchdowns["qpos"][:n, yaw]
     turned = np.abs(np.diff(apart, prepend=0.0))[[row for row in steps if row < n]].max(initial=0.0)
     if turned > TURNED:
-        yield f"twist: the stance foot turned by {math.degrees(turned):.2g} deg in MuJoCo against its torsional friction"
+        yield f"twist: the stance foot turned by {math.degrees(turned):.2g} deg in MuJoCo, for all its friction"
 
 
 def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:

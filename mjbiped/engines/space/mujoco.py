@@ -69,12 +69,14 @@ class MujocoSpaceRun(SpaceRun):
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
         self.heading = self.model.tendon("heading").id
-        self.slides = [self.model.joint(name).dofadr[0] for name in ("hip_x", "hip_y", "hip_z")]
+        first = self.model.joint("hip_x").dofadr[0]
+        self.slides = slice(first, first + 3)
         self.model.tendon_solref_fri[self.heading] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
+        self.commands = np.zeros(self.model.nu)
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
         self.impulse = np.zeros(3)
         self.struck: tuple[float, Array, Array] | None = None
@@ -101,11 +103,15 @@ class MujocoSpaceRun(SpaceRun):
 
     def on_control(self) -> None:
         """Write the torques that are held, for `mjcb_control`."""
-        ctrl, left = self.data.ctrl, self.footing.to_left
-        ctrl[:] = 0.0
-        ctrl[self.motors[self.footing.stance]] = self.torque
-        ctrl[self.motors[0][1]] *= -left  # the hip's motor turns the right leg, and the roll's the robot to the right
-        ctrl[self.motors[0][-1]] *= left
+        self.data.ctrl[:] = self.commands
+
+    def _command(self) -> None:
+        """Hold the torques, at the motors of the legs in their roles, from this physics step on."""
+        held, left = np.zeros(self.model.nu), self.footing.to_left
+        held[self.motors[self.footing.stance]] = self.torque
+        held[self.motors[0][1]] *= -left  # the hip's motor turns the right leg, and the roll's the robot to the right
+        held[self.motors[0][-1]] *= left
+        self.data.ctrl[:] = self.commands = held
 
     def step(self) -> Outcome:
         """Step to the next touchdown; see `SpaceRun.step`."""
@@ -176,6 +182,7 @@ class MujocoSpaceRun(SpaceRun):
         self.next_tick += self.period
         self.note_flexion(q)
         self._enable(since)
+        self._command()
         outcome = self.judged(data.qpos[self.hip], since)
         stood = data.geom_xpos[self.feet[self.footing.stance]]
         self.slip = max(self.slip, float(np.linalg.norm((stood - self.footing.place)[:2])))
@@ -200,10 +207,10 @@ class MujocoSpaceRun(SpaceRun):
 
     def _hold(self, footing: Footing, torque: float) -> None:
         """Let a foot's friction, up to a torque, hold what turns the robot about neither its heading nor its axle."""
-        ahead, left, _ = robot_axes(*self.data.qpos[self.turns])
-        held = np.cross(footing.forward, left)
+        (cy, sy, cr, sr), (x, y, z) = self._turned(), footing.forward.tolist()
         begin = self.model.tendon_adr[self.heading]
-        self.model.wrap_prm[begin : begin + 2] = held[2], held @ ahead  # of yaw and roll
+        # what is held is square to the forward direction and to the axle: its components upward and ahead
+        self.model.wrap_prm[begin : begin + 2] = cr * (x * cy + y * sy), sr * (y * cy - x * sy) - cr * z
         self.model.tendon_frictionloss[self.heading] = torque
 
     def _next(self) -> Footing:
@@ -257,24 +264,30 @@ class MujocoSpaceRun(SpaceRun):
         return np.array(self.data.qpos[self.order])
 
     def seen(self) -> tuple[Array, Array]:
-        """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
-        qpos, qvel, footing = self.data.qpos, self.data.qvel, self.footing
-        ahead, left, over = robot_axes(*qpos[self.turns])
-        yawing, turn = qvel[self.turns].tolist()
-        turning = np.array([0.0, 0.0, yawing]) + turn * ahead
-        axle = footing.to_left * left
-        roll = footing.roll_of(axle)
-        rolling = float(np.cross(turning, axle) @ footing.normal) / math.cos(roll)
-        a, b = float(footing.normal @ ahead), float(footing.normal @ over)
-        da = float(footing.normal @ np.cross(turning, ahead))
-        db = float(footing.normal @ np.cross(turning, over))
-        lean, leaning = math.atan2(a, b), (b * da - a * db) / (a * a + b * b)
-        stance, swing = self.legs[footing.stance], self.legs[1 - footing.stance]
+        """Angles and rates as the controller senses them: from the ground's normal under the stance foot.
+
+        The normal's components ahead, to the left and upright in the robot, and their rates, tell lean and roll.
+        """
+        qpos, qvel, to_left = self.data.qpos, self.data.qvel, self.footing.to_left
+        (yawing, turning), (x, y, z) = qvel[self.turns].tolist(), self.footing.normal.tolist()
+        cy, sy, cr, sr = self._turned()
+        ahead, across = x * cy + y * sy, y * cy - x * sy
+        left, over = z * sr + across * cr, z * cr - across * sr
+        sinking, rising = yawing * across, yawing * sr * ahead - turning * left
+        lean, size = math.atan2(ahead, over), ahead * ahead + over * over
+        leaning = (over * sinking - ahead * rising) / size
+        roll = math.asin(min(1.0, max(-1.0, to_left * left)))
+        rolling = to_left * (turning * over - yawing * cr * ahead) / math.cos(roll)
+        stance, swing = self.legs[self.footing.stance], self.legs[1 - self.footing.stance]
         places = [stance[0], swing[0]]
         q, dq = qpos[places] - lean, qvel[places] - leaning
-        if self.knees:
-            q, dq = np.append(q, q[1] + qpos[swing[1]]), np.append(dq, dq[1] + qvel[swing[1]])
-        return np.append(q, roll), np.append(dq, rolling)
+        bent, bending = ([q[1] + qpos[swing[1]]], [dq[1] + qvel[swing[1]]]) if self.knees else ([], [])
+        return np.array([*q, *bent, roll]), np.array([*dq, *bending, rolling])
+
+    def _turned(self) -> tuple[float, float, float, float]:
+        """Cosine and sine of the yaw, and of the roll."""
+        yaw, roll = self.data.qpos[self.turns].tolist()
+        return math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
 
     def _place(self) -> None:
         """Set the robot on its first stance foot, at rest there, in the first state of the plan."""
