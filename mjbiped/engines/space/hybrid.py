@@ -80,7 +80,9 @@ class HybridSpaceRun(SpaceRun):
         """Accelerations under torques, and the force of the ground in its own frame, N."""
         robot, push = self.robot, self.footing.turned(self.pushing.force)
         whole = robot.in_space[len(q) - 1]
-        forces = robot.input_matrix @ torque + whole.pushed(q, push)
+        forces = robot.input_matrix @ torque
+        if push.any():
+            forces += whole.pushed(q, push)
         ddq = robot.accelerations(forces, q, dq, self.footing.pull, locked=not self.free)
         return ddq, whole.ground_force(q, dq, ddq, self.footing.pull) - push
 
