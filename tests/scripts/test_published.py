@@ -12,7 +12,14 @@ from documentation import table
 import mjbiped
 from mjbiped import Compass, find_passive_gait
 from mjbiped.limit_cycles.periodic import first_gait
-from scripts.validation import compass_gait, drake_invariants, kneed_walker, rimless_wheel, simplest_walker
+from scripts.validation import (
+    compass_gait,
+    drake_invariants,
+    kneed_walker,
+    rimless_wheel,
+    rolling_disc,
+    simplest_walker,
+)
 from scripts.validation.page import SOURCES, minus
 from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI_ROBOT, HSU_CHEN
 from scripts.validation.rimless_wheel import LIGHT_LEGS, closed_form, ratio
@@ -128,3 +135,11 @@ def test_the_simplest_walkers_stance_leg_is_a_spoke(name: str) -> None:
 def test_massless_legs_need_a_quarter_of_the_work_for_short_steps(half: float) -> None:
     # legs of 1e-9 of the hip's mass
     assert ratio(LIGHT_LEGS, half) == pytest.approx(closed_form(half), abs=1e-8)
+
+
+@pytest.mark.parametrize(("wheel", "limit"), [("uniform disc", 1 / 3), ("hoop", 1 / 4)])
+def test_a_rolling_wheel_becomes_stable_at_its_published_speed(wheel: str, limit: float) -> None:
+    k, whole = rolling_disc.WHEELS[wheel], rolling_disc.GRAVITY * rolling_disc.RADIUS
+    for tilt, error in zip(rolling_disc.PHYSICS, (1e-7, 1e-4), strict=True):  # MuJoCo's steps of 0.1 ms leave 6e-5
+        assert rolling_disc.found(tilt, k) ** 2 / whole == pytest.approx(limit, rel=error)
+        assert tilt(k, 0.9 * math.sqrt(limit * whole)) > rolling_disc.NUDGE * rolling_disc.SPAN
