@@ -95,7 +95,8 @@ def test_each_motor_has_its_own_limit(engine: str, knees: bool) -> None:
     """The limits stand in the order of the joints, and a record keeps them; each of these binds."""
     free = walked(engine, Disturbances(control_period=1e-3), knees, steps=6)
     limits = tuple((0.5 * free.peak_torque).tolist())
-    bound, slow = (walked(engine, Disturbances(torque_limit=limits, **more), knees, steps=6) for more in ({}, SLOW))
+    bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=6)
+    slow = walked(engine, Disturbances(torque_limit=limits, **SLOW), knees, steps=6)
     assert bound.peak_torque.tolist() == list(limits)
     assert (slow.peak_torque <= limits).all()
     assert (np.abs(slow.samples["torque"]) <= limits).all()

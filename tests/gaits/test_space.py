@@ -69,6 +69,6 @@ def test_the_figure_shows_a_straight_knee_after_its_strike() -> None:
         (mjbiped.find_gait_in_space, mjbiped.KneedBiped()),
     ],
 )
-def test_each_robot_is_told_the_function_that_finds_its_gait(find: Any, robot: mjbiped.Robot) -> None:
+def test_each_robot_is_told_the_function_that_finds_its_gait(find: Any, robot: Any) -> None:
     with pytest.raises(mjbiped.InputError, match=r"find_passive_gait.*find_kneed_gait.*find_gait_in_space"):
         find(robot, 0.03)
