@@ -61,6 +61,12 @@ def some_ground(draw: np.random.Generator, leg: float) -> Terrain:
         riser = draw.uniform(-highest, highest) * (draw.random() < 0.5)
         return leg * draw.uniform(0.02, 1.5), draw.uniform(-30.0, 30.0), riser
 
+    def rough() -> Terrain:
+        """Of up to some thousand segments."""
+        spacing, steepest = leg * float(draw.choice([0.02, 0.05, 0.25])), float(draw.choice([0.01, 0.1]))
+        roughness = min(steepest * spacing, 0.5)
+        return Terrain.random(seed=seed, length=max(1.0, 60.0 * leg), roughness=roughness, spacing=spacing)
+
     ranges: dict[str, Any] = {
         "segment_length": (0.1 * leg, 2.0 * leg),
         "slope_deg": (-20.0, 20.0),
@@ -72,7 +78,7 @@ def some_ground(draw: np.random.Generator, leg: float) -> Terrain:
         lambda: Terrain.stairs(tread=leg * draw.uniform(0.1, 3.0), rise=draw.uniform(-highest, highest), count=40),
         lambda: Terrain.slopes(length=leg * draw.uniform(0.1, 3.0), change_deg=draw.uniform(-0.8, 0.8), count=30),
         lambda: Terrain.random(seed=seed, length=max(1.0, 25.0 * leg), **ranges),
-        lambda: Terrain.random(seed=seed, length=max(1.0, 60.0 * leg), roughness=0.002 * leg, spacing=0.02 * leg),
+        rough,
         lambda: Terrain.from_segments(segment() for _ in range(60)),
     )
     return kinds[draw.integers(len(kinds))]()

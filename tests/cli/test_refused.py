@@ -58,7 +58,6 @@ REFUSED = {
     "export robot.urdf --seed 3": "--seed is for scenes (.xml); robot.urdf has no such thing",
     "export walk.npz scene.xml --robot kneed": "--robot is for a TERRAIN; the record walk.npz has no",
     "report steps.toml": "expected is the folder of its sweep, which is steps unless",
-    "export level scene.docx": "must end in .xml or .urdf or .csv or .parquet or .mcap",
     "export level walk.csv": "walk.csv holds the samples of a walk: give the walk's record",
     "report walk.npz --out page.pdf": ".html",
     # gaits and maps

@@ -154,7 +154,6 @@ def test_a_table_is_sorted_by_a_click(browser: Opened, page: Path, walk: mjbiped
     ("name", "content"),
     [
         ("maps", {"controller": {"position_gain": [3, 5, 8]}, "terrain": {"name": "incline", "slope_deg": [1, 2, 3]}}),
-        ("groups", {"controller": {"name": ["adaptive", "passive"]}, "terrain": {"name": "incline", "slope_deg": 2}}),
         ("histograms", {"samples": 20, "terrain": {"name": "random", "seed": {"integer": [0, 99]}}}),
     ],
 )

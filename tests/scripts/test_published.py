@@ -21,7 +21,7 @@ from scripts.validation import (
     simplest_walker,
 )
 from scripts.validation.page import SOURCES, minus
-from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI_ROBOT, HSU_CHEN
+from scripts.validation.published import DRAKE, GARCIA, GARCIA_SLOPE, GOSWAMI_ROBOT, HSU_CHEN, HSU_CHEN_ROBOT
 from scripts.validation.rimless_wheel import LIGHT_LEGS, closed_form, ratio
 
 SLOW = {"doubling", "lost", "first doubling", "second doubling", "third doubling", "no period"}
@@ -111,6 +111,18 @@ def test_hsu_chens_digits_are_those_of_euler_steps(prefix: str) -> None:
         ours = kneed_walker.HSU_CHENS[prefix + quantity]()
         assert ours.as_published is not None
         assert abs(ours.as_published - HSU_CHEN[prefix + quantity].value) < 1e-9
+
+
+@pytest.mark.slow
+def test_hsu_chens_multipliers_are_noise() -> None:
+    """A fit to 25 runs tells ours from disturbances of 1e-4, and anything, signs included, from those of 1e-2."""
+    ours = np.sort_complex(kneed_walker.gait(HSU_CHEN_ROBOT).multipliers)
+    small, large = (
+        np.array([kneed_walker.fitted_multipliers(size, seed) for seed in range(4)]) for size in (1e-4, 1e-2)
+    )
+    assert np.abs(small - ours).max() < 0.1  # of the Euler steps' own multipliers, which are 0.04 from ours, 0.05
+    assert np.ptp(large.real, axis=0).max() > 0.5
+    assert large.real.min() < HSU_CHEN["pair"].value.real < HSU_CHEN["real"].value.real < large.real.max()
 
 
 @pytest.mark.parametrize("name", DRAKE)

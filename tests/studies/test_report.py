@@ -76,10 +76,7 @@ def test_table_is_whole(rows: list[Row]) -> None:
     compared = [row for row in rows if row.part in ("blind", "fitted", "misjudged") and row.engine == "hybrid"]
     assert len(compared) == 3 * (1 + 1 + 2) * len(best.places)
     assert engines[0] == len(hybrid) + len(gravity) + len(compared)
-    there, few = (plan.in_mujoco(best, Results(rows).sources[0], quick) for quick in (False, True))
-    assert engines[1] == len(there)
-    steps = [{cell.values["limit.steps"] for cell in some if cell.values["part"] == "table 2"} for some in (there, few)]
-    assert (steps, len(few)) == ([{60}, {20}], len(best.places))
+    assert engines[1] == len(plan.in_mujoco(best, Results(rows).sources[0], False))
     assert not [row for row in rows if row.outcome == "failed"]
 
 
