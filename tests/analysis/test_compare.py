@@ -16,6 +16,7 @@ from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.divergence import COLUMNS
 from mjbiped.cli.results import as_json
+from mjbiped.control.registry import make_controller
 from mjbiped.records import measures
 
 
@@ -89,6 +90,17 @@ def test_walks_without_touchdown() -> None:
     assert fallen.verdict == "The engines agree: fell in both, without a touchdown."
     assert math.isnan(fallen.mujoco.cost_of_transport)
     plot_comparison(fallen)
+
+
+def test_a_foot_that_turns() -> None:
+    """In MuJoCo torsional friction has a bound."""
+    law = make_controller("adaptive", mjbiped.Compass3D(), {})
+    walked = mjbiped.compare(law, Terrain.level(), steps=1)
+    assert walked.divergence is None
+    rows = walked.mujoco.touchdowns
+    yaw = np.arange(rows["qpos"].shape[1]) == mjbiped.Compass3D.places.index("yaw")
+    turned = changed(walked.mujoco, qpos=rows["qpos"] + math.radians(0.2) * yaw, x=rows["x"] + 0.01)
+    assert "twist: the stance foot turned by 0.2 deg in MuJoCo" in again(turned, walked.hybrid, law).verdict
 
 
 def test_differences_and_their_causes(agreeing: Comparison, controller: AdaptiveController) -> None:

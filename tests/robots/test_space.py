@@ -90,6 +90,7 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
     """
     ground = Ground(mjbiped.Terrain.level(), reach=1.0)
     model = scene_spec(robot, ground, ground.pieces, timestep=1e-4).compile()
+    model.body("hip").inertia[1] = 1e-15  # a rod's about its line
     data, n = mujoco.MjData(model), len(robot.bodies.leg)
     to_joints = np.zeros((model.nv, 2 * n + 1))
     to_joints[model.joint("roll").dofadr[0], -1] = 1.0
@@ -111,12 +112,11 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
 
 
 @each_robot
-def test_mass_matrix_bias_and_impact_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
-    """The impact is that of a robot that yaws not and whose swing foot is stopped; then the legs have other roles."""
+def test_mass_matrix_and_bias_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
     q, dq = drawn(robot, 2)
     linkage = robot.in_space[len(q) - 1]
     model, data, to_joints = floating(robot, q, dq)
-    full, jacobian = np.zeros((model.nv, model.nv)), np.zeros((3, model.nv))
+    full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     np.testing.assert_allclose(to_joints.T @ full @ to_joints, linkage.mass_matrix(q), rtol=0, atol=1e-11)
     # the hip's slides take up the acceleration that the foot would have by its Jacobian's rate
@@ -126,16 +126,32 @@ def test_mass_matrix_bias_and_impact_are_those_of_mujoco_s_bodies(robot: InSpace
     bias = to_joints.T @ (data.qfrc_bias + full @ moved)
     ours = linkage.coriolis_forces(q, dq) + linkage.gravity_forces(q) @ pull_of(0.0)
     np.testing.assert_allclose(bias, ours, rtol=0, atol=1e-10)
-    mujoco.mj_jacGeom(model, data, jacobian, None, model.geom("left_foot").id)
-    moving = np.arange(model.nv) != model.joint("yaw").dofadr[0]
-    jacobian, weights = jacobian[:, moving], np.linalg.solve(full[np.ix_(moving, moving)], jacobian[:, moving].T)
-    stopped = data.qvel[moving] - weights @ np.linalg.solve(jacobian @ weights, jacobian @ data.qvel[moving])
-    rates = np.linalg.lstsq(to_joints[moving][3:], stopped[3:], rcond=None)[0]
-    after, found = linkage.touchdown(q, dq)
-    np.testing.assert_allclose(after, exchanged(q), rtol=0, atol=0)
-    np.testing.assert_allclose(found, exchanged(rates), rtol=0, atol=1e-10)
     place = data.geom("left_foot").xpos - data.geom("right_foot").xpos
     np.testing.assert_allclose(linkage.swing_foot(q), place, rtol=0, atol=1e-12)
+
+
+@each_robot
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_impact_is_that_of_mujoco_s_bodies(robot: InSpace, turn: float) -> None:
+    """The swing foot stops, and nothing turns about the new upright direction; then the legs have other roles."""
+    q, dq = drawn(robot, 2)
+    model, data, to_joints = floating(robot, q, dq)
+    full, rows = np.zeros((model.nv, model.nv)), np.zeros((4, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    mujoco.mj_jacGeom(model, data, rows[:3], None, model.geom("left_foot").id)
+    roll, aside = np.cos(q[-1]), np.sin(q[-1])
+    along, axle, upright = np.array([[1.0, 0.0, 0.0], [0.0, roll, aside], [0.0, -aside, roll]])
+    heading, held = np.cos(turn) * along - np.sin(turn) * upright, np.cos(turn) * upright + np.sin(turn) * along
+    turns = [model.joint(name).dofadr[0] for name in ("roll", "yaw")]
+    rows[3, turns] = held[[0, 2]]
+    weights = np.linalg.solve(full, rows.T)
+    stopped = data.qvel - weights @ np.linalg.solve(rows @ weights, rows @ data.qvel)
+    spin = np.array([stopped[turns[0]], 0.0, stopped[turns[1]]])
+    rates = np.linalg.lstsq(to_joints[3:], stopped[3:] * (np.arange(3, model.nv) != turns[1]), rcond=None)[0]
+    rates[:-1], rates[-1] = rates[:-1] + spin @ axle, spin @ heading
+    after, found = robot.in_space[len(q) - 1].touchdown(q, dq, turn)
+    np.testing.assert_allclose(after, exchanged(q) - turn * (np.arange(len(q)) < len(q) - 1), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found, exchanged(rates), rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize(
