@@ -49,7 +49,6 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: walk(OWN, delay=0.1), "the engine own knows no disturbances"),
     (lambda: mjbiped.walk(PassiveController(), GROUND, disturbances={}), "got dict"),  # type: ignore[arg-type]
     (lambda: disturbances_of([("angl_noise", "1")], []), "--disturb unknown .*did you mean 'angle_noise'"),
-    (lambda: study(delai=0.1), "unknown setting of disturbances 'delai'"),
     (lambda: study(delay=[0.01, 0.0105]), r"cell 1 \(disturbances.delay = 0.0105\): delay = 0.0105"),
 ]
 

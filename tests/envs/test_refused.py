@@ -43,7 +43,6 @@ REFUSED: dict[str, Callable[[], object]] = {
     "control_period cannot be drawn": task(disturbances={"control_period": {"uniform": [0.004, 0.02]}}),
     "control_period = 0.02: must be a multiple of": task(disturbances={"control_period": 0.016}),
     "control_period = 2.0: must be from 0.004 to 1 s": task(control_period=2.0),
-    "have different forms": curriculum(hard={"rise": -0.1}),
     "in `hard`": curriculum(hard={"raise": -0.1}),
     "`by` 'luck'": curriculum(by="luck"),
     "expected 2 numbers from -1 to 1: ankle, hip": policy([0.0]),
