@@ -63,7 +63,7 @@ def test_alternatives_have_their_own_settings() -> None:
     names = ("controller.name", "controller.position_gain", "controller.gain", "terrain.name", "terrain.rise")
     assert study.varied == names
     assert len(study.cells) == 4 * 3
-    assert getattr(study.cells[6].controller(), "gain", None) == 3.0
+    assert study.cells[6].controller().describe()["gain"] == 3.0
     assert study.cells[1].terrain() == mjbiped.Terrain.level()
 
 
