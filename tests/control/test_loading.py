@@ -65,7 +65,6 @@ DATACLASS = "from dataclasses import dataclass\n@dataclass(frozen=True)"
 TEXTS = {  # of law.py, and what is said of its class Law
     "x = 1\ndef f(:\n": "law.py cannot be loaded: SyntaxError: .*law.py, line 2",
     "import math\nx = 1 / 0\n": r"ZeroDivisionError: division by zero \(law.py, line 2: x = 1 / 0\)",
-    "import nothing_of_the_kind\n": "ModuleNotFoundError: .*nothing_of_the_kind",
     own_controllers.law(PLAIN).replace("Law", "Laws"): "valid are Laws; did you mean 'Laws'",
     "Law = 3\n": "Law in law.py does not derive from controllers.Controller",
     "from controllers import Controller\nclass Law(Controller):\n    pass\n": "lacks torque",

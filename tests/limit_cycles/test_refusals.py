@@ -32,7 +32,6 @@ START = mjbiped.find_passive_gait(ROBOT, 0.03).start
         (GaitError, "falls or stalls", lambda: find_periodic_gait(ROBOT, 0.03, [[-0.2, 0.2, 0.0, 0.0]])),
         (GaitError, "repeats itself sooner", lambda: find_periodic_gait(ROBOT, 0.03, [START, START])),
         (InputError, "stance_rates", lambda: basin_of_attraction(ROBOT, 0.03, stance_rates=[1.0, 0.5])),
-        (InputError, "swing_rates", lambda: basin_of_attraction(ROBOT, 0.03, swing_rates=[])),
         (InputError, "threads", lambda: basin_of_attraction(ROBOT, 0.03, threads=0)),
         (InputError, "scuffing", lambda: basin_of_attraction(KNEED, 0.0436, scuffing=FAR)),
         (GaitError, "gait", lambda: basin_of_attraction(ROBOT, -0.1)),

@@ -100,18 +100,17 @@ def test_walks_and_maps_are_refused(call: Callable[[], object]) -> None:
 
 
 PASSIVE = "walk incline:slope_deg=0.2 --controller passive --engine mujoco --steps 3"
-MAP = "basin --slope-deg 0.2 --grid 2"
 
 
-@pytest.mark.parametrize("line", [PASSIVE, pytest.param(MAP, marks=pytest.mark.slow)])
-def test_the_command_line_names_the_cure_and_takes_it(line: str) -> None:
-    words = line.split()
+def test_the_command_line_names_the_cure_and_takes_it() -> None:
+    words = PASSIVE.split()
     refused = run(*words)
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "--scuffing-reach 0.08" in refused.stderr
     walked = run(*words, "--scuffing-reach", 0.08, "--json")
     assert walked.exit_code == 0
-    assert line != PASSIVE or ('"outcome": "finished"' in walked.stdout and '"reach": 0.08' in walked.stdout)
+    assert '"outcome": "finished"' in walked.stdout
+    assert '"reach": 0.08' in walked.stdout
     assert run(*words, "--scuffing-reach", -1).exit_code == 2
 
 

@@ -45,7 +45,6 @@ def test_stairs_are_the_papers() -> None:
     assert terrain.rises[1:] == pytest.approx([-0.06] * 20)
     assert set(terrain.angle) == {0.0}
     assert Terrain.stairs(first=0.5, count=1).x == (0.0, 0.5)
-    assert (Terrain.level().z, Terrain.level().angle) == ((0.0,), (0.0,))
 
 
 def test_slopes_change_by_the_same_angle() -> None:
@@ -53,8 +52,6 @@ def test_slopes_change_by_the_same_angle() -> None:
     assert np.rad2deg(terrain.angle) == pytest.approx([2.0, 1.0, 0.0, -1.0, -2.0, -3.0])
     assert np.diff(terrain.x) / np.cos(terrain.angle[:-1]) == pytest.approx([1.5] * 5)
     assert len(list(terrain.stretches())) == 1
-    constant = Terrain.slopes(change_deg=0, start_deg=3)
-    assert set(constant.angle) == set(Terrain.incline(3.0).angle)
 
 
 def test_mixed_is_the_table_in_its_docstring() -> None:
