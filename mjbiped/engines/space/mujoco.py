@@ -248,6 +248,8 @@ class MujocoSpaceRun(SpaceRun):
         """Exchange the legs, from angles and rates just before the impact."""
         model, data, old = self.model, self.data, self.footing
         mujoco.mj_kinematics(model, data)
+        left = float(data.time) - (self.next_tick - self.period)  # since the last tick
+        self.work += left * self.powers(self.torque, 0.5 * (self.ended + before[1]))
         self.time = self.began = self.next_tick = float(data.time)
         angles = self.seen()[0]
         self.footing = new = self._next()
