@@ -85,36 +85,27 @@ def holds(way: str | Array, impulse: Array, speed: Array, friction: float, round
     return bool(impulse[0] >= 0.0 and np.linalg.norm(impulse[1:]) <= friction * impulse[0])
 
 
-class Landing:
-    """A robot with straight legs whose second foot comes down while the first one stands.
+def solutions(robot: Compass | KneedBiped, legs: Array, rates: Array, slope: float, friction: float) -> list[Solution]:
+    """All solutions of the impact of a robot with straight legs whose second foot comes down while the first stands.
 
     Args:
         robot: The robot.
         legs: Departing and landing leg from the vertical, rad.
         rates: Their rates before the impact, rad/s.
-        slopes: Of the ground under either foot, rad.
+        slope: Of the ground, rad.
+        friction: Of both feet.
+
+    Returns:
+        Each with the rates of both legs after the impact, rad/s.
     """
-
-    def __init__(self, robot: Compass | KneedBiped, legs: Array, rates: Array, slopes: tuple[float, float]) -> None:
-        self.robot, self.bodies = robot, FreeRobot(robot)
-        self.qpos = np.array(robot.posture((0.0, 0.0), 0, self.whole(legs)))
-        self.before = self.bodies.rates(self.qpos, 0, self.whole(rates), 0.0)
-        feet = [
-            end.jacobian(self.qpos) * np.exp(1j * slope) for end, slope in zip(self.bodies.ends, slopes, strict=True)
-        ]
-        self.turn = np.exp(1j * slopes[1])
-        self.rows = np.array([part for foot in feet for part in (foot.imag, foot.real)])[:, :4]
-        """Speeds of both feet normal to their ground and along it, for rates of hip and legs."""
-
-    def whole(self, legs: Array) -> Array:
-        """Numbers of stance and swing leg as those of all angles, the knee being straight."""
-        return legs[[0, 1, 1][: len(self.robot.angles)]]
-
-    def solutions(self, friction: float) -> list[Solution]:
-        """All solutions of the impact, with the rates of the legs."""
-        pushed = np.linalg.solve(self.bodies.mass_matrix(self.qpos)[:4, :4], self.rows.T)
-        found = solved(pushed, self.rows, self.before[:4], friction, IN_PLANE)
-        return [solution._replace(rates=solution.rates[2:]) for solution in found]
+    bodies, whole = FreeRobot(robot), [0, 1, 1][: len(robot.angles)]  # the knee is straight
+    qpos = np.array(robot.posture((0.0, 0.0), 0, legs[whole]))
+    before = bodies.rates(qpos, 0, rates[whole], 0.0)[:4]
+    feet = [end.jacobian(qpos) * np.exp(1j * slope) for end in bodies.ends]
+    # speeds of both feet normal to the ground and along it, for rates of hip and legs
+    rows = np.array([part for foot in feet for part in (foot.imag, foot.real)])[:, :4]
+    pushed = np.linalg.solve(bodies.mass_matrix(qpos)[:4, :4], rows.T)
+    return [each._replace(rates=each.rates[2:]) for each in solved(pushed, rows, before, friction, IN_PLANE)]
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.8, 3.0])
@@ -126,8 +117,7 @@ def test_on_the_gaits_the_foot_leaves_freely_at_any_friction(slope_deg: float, f
         gaits.append(mjbiped.find_kneed_gait(KneedBiped(), slope))
     for gait in gaits:
         q, dq, _ = (part[:2] for part in gait.reference(gait.period))
-        landing = Landing(gait.robot, q + slope, dq, (slope, slope))
-        (found,) = landing.solutions(friction)
+        (found,) = solutions(gait.robot, q + slope, dq, slope, friction)
         assert found.ways == ("leaves", "sticks")
         heel = gait.robot.impact if isinstance(gait.robot, Compass) else gait.robot.heel_impact
         # the integration's error, which the reference's table keeps
