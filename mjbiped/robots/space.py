@@ -178,7 +178,7 @@ class SpatialLinkage:
         about_heading -= (self.inertia @ cosine**2 + self.axial @ sine**2 + self.pelvis) * dq[-1]
         about_upright = -(m @ (forward * out)) - m @ (sideways * (arms @ sine))
         about_upright += (self.inertia - self.axial) @ (sine * cosine) * dq[-1]
-        roll = about_heading * np.cos(turn) + about_upright * np.sin(turn)
+        roll = about_heading * np.cos(turn) - about_upright * np.sin(turn)
         after = exchanged(q)
         after[:-1] -= turn
         return after, np.linalg.solve(self.mass_matrix(after), np.append(pitch[::-1], roll))
