@@ -93,6 +93,7 @@ def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
         mjbiped.RoundCompass(),
         mjbiped.RoundKneed(),
         mjbiped.Compass3D(),
+        mjbiped.Abducting3D(),
         mjbiped.Kneed3D(),
         *ROBOTS[2:],
     ]

@@ -73,6 +73,7 @@ class MujocoSpaceRun(SpaceRun):
         self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
+        self.hips = [at[name] for name in self.robot.hips]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
@@ -261,6 +262,8 @@ class MujocoSpaceRun(SpaceRun):
         q, dq = qpos[places] - lean, qvel[places] - leaning
         if self.knees:
             q, dq = np.append(q, q[1] + qpos[swing[1]]), np.append(dq, dq[1] + qvel[swing[1]])
+        if self.hips:
+            q, dq = np.append(q, qpos[self.hips].sum()), np.append(dq, qvel[self.hips].sum())
         return np.append(q, roll), np.append(dq, rolling)
 
     def _place(self) -> None:
