@@ -21,7 +21,10 @@ import mjbiped
 from mjbiped.control.registry import make_controller
 
 STEPS, SEEDS, TIMES, RMS, IMPULSE = 10, (2, 5), (0.65, 1.25), 0.014, 2.0
-START = {"margin": 0.01, "timing_share": 1.0, "placement_gain": 1.0, "lead": 0.17, "pace": 12.0, "capture_gain": 1.5}
+START = {
+    "margin": 0.01, "timing_share": 1.0, "placement_gain": 1.0, "lead": 0.17, "pace": 12.0, "capture_gain": 1.5,
+    "closest": 0.03,
+}  # fmt: skip
 
 
 def trial(gains: dict[str, float], number: int) -> tuple[int, float]:
@@ -49,7 +52,8 @@ def judged(gains: dict[str, float], pool: ProcessPoolExecutor) -> tuple[int, flo
 @click.option("--sole-share", type=float, default=1.0, help="0: the rival, which balances by the feet's places alone.")
 @click.option("--jobs", type=int, default=2, help="Walks at a time.")
 @click.option("--factor", type=float, default=1.4, help="By which a gain is tried greater and smaller.")
-def main(table: Path, sole_share: float, jobs: int, factor: float) -> None:
+@click.option("--start", type=(str, float), multiple=True, help="A gain to begin at, and its value.")
+def main(table: Path, sole_share: float, jobs: int, factor: float, start: tuple[tuple[str, float], ...]) -> None:
     """Search once along each gain."""
     known: dict[tuple[float, ...], tuple[int, float]] = {}
     if table.exists():
@@ -72,7 +76,7 @@ def main(table: Path, sole_share: float, jobs: int, factor: float) -> None:
             click.echo(row)
         return known[key]
 
-    best = dict(START)
+    best = {**START, **dict(start)}
     with ProcessPoolExecutor(jobs) as pool:
         for name in START:
             for share in (factor, 1.0 / factor):
