@@ -122,7 +122,7 @@ def push_of(impulse: float) -> Place:
 PLACED = [push_of(1.0), bumps_of(0.01), Place("level"), incline_of(3), incline_of(-3), incline_of(0, 2), push_of(2.0),
           bumps_of(0.005), steps_of(0.02), steps_of(-0.02)]  # fmt: skip
 ALONE = {"sole_share": 0.0, "margin": 0.0, "timing_share": 0.0, "placement_gain": 0.9, "lead": 0.0833, "pace": 20.0,
-         "closest": -0.1}  # fmt: skip
+         "closest": -0.12}  # fmt: skip
 """Best gains of the law that places the feet alone; see `scripts.studies.placement_gains`."""
 
 WALKERS: dict[str, tuple[Any, dict[str, Any], str, list[Place]]] = {
